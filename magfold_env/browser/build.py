@@ -145,7 +145,6 @@ def module() -> bytes:
                 ("set_up", settings.set_up, (choice, model, state, seen)),
                 ("draw", settings.draw, (choice, model, 0.0)),
                 ("overlap", settings.overlap, (choice, *moving)),
-                ("ask", settings.ask, (choice, state)),
                 ("choose", settings.choose, (choice, state, 0)),
                 ("run", runs.run, (*moving, record, 0.0)),
                 ("energy", runs.energy, (*moving, 0.0)),

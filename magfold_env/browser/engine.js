@@ -108,9 +108,9 @@ export class Chain {
     engine.put(this.block, this.place);
     this.#fill("settings.pole", told.poles.flat().map(BigInt));
     this.#fill("settings.remanence", told.remanence.flat());
-    this.#fill("settings.mass", told.mass);
-    this.#fill("settings.friction", told.friction);
-    this.#fill("settings.speed", told.speed);
+    this.#fill("model.bodies.mass", this.#ordered(told.mass));
+    this.#fill("settings.friction", this.#ordered(told.friction));
+    this.#fill("state.speed", this.#ordered(told.speed));
     this.#fill("settings.obstacles", told.obstacles.flat());
     const { choice, number } = layout, choices = this.field("settings.choice");
     choices[choice.MOUNT] = BigInt(layout.mounts.indexOf(told.mount));
@@ -136,6 +136,7 @@ export class Chain {
     const length = told.mount === "tube" ? n + 1 : n - 1;
     /** Joint angles [rad] at the beginning, or in a tube the hinges' offsets [m]. */
     this.start = [...this.field("settings.start").subarray(0, length)];
+    this.#fill("settings.start", this.#ordered(this.start));
     kernels.set_up(settings, model, state, view);
     this.#refuseOverlap(kernels.overlap(settings, model, state, probe));
   }
@@ -172,8 +173,7 @@ export class Chain {
       const allowed = `must be a number from -${most} to ${most}, or ${this.n}`;
       throw new SceneError([{ key: "speed", value: speed, allowed }]);
     }
-    this.#fill("settings.speed", speeds);
-    this.engine.kernels.ask(this.roots.settings, this.roots.state);
+    this.#fill("state.speed", this.#ordered(speeds));
   }
 
   /**
@@ -320,7 +320,7 @@ export class Chain {
   /** Give component k, from 0 on, which leaves its tube next, faces and a speed [m/s]; pause then. */
   choose(k, faces, speed) {
     this.field("settings.pole").set([...faces].map((face) => BigInt(POLES[face])), 4 * k);
-    this.field("settings.speed")[k] = speed;
+    this.field("state.speed")[this.#flip() ? this.n - 1 - k : k] = speed;
     this.told.sequence = this.told.sequence.with(k, faces);
     this.engine.kernels.choose(this.roots.settings, this.roots.state, k);
   }
@@ -349,6 +349,11 @@ export class Chain {
 
   #flip() {
     return Number(this.told.mount === "tube" && this.told.direction === "forward");
+  }
+
+  /** Return values of the components, component 1 first, in the engine's order. */
+  #ordered(values) {
+    return this.#flip() ? values.toReversed() : values;
   }
 
   #seen(frame) {

@@ -2,7 +2,8 @@
 
 Nothing is allocated here: room for a chain of n components is there beforehand, see
 `magfold_env.browser.memory`, and what a scene's other groups say, such as the casing, lies in it.
-`simulation.pack` and `simulation.start` are the same rules for any scene; tests compare every bit.
+The rules of `scene.numbers` are compiled here; what `simulation.pack` and `simulation.start` do
+with arrays that they make, is done without, and tests compare every bit.
 """
 
 import math
@@ -16,8 +17,8 @@ from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.elementary import sincos
 from magfold_env.engine.state import Array, IntArray, Model, State, Work
-from magfold_env.scene.base import MU0
-from magfold_env.simulation.pack import SLOWEST, TURNED
+from magfold_env.scene import numbers
+from magfold_env.simulation.pack import TURNED
 
 MOST_OBSTACLES = 8
 
@@ -36,6 +37,9 @@ X, Y, LENGTH, WIDTH, HEADING = range(5)
 _DIGITS = 1e15  # of an obstacle's axis
 _ROUND = 1.5 * 2.0**52  # added and taken away, it leaves a whole number
 _TURNED = tuple(TURNED)
+_face_charge, _typical_rate = inlined(numbers.face_charge), inlined(numbers.typical_rate)
+_square_inertia = inlined(numbers.square_inertia)
+_friction_limit, _rectangle = inlined(numbers.friction_limit), inlined(numbers.rectangle)
 
 
 @by_pointer
@@ -61,21 +65,21 @@ class Numbers(NamedTuple):
 
 @by_pointer
 class Settings(NamedTuple):
-    """A chain of n components, component 1 first; see `magfold_env.scene`."""
+    """A chain of n components, component 1 first; see `magfold_env.scene`.
+
+    Masses and speeds of the feed are written where kernels read them.
+    """
 
     pole: IntArray  # outward poles of the faces, 1 N, −1 S, 0 no magnet, (n, 4)
     remanence: Array  # (n, 4) [T]
     face: Array  # widths and heights of the pole faces, (2, 4) [m]
-    mass: Array  # (n,) [kg]
-    friction: Array  # (n,)
-    speed: Array  # of the feed while each is in the mouth, (n,) [m/s]
-    start: Array  # joint angles [rad], or in a tube the hinges' offsets [m], (n + 1,)
+    friction: Array  # in the engine's order, as are masses, speeds and the start, (n,)
+    start: Array  # joint angles [rad], or in a tube the hinges' offsets [m], (1, n + 1)
     obstacles: Array  # (MOST_OBSTACLES, 5)
     choice: IntArray  # (4,)
     number: Array  # (8,)
     numbers: Numbers
-    offsets: Array  # scratch: those of a chain in the tube, (1, n + 1), its headings, (1, n), and
-    headings: Array
+    headings: Array  # scratch: those of a chain in the tube, (1, n), and
     depth: Array  # its length, (1,)
 
 
@@ -113,14 +117,13 @@ def set_up(settings: Settings, model: Model, state: State, view: View) -> None:
     put_obstacles(settings, model)
     begin(settings, model, state, light_rate)
     put_start(settings, model, state)
-    ask(settings, state)
     view.feed[BEFORE], view.feed[IMPULSE] = -number[INTERVAL], 0.0
 
 
 @inlined
 def face_charge(settings: Settings, i: int, f: int) -> float:
     """Return the charge that a pole face has if it has a magnet [A·m]."""
-    return settings.remanence[i, f] * settings.face[0, f] * settings.face[1, f] / MU0
+    return _face_charge(settings.remanence[i, f], settings.face[0, f], settings.face[1, f])
 
 
 @kernel
@@ -144,20 +147,17 @@ def put_charges(settings: Settings, charge: Array) -> tuple[float, bool]:
 
 @kernel
 def put_masses(settings: Settings, model: Model) -> tuple[float, float, bool]:
-    """Fill in masses, moments of inertia and friction.
+    """Fill in moments of inertia and friction.
 
     Returns the mean and the least mass [kg], and whether there is friction.
     """
-    n, flip = model.n, is_flipped(settings)
-    mass = model.bodies.mass
+    mass, friction, normal = model.bodies.mass, settings.friction, settings.number[NORMAL]
     least, rubs = math.inf, False
-    for i in range(n):
-        k = n - 1 - i if flip else i
-        mass[k] = settings.mass[i]
+    for k in range(model.n):
         least = min(least, mass[k])
-        model.bodies.inertia[k] = mass[k] * (model.side * model.side) / 6.0
-        rubs = rubs or (settings.friction[i] > 0.0 and settings.number[NORMAL] > 0.0)
-        model.grip[k] = settings.friction[i] * settings.number[NORMAL] * mass[k]
+        model.bodies.inertia[k] = _square_inertia(mass[k], model.side)
+        rubs = rubs or (friction[k] > 0.0 and normal > 0.0)
+        model.grip[k] = _friction_limit(friction[k], normal, mass[k])
     return mean(mass), least, rubs
 
 
@@ -176,15 +176,13 @@ def mean(values: Array) -> float:
 
 @inlined
 def typical_rate(settings: Settings, model: Model, charge: float, mass: float) -> float:
-    """Return the rate that the strongest force gives one component [rad/s], see `pack`."""
+    """Return the rate that the strongest force gives one component [rad/s]."""
     widest = 0.0
     for f in range(4):
         widest = max(widest, settings.face[0, f])
-    density = charge / widest
-    force = 1e-7 * density * density
-    x, y = model.gravity_x, model.gravity_y
-    acceleration = math.sqrt(x * x + y * y) + force / mass
-    return max(math.sqrt(acceleration / model.bodies.length[0]), SLOWEST)
+    return _typical_rate(
+        charge, widest, 0.0, mass, model.gravity_x, model.gravity_y, model.bodies.length[0]
+    )
 
 
 @kernel
@@ -212,16 +210,12 @@ def put_obstacles(settings: Settings, model: Model) -> None:
 def put_rectangle(
     model: Model, row: int, x: float, y: float, along: float, across: float, heading: float
 ) -> None:
-    """Fill in a row of the obstacles; edges are rounded as the casings', as far as it is large."""
+    """Fill in a row of the obstacles."""
     s, c = sincos(heading)
     # Rounded, as a scene's are, so that no sine's last bit counts.
-    c, s = rounded(c), rounded(s)
-    if across > along:
-        along, across, c, s = across, along, -s, c
-    radius = min(model.rounding, 0.25 * across)
-    out = model.obstacles[row]
-    out[at.X], out[at.Y], out[at.C], out[at.S] = x, y, c, s
-    out[at.A], out[at.B], out[at.RADIUS] = 0.5 * along - radius, 0.5 * across - radius, radius
+    filled = _rectangle(x, y, along, across, rounded(c), rounded(s), model.rounding)
+    for k in range(len(filled)):
+        model.obstacles[row, k] = filled[k]
 
 
 @inlined
@@ -251,39 +245,27 @@ def begin(settings: Settings, model: Model, state: State, light_rate: float) -> 
 @kernel
 def put_start(settings: Settings, model: Model, state: State) -> None:
     """Lay the chain where its angles, or its hinges' offsets, say."""
-    n = model.n
+    n, start = model.n, settings.start
     if settings.choice[MOUNT] != TUBE:
         for k in range(1, n):
             before = state.q[k - 1] if k > 1 else -0.0
-            state.q[k] = before + settings.start[k - 1]
+            state.q[k] = before + start[0, k - 1]
         return
-    flip = is_flipped(settings)
-    for k in range(n + 1):
-        settings.offsets[0, n - k if flip else k] = settings.start[k]
-    feed.lie_in_tube(settings.offsets, model.bodies.length, settings.headings, settings.depth)
+    feed.lie_in_tube(start, model.bodies.length, settings.headings, settings.depth)
     for k in range(n):
         state.q[k] = settings.headings[0, k]
     state.feed[at.DEPTH] = settings.depth[0]
-    state.q[n + 1] = settings.offsets[0, n]
-
-
-@kernel
-def ask(settings: Settings, state: State) -> None:
-    """Ask speeds of the feed, one a component in the mouth."""
-    n = settings.speed.size
-    for i in range(n):
-        state.speed[n - 1 - i if is_flipped(settings) else i] = settings.speed[i]
+    state.q[n + 1] = start[0, n]
 
 
 @kernel
 def choose(settings: Settings, state: State, k: int) -> None:
-    """Give component k, the next to leave its tube, its magnets and speed; pause when it is out."""
-    n, held = settings.speed.size, state.counter[at.LO]
+    """Give component k, the next to leave its tube, its magnets; pause when it is out."""
+    n, held = state.speed.size, state.counter[at.LO]
     i, turned = (n - 1 - k, True) if is_flipped(settings) else (k, False)
     for f in range(4):
         charge = float(settings.pole[k, f]) * face_charge(settings, k, f)
         state.waiting[i, _TURNED[f] if turned else f] = charge
-    state.speed[i] = settings.speed[k]
     state.counter[at.KEEP] = held - 1 if held > 1 else -1
 
 
@@ -299,7 +281,7 @@ def draw(settings: Settings, model: Model, spread: float) -> None:
         play = max(0.5 * (settings.number[BORE] - diagonal), 0.0)
         scale = min(play, 0.25 * spread * diagonal)
     for k in range(n + 1):
-        settings.start[k] = scale * settings.start[k] + 0.0  # no −0
+        settings.start[0, k] = scale * settings.start[0, k] + 0.0  # no −0
 
 
 @kernel

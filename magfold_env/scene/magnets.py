@@ -16,7 +16,6 @@ from pydantic import (
 )
 
 from magfold_env.scene.base import (
-    MU0,
     Metres,
     MetresOrZero,
     Part,
@@ -26,6 +25,7 @@ from magfold_env.scene.base import (
     number_or_list,
 )
 from magfold_env.scene.errors import Problem, SceneError
+from magfold_env.scene.numbers import face_charge
 
 FACES = ("front-left", "back-left", "back-right", "front-right")
 """Order of the letters of a component; outward normals +45°, +135°, -135°, -45° from heading."""
@@ -158,10 +158,11 @@ class Magnets(Part):
             found[name] = given if isinstance(given, tuple) else (given,) * 4
         return found
 
-    def charges(self, n: int) -> Array:
+    def charges(self, n: int, factor: Array | float = 1.0) -> Array:
         """Return the magnetic charge of each pole face [A m], without sign, shape (n, 4).
 
         A magnet that is evenly magnetised through its thickness has remanence·area/µ0 on a face.
+        Strengths are multiplied by a factor; factors (m, 1, 1) or (m, n, 4) give (m, n, 4).
 
         Raises
         ------
@@ -170,10 +171,10 @@ class Magnets(Part):
         """
         if self.rows not in (None, n):
             raise ValueError(f"n: {n} is not allowed; {self.strength_name} has {self.rows} rows")
-        strength = np.asarray(getattr(self, self.strength_name), dtype=np.float64)
+        strength = np.asarray(getattr(self, self.strength_name), dtype=np.float64) * factor
         if self.pole_charge is None:
-            strength = strength * self.by_face("width") * self.by_face("height") / MU0
-        charges = np.empty((n, 4))
+            strength = face_charge(strength, self.by_face("width"), self.by_face("height"))
+        charges = np.empty((*strength.shape[:-2], n, 4))
         charges[:] = strength
         return charges
 

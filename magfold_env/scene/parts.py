@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field as Limits
 from pydantic import Strict, model_validator
 
 from magfold_env.scene.base import (
-    MU0,
     Each,
     Fraction,
     Metres,
@@ -25,6 +24,7 @@ from magfold_env.scene.base import (
 )
 from magfold_env.scene.errors import Problem, refuse
 from magfold_env.scene.magnets import Array
+from magfold_env.scene.numbers import face_charge
 from magfold_env.scene.obstacles import Rectangle
 
 MOST_STEPS = 10**12
@@ -140,7 +140,7 @@ class FixedMagnet(Part):
     @property
     def charge(self) -> float:
         """Magnetic charge of its north face [A m]; that of its south face is its negative."""
-        return self.remanence * self.width * self.height / MU0
+        return face_charge(self.remanence, self.width, self.height)
 
     @property
     def outline(self) -> Rectangle:
@@ -196,6 +196,15 @@ class Bumps(Part):
     """What the train is drawn with; None leaves it to chance."""
 
 
+class Factors(NamedTuple):
+    """What draws multiply the values of a scene by, a row each."""
+
+    friction: Array  # (m,)
+    mass: Array  # and inertia, (m, n)
+    strength: Array  # of magnets, (m,), or (m, n, 4) where they are drawn one by one
+    speed: Array  # of the feed, (m,), or (m, n) where it jitters
+
+
 class Spreads(Part):
     """Half-widths of the even draws that `Scene.draw` makes, relative but for two; 0: no draw."""
 
@@ -231,6 +240,28 @@ class Spreads(Part):
         # Rounded, so that machines whose powers differ in the last bit draw the same.
         decades = np.round(10.0 ** (self.friction_decades * unit), 12)
         return (1.0 + self.friction * unit) * decades
+
+    @property
+    def one_by_one(self) -> bool:
+        """Whether feed speeds or magnets are drawn one by one."""
+        return max(self.feed_jitter, self.magnet) > 0.0
+
+    def factors(self, n: int, unit: Array) -> Factors:
+        """Return factors for chains of n components.
+
+        ``unit`` holds a row of numbers for each, drawn evenly from [−1, 1), in the order of
+        `Scene.draw`; those of what is drawn one by one, if it is, come last.
+        """
+        strength = 1.0 + self.remanence * unit[:, n + 1]
+        speed = 1.0 + self.feed_speed * unit[:, n + 2]
+        each = unit[:, -5 * n :]
+        if self.feed_jitter > 0.0:
+            speed = speed[:, None] * (1.0 + self.feed_jitter * each[:, :n])
+        if self.magnet > 0.0:
+            magnets = 1.0 + self.magnet * each[:, n:].reshape(-1, n, 4)
+            strength = strength[:, None, None] * magnets
+        friction = self.friction_factor(unit[:, 0])
+        return Factors(friction, 1.0 + self.mass * unit[:, 1 : n + 1], strength, speed)
 
     @property
     def moves_obstacles(self) -> bool:

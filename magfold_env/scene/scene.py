@@ -14,6 +14,7 @@ from pydantic import Field as Limits
 from magfold_env.scene import base, parts, strip
 from magfold_env.scene.errors import Problem, SceneError, refuse, unless_a
 from magfold_env.scene.magnets import FACES, ROUNDING, Array, Magnets
+from magfold_env.scene.numbers import square_inertia
 from magfold_env.scene.obstacles import Obstacles, Rectangle
 
 SIGNS = {"N": 1.0, "S": -1.0, "-": 0.0}
@@ -170,7 +171,7 @@ class Scene(base.Part):
     def inertias(self) -> Array:
         """Moments of inertia about the centres [kg m²], shape (n,)."""
         if self.casing.inertia is None:
-            return self.masses * (self.casing.side * self.casing.side) / 6.0
+            return square_inertia(self.masses, self.casing.side)
         return self._each(self.casing.inertia)
 
     @property
@@ -431,22 +432,17 @@ class Scene(base.Part):
             return self
         n, spreads = self.n, self.spreads
         tube = self.mount == "tube"
-        unit = 2.0 * rng.random(2 * n + (4 if tube else 2)) - 1.0
-        friction = np.asarray(self.friction) * spreads.friction_factor(unit[0])
-        masses = 1.0 + spreads.mass * unit[1 : n + 1]
-        strength = np.asarray(1.0 + spreads.remanence * unit[n + 1])
-        speed = np.asarray(1.0 + spreads.feed_speed * unit[n + 2])
-        if spreads.feed_jitter > 0.0 or spreads.magnet > 0.0:
-            each = 2.0 * rng.random((5, n)) - 1.0
-            if spreads.feed_jitter > 0.0:
-                speed = speed * (1.0 + spreads.feed_jitter * each[0])
-            if spreads.magnet > 0.0:
-                strength = strength * (1.0 + spreads.magnet * each[1:].reshape(n, 4))
-        changes: dict[str, Any] = {"friction": friction, "spreads": parts.Spreads()}
+        first = 2 * n + (4 if tube else 2)
+        unit = 2.0 * rng.random(first + 5 * n * spreads.one_by_one) - 1.0
+        friction, mass, strength, speed = (each[0] for each in spreads.factors(n, unit[None]))
+        changes: dict[str, Any] = {
+            "friction": np.asarray(self.friction) * friction,
+            "spreads": parts.Spreads(),
+        }
         if spreads.mass > 0.0:
-            casing: dict[str, Any] = {"mass": self.masses * masses}
+            casing: dict[str, Any] = {"mass": self.masses * mass}
             if self.casing.inertia is not None:
-                casing["inertia"] = self.inertias * masses
+                casing["inertia"] = self.inertias * mass
             changes["casing"] = casing
         if self.magnets is not None and max(spreads.remanence, spreads.magnet) > 0.0:
             name = self.magnets.strength_name
@@ -459,7 +455,7 @@ class Scene(base.Part):
         for group, values in self._draw_last(rng).items():
             is_group = isinstance(values, Mapping)
             changes[group] = {**changes.get(group, {}), **values} if is_group else values
-        start = unit[n + 3 :]
+        start = unit[n + 3 : first]
         if tube and self.start_angles is None and self.start_offsets is None:
             changes["start_offsets"] = self.start_offset_spread * start + 0.0  # no -0.0
         elif self.start_angles is None and not tube:

@@ -1,7 +1,8 @@
-"""Many chains in their tubes, run by one compiled call on some threads."""
+"""Chains side by side, run by compiled calls on some threads; a session is row 0 of one."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -9,12 +10,13 @@ import numpy as np
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain.feed import lie_in_tube
 from magfold_env.engine.compile.by_pointer import POINTERS, code_of, reference
-from magfold_env.engine.outcomes import PAUSED, REACHED
+from magfold_env.engine.outcomes import PAUSED, REACHED, TIMED_OUT
 from magfold_env.engine.state import Array, IntArray, Model, State, Work
-from magfold_env.engine.stepping import runs
+from magfold_env.engine.stepping import paper_scheme, runs
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Trajectory
 from magfold_env.simulation.frames import Frames
+from magfold_env.simulation.pack import Numbers
 from magfold_env.simulation.stack import Stack
 from magfold_env.simulation.view import Orientation
 from magfold_env.simulation.work_queue import WorkQueue
@@ -22,6 +24,8 @@ from magfold_env.simulation.work_queue import WorkQueue
 OWN = ("charge", "grip", "bodies.mass", "bodies.inertia", "obstacles")
 """What may differ from chain to chain in a model, besides the numbers that `Chains` names."""
 AT_ONCE = 64  # chains that one compiled call runs, each for at most 50 ms
+_FIRST = np.zeros(1, dtype=np.int64)
+_CODES: dict[str, Any] = {}  # where those of `runs.run` and `runs.energy` lie, once compiled
 
 
 class Chains:
@@ -32,8 +36,8 @@ class Chains:
     Parameters
     ----------
     models
-        What they have in common, with a tube: one model for all, or some of which each chain is
-        given one when it begins, such as one for each direction of feed.
+        What they have in common: one model for all, or some of which each chain is given one when
+        it begins, such as one for each direction of feed.
     count
         How many.
     threads
@@ -56,12 +60,15 @@ class Chains:
         self._models: Stack[Model] = Stack(models, count, OWN)
         self._states: Stack[State] = Stack(states, count)
         self._works: Stack[Work] = Stack(works, count)
+        references = self._models.references, self._states.references, self._works.references
+        self._references: tuple[Any, Any, Any] = references
         self._frame_rate = frame_rate if count == 1 else None
-        self._frames = Frames(models[0], self._states.row(0), self._frame_rate)
-        chain = models[0], states[0], works[0]
-        run = code_of(runs.run, *chain, self._frames.record, 0.0)
-        codes = [run, code_of(runs.energy, *chain, 0.0)]
-        self._code = np.array(codes, dtype=np.int64 if POINTERS else object)
+        self.state = self._states.row(0)
+        """That of the first chain."""
+        self.frames = Frames(models[0], self.state, self._frame_rate)
+        """Of a single chain."""
+        self.paper_step: float | None = None
+        """Time step of the paper's scheme [s], if a single chain moves as it does."""
         self.kind: IntArray = np.zeros(count, dtype=np.int64)
         """Which of the models each chain has."""
         self.mass, self.inertia = self._models["bodies.mass"], self._models["bodies.inertia"]
@@ -88,6 +95,16 @@ class Chains:
         self._until: Array = np.full(count, math.inf)
 
     @property
+    def model(self) -> Model:
+        """That of the first chain, as it was when it began."""
+        return self._models.row(0, int(self.kind[0]))
+
+    @cached_property
+    def work(self) -> Work:
+        """Scratch space of the first chain."""
+        return self._works.row(0)
+
+    @property
     def released(self) -> IntArray:
         """Components that are out of the tube, (count,)."""
         return self.models[0].n - self.counters[:, at.LO]
@@ -102,11 +119,6 @@ class Chains:
         """Time steps tried, (count,)."""
         return self.counters[:, at.STEPS]
 
-    @property
-    def evaluations(self) -> IntArray:
-        """Evaluations of the accelerations, (count,)."""
-        return self.counters[:, at.EVALUATIONS]
-
     def clear(self, rows: IntArray, kind: int = 0) -> None:
         """Give some chains a model and put them into the tube; see `start`."""
         for stack in (self._models, self._states, self._works):
@@ -114,8 +126,33 @@ class Chains:
         self.kind[rows] = kind
         self.outcomes[rows] = REACHED
 
+    def become(self, model: Model, headings: Array, frame_rate: float | None) -> None:
+        """Make a single chain another one of the same sizes, at rest with some headings [rad].
+
+        With or without a tube; in one, see `start`.
+        """
+        self.remodel(model)
+        for mine, new in zip(self.state, new_state(model, headings), strict=True):
+            mine[:] = new
+        self._works.restore(_FIRST)
+        self.outcomes[0], self._frame_rate = REACHED, frame_rate
+        self.frames = Frames(model, self.state, frame_rate)
+
+    def remodel(self, model: Model) -> None:
+        """Give a single chain another model on its way."""
+        self.models = [model]
+        self._models.become(model)
+
+    def put(self, rows: IntArray, numbers: Numbers) -> None:
+        """Give some chains that are clear numbers of their own."""
+        self.mass[rows], self.inertia[rows] = numbers.mass, numbers.inertia
+        self.grip[rows] = numbers.grip
+        self.rate_scale[rows], self.light_rate[rows] = numbers.rate_scale, numbers.light_rate
+        for gravity, along in zip(self.gravity, numbers.pull.T, strict=True):
+            gravity[rows] = along
+
     def start(self, rows: IntArray, offsets: Array) -> None:
-        """Let chains that are clear begin at rest, with hinges so far from the tube's axis [m].
+        """Let chains that are clear begin at rest in tubes, with hinges so far from the axis [m].
 
         Offsets (rows, n + 1) begin at the inner end. What is drawn for the chains must be written
         into the arrays before.
@@ -128,7 +165,7 @@ class Chains:
         self.q[rows, n + 1] = offsets[:, n]
         self.clocks[rows, at.STEP] = 0.1 / self.light_rate[rows]
         if self._frame_rate is not None:
-            self._frames = Frames(self.models[0], self._states.row(0), self._frame_rate)
+            self.frames = Frames(self.models[0], self.state, self._frame_rate)
 
     def feed(self, rows: IntArray, *, whole: bool = False, until: float | Array = math.inf) -> None:
         """Feed out the next component of some chains, or all; chains that are all out settle.
@@ -165,11 +202,39 @@ class Chains:
 
     def find_energies(self, rows: IntArray) -> None:
         """Fill `energies` in for some chains as they are."""
-        runs.energies_of(self._code, *self._references, rows, self.energies)
+        runs.energies_of(self._codes, *self._references, rows, self.energies)
+
+    def energy(self, row: int) -> float:
+        """Return the magnetic energy [J] of a chain as it is."""
+        model, state, work = (each[row] for each in self._references)
+        return float(runs.energy_at(self._code("energy"), model, state, work, 0.0))
+
+    def run(self, row: int, until: float, progress: Callable[[], object] | None = None) -> int:
+        """Run a chain until a time [s], or as its state says, and call ``progress`` every turn.
+
+        Returns how that ended.
+        """
+        while (outcome := self.turn(row, until)) == PAUSED:
+            if self.frames.record.interval > 0.0:
+                self.frames.empty()
+            if progress is not None:
+                progress()
+        return outcome
+
+    def turn(self, row: int, until: float) -> int:
+        """Do what `run` does for at most 50 ms."""
+        record = self.frames.record
+        if self.paper_step is not None:
+            chain, end = (self.model, self.state, self.work, record), float(self.clocks[0, at.END])
+            outcome = paper_scheme.paper_advance(*chain, min(until, end), self.paper_step)
+            return TIMED_OUT if outcome == REACHED and end <= until else outcome
+        model, state, work = (each[row] for each in self._references)
+        code = self._code("run", record)
+        return int(runs.run_at(code, model, state, work, reference(record), until))
 
     def motion(self, view: Orientation) -> Trajectory | None:
         """Return the frames of the single chain; None if nothing is recorded."""
-        return self._frames.trajectory(view)
+        return self.frames.trajectory(view)
 
     def contents(self) -> tuple[Any, ...]:
         """Return all that decides how the chains go on, but for what was drawn."""
@@ -186,25 +251,36 @@ class Chains:
             stack.refill(block)
         if self._frame_rate is not None:
             self.counters[:, at.FRAMES] = 0
-            self._frames = Frames(self.models[0], self._states.row(0), None)
+            self.frames = Frames(self.models[0], self.state, None)
 
-    @property
-    def _references(self) -> tuple[Any, Any, Any]:
-        return self._models.references, self._states.references, self._works.references
+    def _code(self, name: str, *last: Any) -> Any:
+        if name not in _CODES:
+            chain = self.models[0], self.state, self.work, *last
+            _CODES[name] = code_of(getattr(runs, name), *chain, 0.0)
+        return _CODES[name]
+
+    @cached_property
+    def _codes(self) -> Any:
+        codes = [self._code("run", self.frames.record), self._code("energy")]
+        return np.array(codes, dtype=np.int64 if POINTERS else object)
 
     def _run(self, rows: IntArray) -> None:
         """Run chains until they end, or pause as their states say."""
-        record = reference(self._frames.record)
+        if len(rows) == 1:
+            row = int(rows[0])
+            self.outcomes[row] = self.run(row, float(self._until[row]))
+            if self.outcomes[row] != REACHED:
+                self.energies[row] = self.energy(row)
+            return
+        record = reference(self.frames.record)
         while len(rows) > 0:
             # Some at a time, as only between two calls Python can be interrupted.
             some, rows = rows[:AT_ONCE], rows[AT_ONCE:]
             arguments = (
-                self._code, *self._references, record, self._until, some, self.outcomes,
+                self._codes, *self._references, record, self._until, some, self.outcomes,
                 self.energies, np.zeros(1, dtype=np.int64),
             )  # fmt: skip
             self.queue.run(runs.run_chains, arguments, len(some))
-            if self._frame_rate is not None:
-                self._frames.empty()
             paused = some[self.outcomes[some] == PAUSED]
             if len(paused) > 0:
                 rows = np.concatenate([paused, rows])

@@ -24,9 +24,10 @@ from magfold_env.engine.state import (
     Model,
     Tables,
 )
-from magfold_env.scene import Casing, FixedMagnet, Rectangle, Scene
+from magfold_env.scene import Casing, FixedMagnet, Scene
 from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
+from magfold_env.scene.numbers import FRICTION_ARM, friction_limit, rectangle, typical_rate
 from magfold_env.simulation.far_table import build_far_table
 from magfold_env.simulation.pair_tables import build_tables
 from magfold_env.simulation.quadrature import (
@@ -39,10 +40,6 @@ from magfold_env.simulation.quadrature import (
     width_rule,
 )
 
-# c of the friction ellipsoid, as a share of the side: mean distance of a square's points from
-# its centre, so that pure spin of an evenly pressed square feels its exact friction torque.
-FRICTION_ARM = 0.3826
-
 # Share of the accuracy that splines may use up.
 TABLE_SHARE = 0.05
 FAR_ACCURACY = 1e-3  # the finest that the table of casings farther apart serves
@@ -51,8 +48,6 @@ PAST_STOP = 0.2  # of the angle that flush magnets would have to turn on by to m
 
 # [m²] Nodes of faces that touch come no nearer: sums that round differently are to cancel.
 TOUCHING2 = 1e-12
-
-SLOWEST = 1.0  # [rad/s]
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -74,37 +69,80 @@ def reversed_inside(scene: Scene) -> bool:
     return scene.mount == "tube" and scene.feed.direction == "forward"
 
 
+class Values(NamedTuple):
+    """What chains may differ in that are drawn from one scene, a row each, component 1 first."""
+
+    mass: Array  # (m, n) [kg]
+    inertia: Array  # (m, n) [kg m²]
+    friction: Array  # coefficients, (m, n)
+    charge: Array  # the largest that a pole face may have, (m,) [A·m]
+    normal: Array  # gravity normal to the plane, (m,) [m/s²]
+    pull: Array  # and in it, (m, 2)
+
+
+class Numbers(NamedTuple):
+    """What follows for their models, a row each, in the engine's order; see `Model`."""
+
+    mass: Array
+    inertia: Array
+    grip: Array
+    pull: Array
+    rate_scale: Array
+    light_rate: Array
+
+
+def numbers(scene: Scene, values: Values) -> Numbers:
+    """Return the numbers of chains that are drawn from a scene."""
+    mass, inertia, friction = values.mass, values.inertia, values.friction
+    if reversed_inside(scene):
+        mass, inertia = np.ascontiguousarray(mass[:, ::-1]), inertia[:, ::-1]
+        friction = friction[:, ::-1]
+    width, outer = math.inf, 0.0
+    if scene.magnets is not None:
+        width = widest(scene.magnets)
+        if scene.field is not None:
+            outer = _length(*scene.field.uniform)
+            if (magnet := scene.field.magnet) is not None:
+                outer += 1e-7 * magnet.charge / (magnet.width * magnet.width)
+    length, (x, y) = scene.casing.diagonal, values.pull.T
+    # Beyond the largest number: infinite, not an error.
+    with np.errstate(over="ignore"):
+        rates = [
+            typical_rate(values.charge, width, outer, each, x, y, length)
+            for each in (mass.mean(axis=1), mass.min(axis=1))
+        ]
+    grip = friction_limit(friction, values.normal[:, None], mass)
+    return Numbers(mass, inertia, grip, values.pull, *rates)
+
+
 def pack(scene: Scene) -> Model:
     """Turn a scene into the arrays of the kernels.
 
     Random spreads are not applied here: draw them first (``Scene.draw``).
     """
     n = scene.n
-    casing, bumps = scene.casing, scene.bumps
-    mass, inertia, friction = scene.masses, scene.inertias, scene.frictions
+    casing, bumps, gravity = scene.casing, scene.bumps, scene.gravity
     length = np.full(n, casing.diagonal)
-    if reversed_inside(scene):
-        mass, inertia = mass[::-1].copy(), inertia[::-1].copy()
-        friction = friction[::-1]
     magnets, tables = pack_magnets(scene), joint_tables(scene)
     every_charge = charges(scene)
     magnetic = _is_magnetic(scene, every_charge)
     charge = 0.0 if scene.magnets is None else scene.magnets.charge
-    rate, light_rate = typical_rate(scene, np.full(2, charge), np.array([mass.mean(), mass.min()]))
+    stated = scene.masses, scene.inertias, scene.frictions, charge, gravity.normal, gravity.in_plane
+    one = numbers(scene, Values(*(np.array([each]) for each in stated)))
     return Model(
         n=n,
-        bodies=Bodies(mass, inertia, length / 2.0, length),
+        bodies=Bodies(one.mass[0], np.ascontiguousarray(one.inertia[0]), length / 2.0, length),
         magnets=magnets if tables is NO_TABLES else magnets._replace(tables=tables),
         charge=every_charge,
         magnetic=magnetic,
         side=casing.side,
         rounding=casing.corner_radius,
         past_stop=_past_stop(scene, magnets),
-        grip=friction * scene.gravity.normal * mass,
+        grip=one.grip[0],
         arm=FRICTION_ARM * casing.side,
-        frictional=bool(friction.any()) and scene.gravity.normal > 0.0,
-        gravity_x=scene.gravity.in_plane[0],
-        gravity_y=scene.gravity.in_plane[1],
+        frictional=bool(scene.frictions.any()) and gravity.normal > 0.0,
+        gravity_x=gravity.in_plane[0],
+        gravity_y=gravity.in_plane[1],
         field=pack_field(scene, magnetic),
         contact=scene.contact,
         tube=scene.mount == "tube",
@@ -117,8 +155,8 @@ def pack(scene: Scene) -> Model:
         bump_seed=(bumps.seed or 1) if bumps is not None else 1,
         bump_duration=bumps.duration if bumps is not None else 0.0,
         tolerance=scene.solver.tolerance,
-        rate_scale=float(rate),
-        light_rate=float(light_rate),
+        rate_scale=float(one.rate_scale[0]),
+        light_rate=float(one.light_rate[0]),
         max_steps=scene.solver.max_steps,
         max_steps_per_second=scene.solver.max_steps_per_second,
         duration=scene.duration,
@@ -352,18 +390,11 @@ def pack_field(scene: Scene, magnetic: bool) -> Field:
 
 def pack_obstacles(scene: Scene) -> Array:
     """Return what stands in the chain's way: a row each, see `engine.entries`."""
-    found = [_packed(each, scene.casing.corner_radius) for each in scene.solids]
+    found: list[tuple[float, ...]] = []
+    for each in scene.solids:
+        cos, sin = each.axis.tolist()
+        found.append(rectangle(*each.position, *each.size, cos, sin, scene.casing.corner_radius))
     return np.array(found).reshape(len(found), 7)
-
-
-def _packed(solid: Rectangle, rounding: float) -> list[float]:
-    """Return a rectangle's row; its edges are rounded as the casings', as far as it is large."""
-    along, across = solid.size
-    cos, sin = solid.axis.tolist()
-    if across > along:
-        along, across, cos, sin = across, along, -sin, cos
-    radius = min(rounding, 0.25 * across)
-    return [*solid.position, cos, sin, 0.5 * along - radius, 0.5 * across - radius, radius]
 
 
 def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
@@ -389,26 +420,3 @@ def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
 def _length(x: float, y: float) -> float:
     """Length of a vector; unlike `math.hypot` it rounds alike everywhere."""
     return math.sqrt(x * x + y * y)
-
-
-def typical_rate(scene: Scene, charge: Array, mass: Array, pull: Array | None = None) -> Array:
-    """Return the rate that the strongest force gives one component, the scale of errors [rad/s].
-
-    ``charge`` is the largest of a pole face [A·m], of any shape, ``mass`` the component's [kg], of
-    the same shape; ``pull`` is gravity in the plane [m/s²], (..., 2), where it is not the scene's.
-    """
-    x, y = np.moveaxis(np.asarray(scene.gravity.in_plane if pull is None else pull), -1, 0)
-    acceleration = np.broadcast_to(np.sqrt(x * x + y * y), mass.shape).copy()
-    if scene.magnets is not None:
-        # Two charges a magnet's width apart: the order of the force between touching faces.
-        density = charge / widest(scene.magnets)
-        # Beyond the largest number: infinite, not an error.
-        with np.errstate(over="ignore"):
-            force = 1e-7 * density * density
-            if scene.field is not None:
-                outer = _length(*scene.field.uniform)
-                if (magnet := scene.field.magnet) is not None:
-                    outer += 1e-7 * magnet.charge / (magnet.width * magnet.width)
-                force = force + charge * outer
-            acceleration += force / mass
-    return np.maximum(np.sqrt(acceleration / scene.casing.diagonal), SLOWEST)

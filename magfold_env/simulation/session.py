@@ -5,17 +5,16 @@ import weakref
 from collections import deque
 from collections.abc import Callable
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
-from magfold_env.engine.chain import feed
-from magfold_env.engine.compile.by_pointer import code_of, reference, write_down
-from magfold_env.engine.contact import boxes
-from magfold_env.engine.state import Array, Model, Record, State, Work
-from magfold_env.engine.stepping import paper_scheme, runs
+from magfold_env.engine.chain import feed, ledger
+from magfold_env.engine.contact import boxes, constraints
+from magfold_env.engine.friction import held
+from magfold_env.engine.state import Array, Model, Work
 from magfold_env.engine.workspace import new_work
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene, Schedule
@@ -23,30 +22,27 @@ from magfold_env.scene.base import SPEED
 from magfold_env.scene.errors import Problem, SceneError
 from magfold_env.shapes import angles_to_word
 from magfold_env.simulation import view
+from magfold_env.simulation.chains import Chains
 from magfold_env.simulation.endings import ending, obstacle_names, work_cap
-from magfold_env.simulation.frames import Frames, magnetic_energy
+from magfold_env.simulation.frames import magnetic_energy
 from magfold_env.simulation.pack import pack, reversed_inside
-from magfold_env.simulation.push_force import push_force
-from magfold_env.simulation.stack import Stack
-from magfold_env.simulation.start import start
+from magfold_env.simulation.start import headings, inner_offsets
 
-Chain = tuple[Model, State, Work, Record]
 Progress = Callable[[float, int], object]
 
 ARRIVED = 1e-9  # diagonals that a feed may be from where it is to go
 
-_CODE: dict[str, Any] = {}  # where those of `runs.run` and `runs.energy` lie, once compiled
-_FIRST = np.zeros(1, dtype=np.int64)
+_ROW = np.zeros(1, dtype=np.int64)
 _SPARES = 8  # for chains of one kind; a fold takes less time than making room for it
 
 
 @lru_cache(maxsize=16)
-def _spare(*_sizes: int) -> deque[Stack[Work]]:
+def _spare(*_sizes: int) -> deque[Chains]:
     return deque(maxlen=_SPARES)
 
 
-def _spare_of(model: Model) -> deque[Stack[Work]]:
-    """Return scratch space that is left over from other runs, of all sizes that this one needs."""
+def _spare_of(model: Model) -> deque[Chains]:
+    """Return chains that are left over from other runs, of all sizes that this one needs."""
     magnets = model.magnets
     nodes = magnets.node_x.shape if model.magnetic else ()
     lanes = magnets.level_node.shape[1] if model.magnetic else 0
@@ -75,7 +71,7 @@ class Account(NamedTuple):
 
 
 class Session:
-    """A chain at the beginning of its run, or anywhere in it.
+    """A chain at the beginning of its run, or anywhere in it: row 0 of `Chains` of one.
 
     Parameters
     ----------
@@ -105,32 +101,35 @@ class Session:
         """The status in words."""
         self.progress: Progress = lambda _time, _released: None
         """See `simulate`; after it has stopped a run, `settle` and others go on with it."""
-        self._model = pack(scene)
-        self._view = view.Orientation(reversed_inside(scene), self._model.bodies.length)
-        self._state = start(scene, self._model, self._view)
-        self._state.speed[:] = scene.speeds[::-1] if self._view.flip else scene.speeds
-        spare = _spare_of(self._model)
+        model = pack(scene)
+        self._view = view.Orientation(reversed_inside(scene), model.bodies.length)
+        spare = _spare_of(model)
         try:
-            room = spare.pop()
+            chains = spare.pop()
         except IndexError:  # or another thread took it
-            room = Stack([new_work(self._model)], 1)
-        weakref.finalize(self, spare.append, room).atexit = False
-        room.restore(_FIRST)
-        self._work = room.only
-        self._frames = Frames(self._model, self._state, frame_rate)
+            chains = Chains([model], 1)
+        weakref.finalize(self, spare.append, chains).atexit = False
+        if scene.mount == "tube":
+            chains.become(model, np.zeros(scene.n), frame_rate)
+            chains.start(_ROW, inner_offsets(scene)[None])
+        else:
+            chains.become(model, headings(np.array(scene.start_angles)), frame_rate)
+        paper = scene.solver.method == "paper"
+        chains.paper_step = scene.solver.time_step if paper else None
+        self._chains, self._state, self._work = chains, chains.state, chains.work
+        self._ask(scene.speeds)
         if scene.contact and scene.mount != "tube":
             self._refuse_overlap()
         if scene.mount == "tube" and scene.feed.loading == "at_mouth":
             # A component's magnets act from when its leading hinge reaches the mouth.
-            self._model.charge[:] = 0.0
-        write_down(self._model, self._state, self._work, self._frames.record)
+            chains.charge[:] = 0.0
 
     # --- what a caller may see -------------------------------------------------------------
 
     @property
     def n(self) -> int:
         """Number of components."""
-        return self._model.n
+        return self.scene.n
 
     @property
     def released(self) -> int:
@@ -196,8 +195,7 @@ class Session:
 
     def energy(self) -> float:
         """Magnetic energy of the components whose magnets act [J], an outer field's included."""
-        chain = self._model, self._state, self._work
-        return float(_called("energy", runs.energy, runs.energy_at, chain, 0.0))
+        return self._chains.energy(0)
 
     def potential(self) -> float:
         """Energy whose exact gradient the simulated magnet forces are [J].
@@ -205,6 +203,10 @@ class Session:
         Within the magnets' accuracy it is `energy`, which sums where the dynamics looks up.
         """
         return float(feed.potential_of(self._model, self._state, self._work))
+
+    @cached_property
+    def _model(self) -> Model:
+        return self._chains.model
 
     @cached_property
     def _probe(self) -> Work:
@@ -284,8 +286,26 @@ class Session:
             self._go_on(keep=0, until=self.time + seconds)
 
     def push_force(self) -> float:
-        """Return the force along the tube that the feed needs at this moment [N]."""
-        return push_force(self._model, self._state, self._probe)
+        """Return the force along the tube that the feed needs at this moment [N].
+
+        See `magfold_env.engine.chain.feed.needed_force`; inside the tube nothing rubs. Negative
+        where the chain pulls. No number where the contact forces are not found.
+        """
+        # The chain stays as it is: what a run carries over from step to step must not change.
+        copies = {name: array.copy() for name, array in self._state._asdict().items()}
+        model, state, work = self._model, self._state._replace(**copies), self._probe
+        if self._held in (0, self.n):
+            return 0.0
+        if feed.slips(state):
+            return float(state.counter[at.SLIPPING]) * ledger.most_force(model, state)
+        feed.carry(model, state, work)
+        work.chain.base[at.PULL] = 0.0
+        if constraints.begin_step(model, state, work) not in (constraints.OK, constraints.IMPACT):
+            return math.nan
+        out = work.stages.slope_v[0]
+        if not held.first_accelerations(model, state, work, out):
+            return math.nan
+        return float(feed.needed_force(self._held, model, work, out))
 
     @property
     def account(self) -> Account:
@@ -315,7 +335,7 @@ class Session:
             evaluations=self.evaluations,
             push_peak=self.account.push_peak,
             in_tube=self._held,
-            trajectory=self._frames.trajectory(self._view, ended=True),
+            trajectory=self._chains.frames.trajectory(self._view, ended=True),
             magnetic_energy=magnetic_energy,
         )
 
@@ -330,7 +350,7 @@ class Session:
         if outcome != outcomes.REACHED:
             rested = outcome == outcomes.RESTED
             joints: list[float] = np.diff(self.angles).tolist() if rested else []
-            cap = work_cap(self._model, self.steps)
+            cap = work_cap(self._chains.models[0], self.steps)
             self.status, self.message = ending(outcome, self.time, joints, cap, self._held)
             if self.status is FoldStatus.JAMMED and (pressed := self._what_presses()):
                 self.message += f"; {pressed}"
@@ -356,21 +376,10 @@ class Session:
 
     def _run(self, until: float) -> int:
         """Run until a time [s] or an end; returns how the integration ended."""
-        chain = self._model, self._state, self._work, self._frames.record
-        run = self._run_paper if self.scene.solver.method == "paper" else run_chain
-        while (outcome := run(chain, until)) == outcomes.PAUSED:
-            self._frames.empty()
-            self.progress(self.time, self.released)
-        return outcome
-
-    def _run_paper(self, chain: Chain, until: float) -> int:
-        """Do what `run_chain` does, in the paper's steps."""
-        end = float(self._state.clock[at.END])
-        outcome = paper_scheme.paper_advance(*chain, min(until, end), self.scene.solver.time_step)
-        return outcomes.TIMED_OUT if outcome == outcomes.REACHED and end <= until else outcome
+        return self._chains.run(0, until, lambda: self.progress(self.time, self.released))
 
     def _refuse_overlap(self) -> None:
-        model, work = self._model, self._work
+        model, work = self._chains.models[0], self._work
         headings: Array = self._state.q[: model.n]
         if headings.max() - headings.min() < 0.5 * math.pi and len(model.obstacles) == 0:
             # Along the line midway between the headings each square lies between its hinges.
@@ -387,15 +396,3 @@ class Session:
             number = self._view.index(pair[0]) + 1
             self.status = FoldStatus.FAILED
             self.message = f"component {number} and an obstacle overlap at the start"
-
-
-def run_chain(chain: Chain, until: float) -> int:
-    """Call `runs.run`."""
-    return int(_called("run", runs.run, runs.run_at, chain, until))
-
-
-def _called(name: str, kernel: Any, at: Any, chain: tuple[Any, ...], x: float) -> Any:
-    """Call a kernel by its address, which spares finding out what its arguments hold."""
-    if name not in _CODE:
-        _CODE[name] = code_of(kernel, *chain, x)
-    return at(_CODE[name], *(reference(each) for each in chain), x)

@@ -1,7 +1,7 @@
 """Many copies of a NamedTuple that kernels see through one pointer, side by side in memory."""
 
 from collections.abc import Collection, Sequence
-from functools import cached_property
+from operator import attrgetter
 from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
@@ -14,6 +14,7 @@ T = TypeVar("T", bound=tuple[Any, ...])
 
 WORD = 8  # bytes
 LINE = 8  # words of a cache line: arrays begin with one
+_PLACES: dict[tuple[type, str], int] = {}  # of numbers among the words
 
 
 class Stack(Generic[T]):
@@ -34,7 +35,7 @@ class Stack(Generic[T]):
     def __init__(
         self, originals: Sequence[T], count: int, own: Collection[str] | None = None
     ) -> None:
-        self._originals, self._count = originals, count
+        self._originals, self._count = list(originals), count
         self._places: dict[str, tuple[int, NDArray[Any]]] = {}
         size = 0
         for name, array in _arrays(originals[0]):
@@ -43,14 +44,25 @@ class Stack(Generic[T]):
                 size += -(-array.size // LINE) * LINE
         self._images = np.zeros((len(originals), size))
         for image, original in zip(self._images, originals, strict=True):
-            for name, array in _arrays(original):
-                if name in self._places:
-                    start = self._places[name][0]
-                    image[start : start + array.size] = array.ravel().view(np.float64)
+            self._fill(image, original)
         self._block = _aligned(count, size)
         self.references: Any = self._words_of_rows() if POINTERS else Rows(self, count)
         """By what kernels know each copy, see `by_pointer.reference`."""
         self.restore(np.arange(count))
+
+    def _fill(self, image: Array, original: T) -> None:
+        for name, (start, array) in self._places.items():
+            values = attrgetter(name)(original)
+            image[start : start + array.size] = values.ravel().view(np.float64)
+
+    def become(self, original: T) -> None:
+        """Make all copies those of another original, whose arrays have the same sizes."""
+        self._originals = [original]
+        self._fill(self._images[0], original)
+        if POINTERS:
+            words = pointer_types.words_of(original)
+            np.copyto(self._word_images[0], words, where=~self._moved)
+        self.restore(np.arange(self._count))
 
     def _words_of_rows(self) -> IntArray:
         """Make room to write down all copies, and return where the words of each begin."""
@@ -68,11 +80,6 @@ class Stack(Generic[T]):
         arrays = {name: self[name][row] for name in self._places}
         return _with_arrays(self._originals[original], arrays)
 
-    @cached_property
-    def only(self) -> T:
-        """The first copy, always the same object."""
-        return self.row(0)
-
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return an array of all copies, shape (count, …)."""
         start, array = self._places[name]
@@ -82,8 +89,10 @@ class Stack(Generic[T]):
     def number(self, name: str) -> Array:
         """Return a number of all copies, (count,), to be set between two calls of kernels."""
         if POINTERS:
-            place = pointer_types.place_of(self._originals[0], name)
-            return self._words[:, place].view(np.float64)
+            original = self._originals[0]
+            if (type(original), name) not in _PLACES:  # which take long to find
+                _PLACES[type(original), name] = pointer_types.place_of(original, name)
+            return self._words[:, _PLACES[type(original), name]].view(np.float64)
         return self.references.number(name)
 
     def restore(self, rows: IntArray, original: int = 0) -> None:

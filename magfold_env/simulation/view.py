@@ -31,10 +31,6 @@ class Orientation:
         """Map a component's index to the engine's, or back."""
         return self.length.size - 1 - i if self.flip else i
 
-    def joints(self, public: Array) -> Array:
-        """Joint angles (n − 1,) in the engine's order for public ones."""
-        return -public[::-1] if self.flip else public
-
     def headings(self, inside: Array) -> Array:
         """Public headings for the engine's, shape (..., n)."""
         return inside[..., ::-1] + math.pi if self.flip else inside.copy()

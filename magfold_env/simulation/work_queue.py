@@ -51,12 +51,6 @@ class WorkQueue:
     def __del__(self) -> None:
         self.close()
 
-    def __getstate__(self) -> int:
-        return self.size
-
-    def __setstate__(self, size: int) -> None:
-        self.__init__(size)
-
     def _start(self) -> None:
         """Start the threads, unless they run: those of a process do not survive its forking."""
         if self._process == os.getpid():

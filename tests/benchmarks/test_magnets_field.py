@@ -5,7 +5,7 @@ import pytest
 
 from magfold_bench.laws import exact_magnets
 from magfold_env.scene import Field, FixedMagnet, Scene
-from magfold_env.scene.parts import MU0
+from magfold_env.scene.base import MU0
 from tests.benchmarks.magnet_pairs import SIDE, unequal
 from tests.reference import magnet_field
 

@@ -7,7 +7,7 @@ import numpy as np
 
 import magfold_env as mf
 from magfold_env.browser import memory, settings, states
-from magfold_env.simulation.pack import pack
+from magfold_env.simulation.pack import pack, reversed_inside
 
 MOUNTS = ("tube", "free", "pinned")
 
@@ -79,13 +79,14 @@ def chain_of(scene: mf.Scene, couplings: states.Couplings | None = None) -> memo
     assert scene.magnets is not None
     given_.pole[:] = [[poles[face] for face in faces] for faces in scene.sequence]
     given_.remanence[:] = scene.magnets.remanence
-    given_.mass[:] = scene.masses
-    given_.friction[:] = scene.frictions
-    given_.speed[:] = scene.speeds
+    order = -1 if reversed_inside(scene) else 1
+    chain.model.bodies.mass[:] = scene.masses[::order]
+    given_.friction[:] = scene.frictions[::order]
+    chain.state.speed[:] = scene.speeds[::order]
     tube = scene.mount == "tube"
     start = scene.start_offsets if tube else scene.start_angles
     assert start is not None
-    given_.start[: len(start)] = start
+    given_.start[0, : len(start)] = start[::order]
     for row, each in zip(given_.obstacles, scene.obstacles, strict=False):
         row[:] = *each.position, *each.size, each.heading
     given_.choice[:] = (

@@ -80,6 +80,6 @@ def test_a_start_is_drawn_as_a_scene_draws_it(mount: str) -> None:
     unit = 2.0 * np.random.default_rng(5).random(2 * scene.n + 4) - 1.0
     unit = unit[scene.n + 3 :]
     chain.settings.start[:] = 0.0
-    chain.settings.start[: len(drawn)] = unit[: len(drawn)]
+    chain.settings.start[0, : len(drawn)] = unit[: len(drawn)]
     settings.draw(chain.settings, chain.model, scene.start_angle_spread)
-    assert tuple(chain.settings.start[: len(drawn)]) == drawn
+    assert tuple(chain.settings.start[0, : len(drawn)]) == drawn

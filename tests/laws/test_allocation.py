@@ -31,7 +31,7 @@ def advance(session: Session, until: float) -> tuple[int, int]:
     """Integrate; returns the steps taken and the allocations made, by numba and for it."""
     model, state = session._model, session._state
     steps, before = int(state.counter[at.STEPS]), rtsys.get_allocation_stats()
-    integrator.advance(model, state, session._work, session._frames.record, until, 10**9)
+    integrator.advance(model, state, session._work, session._chains.frames.record, until, 10**9)
     after = rtsys.get_allocation_stats()
     made = after.alloc - before.alloc + after.mi_alloc - before.mi_alloc
     return int(state.counter[at.STEPS]) - steps, made

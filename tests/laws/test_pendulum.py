@@ -80,7 +80,7 @@ def fixed_steps(scene, until, count):
     session = Session(scene)
     model = session._model._replace(tolerance=0.01)  # accepts every step
     state, work = new_state(model, np.zeros(3)), new_work(model)
-    record = session._frames.record
+    record = session._chains.frames.record
     for end in np.linspace(0.0, until, count + 1)[1:]:
         state.clock[at.STEP] = until
         assert integrator.advance(model, state, work, record, end, 10**9) == REACHED

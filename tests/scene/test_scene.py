@@ -80,6 +80,18 @@ def test_draws_are_seeded_and_inside_their_widths(scene: mf.Scene) -> None:
         assert max(map(abs, drawn.start_angles)) <= 0.03
 
 
+def test_the_first_draws_come_in_the_stated_order(scene: mf.Scene) -> None:
+    drawn = scene.replace(spreads=SPREADS).draw(np.random.default_rng(3))
+    unit = 2.0 * np.random.default_rng(3).random(2 * 3 + 2) - 1.0
+    magnets = drawn.magnets
+    assert magnets is not None
+    found = [drawn.friction, *drawn.masses, magnets.remanence, drawn.feed.speed]
+    stated = [0.35, *[0.0037] * 3, 0.6, 0.05]
+    widths = [0.2, *[0.1] * 3, 0.05, 0.3]
+    np.testing.assert_allclose(np.divide(found, stated) - 1.0, widths * unit[:6], atol=1e-12)
+    np.testing.assert_allclose(drawn.start_angles or (), 0.03 * unit[6:], atol=1e-12)
+
+
 def test_friction_can_be_drawn_evenly_on_a_scale_of_powers(scene: mf.Scene) -> None:
     wide = scene.replace(friction=1.0, spreads={"friction_decades": 0.5})
     drawn = [wide.draw(np.random.default_rng(seed)).friction for seed in range(300)]

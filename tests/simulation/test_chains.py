@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
+from magfold_env.engine import entries as at
 from magfold_env.engine.outcomes import REACHED, RESTED
 from magfold_env.simulation.chains import Chains
 from magfold_env.simulation.pack import pack
@@ -53,7 +54,7 @@ def test_chains_go_as_sessions_do(threads: int, all_of_it: bool) -> None:
         assert chains.energies[k] == session.energy()
         assert chains.times[k] == session.time
         assert chains.steps[k] == session.steps
-        assert chains.evaluations[k] == session.evaluations
+        assert chains.counters[k, at.EVALUATIONS] == session.evaluations
 
 
 def test_a_chain_begins_again_as_if_new() -> None:

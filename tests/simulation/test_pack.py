@@ -9,14 +9,8 @@ from hypothesis import strategies as st
 
 import magfold_env as mf
 from magfold_env.scene import Casing, Field, FixedMagnet, Magnets, Rectangle, Scene
-from magfold_env.simulation.pack import (
-    SLOWEST,
-    charges,
-    pack,
-    pack_magnets,
-    reversed_inside,
-    typical_rate,
-)
+from magfold_env.scene.numbers import SLOWEST
+from magfold_env.simulation.pack import charges, pack, pack_magnets, reversed_inside
 from tests.engine import reference
 
 SIDE = 0.0125
@@ -182,8 +176,7 @@ def test_what_does_not_move_is_one_array():
 
 
 def rate_of(scene, mass=0.0037):
-    charge = 0.0 if scene.magnets is None else scene.magnets.charge
-    return float(typical_rate(scene, np.full(1, charge), np.full(1, mass))[0])
+    return pack(scene.replace(casing={"mass": mass})).light_rate
 
 
 def test_gravity_alone_gives_the_rate_of_a_pendulum():

@@ -108,3 +108,15 @@ def test_a_copy_may_be_of_another_original() -> None:
     stack["square"][:] = 0.0
     stack.refill(kept)
     np.testing.assert_array_equal(stack["square"][1], second.square)
+
+
+def test_copies_become_another_original() -> None:
+    first, second = an_outer(), an_outer()._replace(size=9, square=np.full((3, 5), 2.0))
+    second = second._replace(shared=np.full(6, 0.5), inner=second.inner._replace(scale=0.25))
+    stack = Stack([first], 2, own=["square"])
+    stack.become(second)
+    out, counter = np.zeros(2), np.zeros(1, dtype=np.int64)
+    digests(code_of(digest, first, first, first, 2.0), stack.references, counter, out)
+    assert (out == digest(second, second, second, 2.0)).all()
+    stack["square"][:] = 0.0
+    assert (second.square == 2.0).all()

@@ -35,10 +35,9 @@ class SteppedSession(Session):
         super().__init__(scene)
         self._look = look
         self._stride = stride
-        # A second of simulated time that ends every few steps stops the run there. The model is
-        # made once, since handing a new one to the kernels costs more than a step.
+        # A second of simulated time that ends every few steps stops the run there.
         self._whole: Model = self._model
-        self._model: Model = self._model._replace(max_steps_per_second=stride)
+        self._chains.remodel(self._whole._replace(max_steps_per_second=stride))
         self._second, self._second_steps = 0.0, 0
 
     def turn(self, angle: float) -> None:
@@ -63,7 +62,7 @@ class SteppedSession(Session):
             if clock[at.TIME] >= self._second + 1.0:
                 self._second, self._second_steps = float(clock[at.TIME]), int(counter[at.STEPS])
             if counter[at.STEPS] - self._second_steps >= self._whole.max_steps_per_second:
-                self._model = self._whole
+                self._chains.remodel(self._whole)
                 return CAPPED
             clock[at.SECOND], counter[at.SECOND_STEPS] = clock[at.TIME], counter[at.STEPS]
             before = self.steps

@@ -16,7 +16,6 @@ import numpy.typing as npt
 
 from magfold_bench.laws import mechanics
 from magfold_bench.laws.overlap import beyond_bore, depths, order_in_feed
-from magfold_env.engine.compile.by_pointer import write_down
 from magfold_env.engine.state import Model, State
 from magfold_env.fold import Fold
 from magfold_env.scene import Rectangle, Scene
@@ -203,8 +202,7 @@ class _WatchedSession(Session):
 
     def __init__(self, scene: Scene, judge: Judge, rate: float) -> None:
         super().__init__(scene)
-        self._frames = _Watch(judge, self._view, self._model, self._state, rate)
-        write_down(self._model, self._state, self._work, self._frames.record)
+        self._chains.frames = _Watch(judge, self._view, self._model, self._state, rate)
 
 
 def look_inside(scene: Scene) -> tuple[Inside, Fold]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from magfold_env.engine.state import Array, IntArray
 from magfold_env.scene import Magnets, Scene
-from magfold_env.scene.parts import MU0
+from magfold_env.scene.base import MU0
 
 FACE_NORMALS = np.radians([45.0, 135.0, -135.0, -45.0])  # from the heading
 FACES = 8  # of a casing: four outer ones, then their inner counterparts

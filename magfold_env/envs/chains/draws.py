@@ -1,8 +1,7 @@
 """What is drawn for many chains at once: `Scene.draw` as arrays, without a scene for each.
 
-The numbers and their order are those of `magfold_env.scene.Scene.draw`, and what becomes of them is
-what `magfold_env.simulation.pack.pack` makes of the drawn scene, bit for bit; tests hold both to
-that.
+The numbers and their order are those of `magfold_env.scene.Scene.draw`; what becomes of them is
+what `magfold_env.simulation.pack.pack` makes of the drawn scene, bit for bit.
 """
 
 import math
@@ -15,10 +14,10 @@ from magfold_env.engine import entries as at
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.scene import Scene
-from magfold_env.scene.base import MU0
+from magfold_env.scene.numbers import square_inertia
 from magfold_env.simulation.chains import Chains
-from magfold_env.simulation.pack import TURNED, pack, reversed_inside, typical_rate
-from magfold_env.simulation.start import hinge_offsets
+from magfold_env.simulation.pack import TURNED, Values, numbers, pack, reversed_inside
+from magfold_env.simulation.start import inner_offsets
 
 REFERENCE_SPEED = 0.1
 """Speed [m/s] that the scene's draw is applied to, to learn the factors it draws."""
@@ -60,13 +59,12 @@ class DrawnChains:
         packed = [pack(_nothing_drawn(each)) for each in self.templates]
         if endless:
             packed = [model._replace(duration=math.inf) for model in packed]
-        self._given = [_given_offsets(each) for each in self.templates]
+        given = template.start_angles is not None or template.start_offsets is not None
+        self._given = [inner_offsets(each) for each in self.templates] if given else None
         self.chains = Chains(packed, count, threads, frame_rate)
-        jitters = spreads.feed_jitter > 0.0 or spreads.magnet > 0.0
-        self._first = 0 if template.is_concrete else 2 * n + 4
-        self._rest = 5 * n if jitters else 0
+        self._first = 0 if template.is_concrete else 2 * n + 4 + 5 * n * spreads.one_by_one
         last = 2 * (spreads.moves_obstacles + (spreads.tilt > 0.0))
-        self._numbers = np.zeros((count, self._first + self._rest + last))
+        self._numbers = np.zeros((count, self._first + last))
         self.strengths = np.empty((count, n, 4))
         """Charge of every pole face [A·m], component 1 first."""
         self.strengths[:] = template.magnets.charges(n) if template.magnets else np.ones(4)
@@ -123,68 +121,45 @@ class DrawnChains:
         """Put some chains of a template into the tube, with the numbers drawn for them."""
         self.chains.clear(rows, kind)
         if self._first:
-            self._take(rows)
+            self._take(rows, kind)
         self.chains.charge[rows] = self.chains.waiting[rows] = 0.0
         self.chains.start(rows, self._offsets(rows))
 
-    def _take(self, rows: Ints) -> None:
+    def _take(self, rows: Ints, kind: int) -> None:
         """Turn numbers drawn from [0, 1) into what they stand for."""
-        scene, chains, flip = self.templates[0], self.chains, self.flip(rows[0])
+        scene, chains = self.templates[kind], self.chains
         n, spreads = scene.n, scene.spreads
         unit = 2.0 * self._numbers[rows] - 1.0
-        rest = self._first + self._rest
-        each = unit[:, self._first : rest].reshape(len(rows), -1, n)
-        friction = scene.frictions * spreads.friction_factor(unit[:, :1])
-        normal, pull = np.full(len(rows), scene.gravity.normal), None
-        if spreads.tilt > 0.0:
-            normal, pull = spreads.tilted(scene.gravity, unit[:, -2:])
-            for gravity, along in zip(chains.gravity, pull.T, strict=True):
-                gravity[rows] = along
-        mass = np.broadcast_to(scene.masses, (len(rows), n))
-        if spreads.mass > 0.0:
-            factors = 1.0 + spreads.mass * unit[:, 1 : n + 1]
-            mass = scene.masses * factors
-            inertia = mass * (scene.casing.side * scene.casing.side) / 6.0
-            if scene.casing.inertia is not None:
-                inertia = scene.inertias * factors
-            chains.mass[rows] = mass[:, ::-1] if flip else mass
-            chains.inertia[rows] = inertia[:, ::-1] if flip else inertia
-        grip = friction * normal[:, None] * mass
-        mass, grip = (mass[:, ::-1], grip[:, ::-1]) if flip else (mass, grip)
-        chains.grip[rows] = grip
-        strength = (1.0 + spreads.remanence * unit[:, n + 1])[:, None, None]
-        speed = (1.0 + spreads.feed_speed * unit[:, n + 2])[:, None]
-        if spreads.feed_jitter > 0.0:
-            speed = speed * (1.0 + spreads.feed_jitter * each[:, 0])
-        if spreads.magnet > 0.0:
-            strength = strength * (1.0 + spreads.magnet * each[:, 1:].reshape(-1, n, 4))
+        factors = spreads.factors(n, unit[:, : self._first])
         if max(spreads.feed_speed, spreads.feed_jitter) > 0.0:
+            speed = factors.speed.reshape(len(rows), -1)
             self.factors[rows] = REFERENCE_SPEED * speed / REFERENCE_SPEED
-        if max(spreads.remanence, spreads.magnet) > 0.0:
-            self.strengths[rows] = self._charges(strength)
+        if scene.magnets is not None:
+            strength = factors.strength.reshape(len(rows), *(factors.strength.shape[1:] or (1, 1)))
+            self.strengths[rows] = scene.magnets.charges(n, strength)
         if spreads.moves_obstacles:
             y = np.array([obstacle.position[1] for obstacle in scene.obstacles])
-            places = spreads.obstacle_places(y, unit[:, rest : rest + 2])
+            places = spreads.obstacle_places(y, unit[:, self._first : self._first + 2])
             first = chains.obstacles.shape[1] - y.size
             chains.obstacles[rows, first:, at.Y] = places
-        strongest, mass = self.strengths[rows].max(axis=(1, 2)), np.ascontiguousarray(mass)
-        chains.rate_scale[rows] = typical_rate(scene, strongest, mass.mean(axis=1), pull)
-        chains.light_rate[rows] = typical_rate(scene, strongest, mass.min(axis=1), pull)
-
-    def _charges(self, factors: Floats) -> Floats:
-        """Return charges of pole faces [A·m] for the factors of their strengths."""
-        magnets = self.templates[0].magnets
-        assert magnets is not None
-        charges = np.asarray(getattr(magnets, magnets.strength_name)) * factors
-        if magnets.pole_charge is None:
-            charges = charges * magnets.by_face("width") * magnets.by_face("height") / MU0
-        return charges
+        normal = np.full(len(rows), scene.gravity.normal)
+        pull = np.full((len(rows), 2), scene.gravity.in_plane)
+        if spreads.tilt > 0.0:
+            normal, pull = spreads.tilted(scene.gravity, unit[:, -2:])
+        mass = scene.masses * factors.mass
+        inertia = square_inertia(mass, scene.casing.side)
+        if scene.casing.inertia is not None:
+            inertia = scene.inertias * factors.mass
+        friction = scene.frictions * factors.friction[:, None]
+        charge = self.strengths[rows].max(axis=(1, 2))
+        values = Values(mass, inertia, friction, charge, normal, pull)
+        chains.put(rows, numbers(scene, values))
 
     def _offsets(self, rows: Ints) -> Floats:
         """Return how far from the axis hinges lie at first [m], (rows, n + 1), inner end first."""
         scene, n = self.templates[0], self.templates[0].n
-        given = self._given[int(self.chains.kind[rows[0]])]
-        if given is not None:
+        if self._given is not None:
+            given = self._given[int(self.chains.kind[rows[0]])]
             return np.repeat(given[None], len(rows), axis=0)
         unit = 2.0 * self._numbers[rows, n + 3 : 2 * n + 4] - 1.0
         offsets = scene.start_offset_spread * unit + 0.0
@@ -202,14 +177,6 @@ class _Again:
         count = int(np.prod(size))
         numbers, self._left = self._left[:count], self._left[count:]
         return numbers.reshape(size)
-
-
-def _given_offsets(template: Scene) -> Floats | None:
-    """Return where hinges lie at first [m], (n + 1,), inner end first; None if that is drawn."""
-    if template.start_angles is None and template.start_offsets is None:
-        return None
-    offsets = hinge_offsets(template)
-    return offsets[::-1] if reversed_inside(template) else offsets
 
 
 def _nothing_drawn(template: Scene) -> Scene:

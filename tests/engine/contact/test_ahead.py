@@ -8,8 +8,9 @@ from magfold_env.engine.chain import articulated
 from magfold_env.engine.contact import ahead
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import Rectangle, Scene
+from magfold_env.scene.numbers import FRICTION_ARM
 from magfold_env.shapes import centres
-from magfold_env.simulation.pack import FRICTION_ARM, pack
+from magfold_env.simulation.pack import pack
 
 CASES = 150
 HELD_BY = 0.05  # friction

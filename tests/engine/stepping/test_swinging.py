@@ -88,7 +88,7 @@ def test_what_a_scene_lacks_has_no_scratch_space() -> None:
 def test_a_run_by_address_is_one_by_name() -> None:
     by_address, by_name = Session(SWINGING), Session(SWINGING)
     by_address.settle()
-    chain = by_name._model, by_name._state, by_name._work, by_name._frames.record
+    chain = by_name._model, by_name._state, by_name._work, by_name._chains.frames.record
     integrator.advance(*chain, SWINGING.duration, 10**9)
     assert by_name.time == by_address.time == SWINGING.duration
     assert (by_name.angles == by_address.angles).all()

@@ -29,18 +29,17 @@ CASES: dict[str, dict[str, Any]] = {
     "every": {"spreads": EVERY},
     "every-backward": {"spreads": EVERY, "feed": {"direction": "backward"}},
     "floor": {"spreads": EVERY, "friction": (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)},
-    "uneven": {"spreads": {}, "casing": {"mass": (1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3)}},
     "inertia": {"spreads": EVERY, "casing": {"inertia": 1e-7, "mass": (1e-3,) * 6}},
     "faces": {
         "spreads": {"magnet": 0.1},
         "magnets": {"remanence": (1.2, 0.6, 0.6, 1.1), "width": (0.004, 0.006, 0.006, 0.005)},
     },
     "charges": {"spreads": {"remanence": 0.3}, "magnets": {"pole_charge": 2.0}},
-    "no-friction": {"spreads": {"friction": 0.5, "mass": 0.1}, "friction": 0.0},
     "built": {"spreads": EVERY, "feed": {"loading": "preloaded"}},
     "walls": {"spreads": EVERY, "obstacles": WALLS},
     "walls alone": {"spreads": {"obstacle_offset": 0.002}, "obstacles": WALLS},
-} | {name: {"spreads": {name: spread}} for name, spread in EVERY.items()}
+    "tilt alone": {"spreads": {"tilt": 5.0}},
+}
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES.keys())
