@@ -2,7 +2,6 @@
 
 import copy
 import pickle
-import warnings
 from typing import Any
 
 import gymnasium
@@ -66,11 +65,7 @@ def same(one: Any, other: Any) -> bool:
 def test_both_checkers_pass(env_id: str, options: dict) -> None:
     env = gymnasium.make(env_id, **options).unwrapped
     check_env(env, skip_render_check=True)
-    with warnings.catch_warnings():
-        if options["actions"] == "dict":
-            # Stable-Baselines3 has no agent for such actions.
-            warnings.filterwarnings("ignore", ".*action space is not based off a numpy array.*")
-        sb3_check_env(env)
+    sb3_check_env(env)
 
 
 @every_variant

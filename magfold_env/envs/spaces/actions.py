@@ -7,11 +7,11 @@ beforehand which patterns stand for themselves.
 """
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import Any, ClassVar, Literal, cast
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from gymnasium import spaces
@@ -116,7 +116,7 @@ def read_catalogue(catalogue: Sequence[str] | None) -> tuple[int, ...]:
     return tuple(sorted({PATTERNS.index(faces) for faces in catalogue}))
 
 
-ActionKind = Literal["multidiscrete", "discrete", "box", "dict"]
+ActionKind = Literal["multidiscrete", "discrete", "box"]
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -125,6 +125,10 @@ Choice = tuple[Ints, Floats, Floats]
 
 MOST_DISCRETE = 1_000_000
 """Most single actions that a `discrete` space may have."""
+
+ROUNDING = 1e-6
+"""By how much a number of a ``Box`` may miss its bounds: `gymnasium.wrappers.RescaleAction` returns
+1.0000001. It counts as the bound."""
 
 
 class Actions:
@@ -150,20 +154,10 @@ class Actions:
             If `action` is not in the space.
         """
         try:
-            if self.kind == "dict" and isinstance(action, Mapping):
-                parts = cast("Mapping[str, Any]", action)
-                return self.read({key: np.asarray(part)[None] for key, part in parts.items()}, 1)
             # A plain list is promoted as NumPy would, so that [3, 2] works as an action.
             return self.read(np.asarray(action)[None], 1)
         except ValueError:
             raise self._refused("action", action) from None
-
-    def _parts(self, actions: Any, names: set[str]) -> Mapping[str, Any]:
-        """Return a mapping with just these entries."""
-        given = cast("Mapping[str, Any]", actions if isinstance(actions, Mapping) else {})
-        if set(given) != names:
-            raise self._refused("actions", actions)
-        return given
 
     def _digits(self, values: Any, sizes: tuple[int, ...], count: int) -> Ints:
         """Return rows of integers from 0 to below `sizes`; if discrete, a number for each row."""
@@ -185,11 +179,11 @@ class Actions:
         if found.shape != (count, size) or found.dtype.kind not in "fiu":
             raise self._refused_shape(found, (count, size))
         found = found.astype(np.float64)
-        right = np.abs(found) <= 1.0
+        right = np.abs(found) <= 1.0 + ROUNDING
         if not right.all():
             row = int(np.argwhere(~right)[0, 0])
             raise self._refused(f"actions[{row}]", found[row])
-        return found
+        return np.clip(found, -1.0, 1.0)
 
     def _refused(self, key: str, action: Any) -> ValueError:
         return ValueError(f"{key}: {action!r} is not allowed; must be {self._allowed}")
@@ -215,11 +209,10 @@ class ActionTable(Actions):
         Number of speed levels, log-spaced from 0.01 to 0.6 m/s, both included.
     components : int
         Number of components that one action describes.
-    kind : {"multidiscrete", "discrete", "box", "dict"}
+    kind : {"multidiscrete", "discrete", "box"}
         ``multidiscrete``: the patterns, then the speed level. ``discrete``: the same as one
         number, the speed level the last digit. ``box``: four numbers from −1 to 1 a component,
-        above 0 is N, and the speed on a log scale from −1 to 1. ``dict``: ``patterns`` and
-        ``speed``, the patterns as numbers and the speed as in ``box``.
+        above 0 is N, and the speed on a log scale from −1 to 1.
     catalogue : tuple of int
         The patterns that can be built, ascending; all 16 by default.
     """
@@ -236,7 +229,7 @@ class ActionTable(Actions):
             raise ValueError(
                 f"actions: 'discrete' is not allowed for {self.components} components at a time; "
                 f"{self._count} actions are more than {MOST_DISCRETE}, "
-                "must be one of multidiscrete, box, dict"
+                "must be multidiscrete or box"
             )
 
     @property
@@ -256,12 +249,7 @@ class ActionTable(Actions):
             return spaces.MultiDiscrete([*patterns, self.levels])
         if self.kind == "discrete":
             return spaces.Discrete(self._count)
-        if self.kind == "box":
-            return spaces.Box(-1.0, 1.0, shape=(4 * self.components + 1,), dtype=np.float32)
-        return spaces.Dict(
-            patterns=spaces.MultiDiscrete(patterns),
-            speed=spaces.Box(-1.0, 1.0, shape=(1,), dtype=np.float32),
-        )
+        return spaces.Box(-1.0, 1.0, shape=(4 * self.components + 1,), dtype=np.float32)
 
     def decode(self, action: Any) -> tuple[tuple[str, ...], float]:
         """Return the faces of each component, and the speed [m/s].
@@ -298,15 +286,10 @@ class ActionTable(Actions):
                 digits = self._digits(actions, self.sizes, count)
             levels = digits[:, -1]
             return self._built[digits[:, :-1]], self.speeds[levels], self._scaled[levels]
-        if self.kind == "dict":
-            given = self._parts(actions, {"patterns", "speed"})
-            patterns = self._digits(given["patterns"], self.sizes[:-1], count)
-            scaled = self._numbers(given["speed"], 1, count)[:, 0]
-        else:
-            numbers = self._numbers(actions, 4 * self.components + 1, count)
-            south = (numbers[:, :-1] <= 0.0).reshape(count, self.components, 4)
-            patterns, scaled = np.packbits(south, axis=2)[:, :, 0] >> 4, numbers[:, -1]
-        speeds = speeds_at(scaled)
+        numbers = self._numbers(actions, 4 * self.components + 1, count)
+        south = (numbers[:, :-1] <= 0.0).reshape(count, self.components, 4)
+        patterns = np.packbits(south, axis=2)[:, :, 0] >> 4
+        speeds = speeds_at(numbers[:, -1])
         return self._built[patterns], speeds, scaled_speeds(speeds)
 
     def encode(self, faces: str | Sequence[str], speed: float) -> Any:
@@ -327,9 +310,7 @@ class ActionTable(Actions):
         if self.kind == "discrete":
             return np.int64(np.ravel_multi_index((*patterns, level), self.sizes))
         scaled = np.array([np.clip(scaled_speed(speed), -1.0, 1.0)], dtype=np.float32)
-        if self.kind == "box":
-            return np.append(SIGNS[patterns].astype(np.float32).ravel(), scaled)
-        return {"patterns": patterns, "speed": scaled}
+        return np.append(SIGNS[patterns].astype(np.float32).ravel(), scaled)
 
     def masks(self) -> NDArray[np.bool_]:
         """Return which actions ask for nothing but components that can be built.
@@ -388,9 +369,7 @@ class ActionTable(Actions):
             return f"{size} integers, {patterns} and speed level 0..{most}"
         if self.kind == "discrete":
             return f"an integer, 0..{self._count - 1}"
-        if self.kind == "box":
-            return f"{4 * self.components + 1} numbers from -1 to 1"
-        return f"a mapping of patterns ({patterns}) and speed (one number from -1 to 1)"
+        return f"{4 * self.components + 1} numbers from -1 to 1"
 
 
 @dataclass(frozen=True)
@@ -401,11 +380,10 @@ class SpeedTable(Actions):
     ----------
     levels : int
         Number of speed levels each way, log-spaced from `SLOWEST_LEVEL` to `FASTEST`.
-    kind : {"box", "discrete", "multidiscrete", "dict"}
+    kind : {"box", "discrete", "multidiscrete"}
         ``box``: one number x from −1 to 1, for the speed 0.6 m/s · x |x|, or standstill where that
         is slower than `DEAD_BAND`. ``discrete``: a number among the speeds of the table, ascending
         from −0.6 m/s; ``levels`` is standstill. ``multidiscrete``: the same as a list of one.
-        ``dict``: ``speed``, as in ``box``.
     """
 
     levels: int
@@ -431,8 +409,7 @@ class SpeedTable(Actions):
             return spaces.Discrete(2 * self.levels + 1)
         if self.kind == "multidiscrete":
             return spaces.MultiDiscrete([2 * self.levels + 1])
-        box = spaces.Box(-1.0, 1.0, shape=(1,), dtype=np.float32)
-        return box if self.kind == "box" else spaces.Dict(speed=box)
+        return spaces.Box(-1.0, 1.0, shape=(1,), dtype=np.float32)
 
     def decode(self, action: Any) -> float:
         """Return the speed [m/s] that `action` asks for.
@@ -446,8 +423,7 @@ class SpeedTable(Actions):
 
     def encode(self, speed: float) -> Any:
         """Return the action nearest to a speed [m/s]."""
-        actions = self.write((np.array([speed]),))
-        return {"speed": actions["speed"][0]} if self.kind == "dict" else actions[0]
+        return self.write((np.array([speed]),))[0]
 
     def write(self, choice: tuple[Floats]) -> Any:
         """Return the actions nearest to speeds [m/s], as Gymnasium batches them."""
@@ -456,8 +432,7 @@ class SpeedTable(Actions):
             levels = np.abs(self.speeds - speeds[:, None]).argmin(axis=1)
             return levels if self.kind == "discrete" else levels[:, None]
         shares = np.clip(speeds / FASTEST, -1.0, 1.0)
-        numbers = (np.sign(shares) * np.sqrt(np.abs(shares))).astype(np.float32)[:, None]
-        return numbers if self.kind == "box" else {"speed": numbers}
+        return (np.sign(shares) * np.sqrt(np.abs(shares))).astype(np.float32)[:, None]
 
     def read(self, actions: Any, count: int) -> tuple[Floats]:
         """Return the speeds [m/s] that `count` actions ask for, as Gymnasium batches them.
@@ -470,18 +445,14 @@ class SpeedTable(Actions):
         if self.kind in ("discrete", "multidiscrete"):
             levels = self._digits(actions, (2 * self.levels + 1,), count).reshape(count)
             return (self.speeds[levels],)
-        values = self._parts(actions, {"speed"})["speed"] if self.kind == "dict" else actions
-        shares = self._numbers(values, 1, count)[:, 0]
+        shares = self._numbers(actions, 1, count)[:, 0]
         speeds = FASTEST * shares * np.abs(shares)
         return (np.where(np.abs(speeds) < DEAD_BAND, 0.0, speeds),)
 
     @property
     def _allowed(self) -> str:
         """What an action must be, in words."""
-        level, number = f"an integer, 0..{2 * self.levels}", "one number from -1 to 1"
-        return {
-            "discrete": level,
-            "multidiscrete": f"a list of {level}",
-            "box": number,
-            "dict": f"a mapping of speed ({number})",
-        }[self.kind]
+        level = f"an integer, 0..{2 * self.levels}"
+        if self.kind == "box":
+            return "one number from -1 to 1"
+        return level if self.kind == "discrete" else f"a list of {level}"

@@ -168,9 +168,8 @@ class FeedOptions(TypedDict, total=False):
     free."""
     actions: ActionKind
     """How actions are written. ``box`` (default): a number from −1 to 1. ``discrete``: the number
-    of a speed level. ``multidiscrete``: that in a list. ``dict``: what ``box`` has, as ``speed``.
-    With a tray ``multidiscrete`` (default): component, way to lie, speed level and way to go; or
-    ``discrete``: these as one number."""
+    of a speed level. ``multidiscrete``: that in a list. With a tray ``multidiscrete`` (default):
+    component, way to lie, speed level and way to go; or ``discrete``: these as one number."""
     reward: RewardKind
     """``score`` (default), ``relative`` or ``sparse``; see `magfold_env.envs.tasks.reward`."""
     shaping: bool | Shaping

@@ -89,8 +89,7 @@ class ChainOptions(TypedDict, total=False):
     actions: ActionKind
     """How actions are written. ``multidiscrete`` (default): the patterns of magnets, then the speed
     level. ``discrete``: these as one number, up to a million. ``box``: four numbers from −1 to 1 a
-    component, above 0 is N, then the speed on a log scale from −1 to 1. ``dict``: ``patterns`` by
-    number and ``speed`` as in ``box``."""
+    component, above 0 is N, then the speed on a log scale from −1 to 1."""
     catalogue: Sequence[str] | None
     """Components that can be built, such as ``["NSNS", "NNSS"]``; all 16 by default. Others are
     replaced by the nearest that can, and `action_masks` leaves them out."""
