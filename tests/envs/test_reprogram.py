@@ -23,6 +23,7 @@ from magfold_env.envs.reprogram import (
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import read_tasks
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE, Goal
+from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import load_scene
 from magfold_env.shapes import word_to_angles
@@ -42,7 +43,7 @@ def following(*speeds: Speeds) -> Following:
     return Following([push_pull_push(load_scene("reprogram"), each) for each in speeds])
 
 
-def rolls(count: int = 24, **options: Any) -> tuple[ReprogramVectorEnv, list[Any], list[Any]]:
+def rolls(count: int = 24, **options: Any) -> tuple[ChainVectorEnv[Any], list[Any], list[Any]]:
     """Play schedules of three speeds in the easiest tasks.
 
     Returns the environments, what they said of every step, and their chains as they then were.
@@ -62,14 +63,14 @@ def rolls(count: int = 24, **options: Any) -> tuple[ReprogramVectorEnv, list[Any
 
 
 @pytest.fixture(scope="module")
-def played() -> tuple[ReprogramVectorEnv, list[Any], list[Any]]:
+def played() -> tuple[ChainVectorEnv[Any], list[Any], list[Any]]:
     return rolls()
 
 
 @pytest.mark.medium
 def test_schedules_reach_no_word_one_or_both(played: Any) -> None:
     envs = played[0]
-    ends = envs.episodes.told_at_end(envs.episodes.rows)
+    ends = envs.episodes.final_infos(envs.episodes.rows)
     assert set(ends["score"].tolist()) == {0.0, 0.5, 1.0}
     np.testing.assert_array_equal(ends["is_success"], ends["score"] == 1.0)
     np.testing.assert_array_equal(ends["score"] > 0.0, envs.episodes.stage > FIRST)
@@ -77,7 +78,7 @@ def test_schedules_reach_no_word_one_or_both(played: Any) -> None:
 
 def test_a_success_is_the_second_fold_at_rest_after_the_first(played: Any) -> None:
     episodes = played[0].episodes
-    ends = episodes.told_at_end(episodes.rows)
+    ends = episodes.final_infos(episodes.rows)
     for row in episodes.rows:
         task = episodes.world.tasks[episodes.numbers[row]]
         joints = np.diff(episodes.arrays.angles[row])
@@ -121,7 +122,7 @@ def test_the_return_is_the_score_less_the_cost_of_time(played: Any) -> None:
     for rows, rewards, _ in said:
         totals[rows] += rewards
     steps = envs.episodes.steps
-    score = envs.episodes.told_at_end(envs.episodes.rows)["score"]
+    score = envs.episodes.final_infos(envs.episodes.rows)["score"]
     np.testing.assert_allclose(totals, score - TIME_COST * INTERVAL * steps)
 
 
@@ -199,7 +200,7 @@ def test_the_baseline_is_what_the_best_of_the_schedules_scores(
         plan, row = env.plan_of([0]), np.array([0])
         while not envs.terminated[0]:
             envs.step(row, plan(envs, row))
-        scores.append(envs.told_at_end(row)["score"][0])
+        scores.append(envs.final_infos(row)["score"][0])
     assert found.score == pytest.approx(np.mean(scores))
     assert ReprogramEnv(reward="relative", difficulty=0.05).baseline_of(0) == found
 

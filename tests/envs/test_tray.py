@@ -12,8 +12,8 @@ from magfold_env.envs.baselines.tray_order import TrayDesigns, always
 from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.envs.spaces.tray_actions import FACES
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.tray_tasks import DEAD, SPREAD, WEAK, WEAKNESS, TrayTask
-from magfold_env.envs.tray import LATE, TrayEnv, TrayVectorEnv
+from magfold_env.envs.tasks.tray_tasks import TrayTask
+from magfold_env.envs.tray import DEAD, LATE, SPREAD, WEAK, WEAKNESS, TrayEnv, TrayVectorEnv
 from magfold_env.scene import SceneError
 from magfold_env.simulation.simulate import simulate
 
@@ -234,7 +234,7 @@ def test_the_baseline_is_what_the_minimisers_chain_scores(
         plan = always(task, task.order_of(found.sequence), found.speed)
         while not envs.terminated[0]:
             envs.step(row, plan(envs, row))
-        scores.append(envs.told_at_end(row)["score"][0])
+        scores.append(envs.final_infos(row)["score"][0])
     assert found.score == pytest.approx(np.mean(scores))
     assert TrayEnv(reward="relative", tasks=[TASK], speeds=2).baseline_of(0) == found
 

@@ -109,7 +109,7 @@ class TrayStore(TaskStore):
         task: TrayTask = self._world.tasks[number]
         sequence = TrayDesigns(self._world.scene, task.target).best(task.tray)
         if sequence is None:
-            return unknown_baseline(task.target)
+            return unknown_baseline(task.aim)
         order = task.order_of(sequence)
         assert order is not None
 
@@ -120,7 +120,7 @@ class TrayStore(TaskStore):
         speed = max(self._world.actions.speeds.tolist(), key=score)
         ends = self._trial(number, always(task, order, speed), "scoring", SCORING_DRAWS)
         mean, success = float(ends["score"].mean()), float(ends["is_success"].mean())
-        return Baseline(task.target, sequence, speed, mean, success, task.direction, tray=task.tray)
+        return Baseline(task.aim, sequence, speed, mean, success, task.direction, tray=task.tray)
 
     def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
         fed: list[Order] = []

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import numpy as np
 from gymnasium import spaces
@@ -54,14 +54,15 @@ class TrayTable(Actions):
     kind : {"multidiscrete", "discrete"}
         ``multidiscrete``: the component, the way to lie, the speed level, and 1 to draw back with
         that speed instead. ``discrete``: the same as one number, the last digit 1 to draw back.
+    ways : int
+        Number of ways to go: 2, ahead and back, or 3, with which the last number, or digit, may be
+        2, to pull at the chain.
     """
 
     parts: int
     levels: int
     kind: ActionKind = "multidiscrete"
-
-    ways: ClassVar[int] = 2
-    """Number of ways to go: ahead, back."""
+    ways: int = 2
 
     def __post_init__(self) -> None:
         whole("speeds", self.levels, 2)
@@ -118,6 +119,11 @@ class TrayTable(Actions):
             return np.ravel_multi_index((part, lie, level, way), self.sizes)
         return np.stack([part, lie, level, way], axis=1)
 
+    @property
+    def pull(self) -> Any:
+        """The action that pulls at the chain, where there is one."""
+        return self._written(0, 0, 0, PULL)
+
     def _written(self, *digits: int) -> Any:
         if self.kind == "discrete":
             return np.int64(np.ravel_multi_index(digits, self.sizes))
@@ -163,19 +169,4 @@ class TrayTable(Actions):
 
     @property
     def _ways_allowed(self) -> str:
-        return "0 or 1, to draw back"
-
-
-class AnchorTable(TrayTable):
-    """The same where a chain may be pulled at: the last number, or digit, is 2 then."""
-
-    ways = 3
-
-    @property
-    def pull(self) -> Any:
-        """The action that pulls."""
-        return self._written(0, 0, 0, PULL)
-
-    @property
-    def _ways_allowed(self) -> str:
-        return "0, 1, to draw back, or 2, to pull"
+        return "0 or 1, to draw back" if self.ways == PULL else "0, 1, to draw back, or 2, to pull"

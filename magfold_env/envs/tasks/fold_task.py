@@ -30,7 +30,7 @@ class FoldTask(World):
         what the target suite is meant for, fed as `usual` is.
     usual : str
         The shipped scene that the environment has by default.
-    at_a_time : {"component", "chain"}
+    action_scope : {"component", "chain"}
         What one action describes.
     **options
         See `FoldOptions`.
@@ -47,7 +47,7 @@ class FoldTask(World):
         self,
         scene: str | Path | Scene | None,
         usual: str,
-        at_a_time: Literal["component", "chain"],
+        action_scope: Literal["component", "chain"],
         **options: Unpack[FoldOptions],
     ) -> None:
         refuse_unknown(options, FoldOptions)
@@ -59,8 +59,8 @@ class FoldTask(World):
             scene = _scene_of(suite, load_scene(usual)) if scene is None else scene
         scene = usual if scene is None else scene
         given = scene if isinstance(scene, Scene) else load_scene(scene)
-        given = feedable(lengthened(given, components), at_a_time)
-        self.at_a_time = at_a_time
+        given = feedable(lengthened(given, components), action_scope)
+        self.action_scope = action_scope
         self.fidelity = one_of("fidelity", options.get("fidelity", "dynamics"), Fidelity)
         self.match = one_of("match", options.get("match", "word"), Match)
         self.scene = randomised(given, options.get("randomisation", "nominal"))
@@ -69,7 +69,7 @@ class FoldTask(World):
         )
         self.actions = ActionTable(
             options.get("speeds", 9),
-            1 if at_a_time == "component" else given.n,
+            1 if action_scope == "component" else given.n,
             options.get("actions", "multidiscrete"),
             read_catalogue(options.get("catalogue")),
         )
@@ -127,7 +127,7 @@ def lengthened(scene: Scene, components: int | None) -> Scene:
     return scene.replace(sequence=sequence, start_angles=None)
 
 
-def feedable(scene: Scene, at_a_time: Literal["component", "chain"]) -> Scene:
+def feedable(scene: Scene, action_scope: Literal["component", "chain"]) -> Scene:
     """Return `scene` if the magnets of its chain can be chosen, and the chain fed.
 
     Raises
@@ -138,7 +138,7 @@ def feedable(scene: Scene, at_a_time: Literal["component", "chain"]) -> Scene:
     """
     if scene.mount != "tube":
         raise ValueError(f"scene.mount: {scene.mount!r} is not allowed; must be 'tube'")
-    if at_a_time == "component" and scene.feed.loading != "at_mouth":
+    if action_scope == "component" and scene.feed.loading != "at_mouth":
         raise ValueError(
             f"scene.feed.loading: {scene.feed.loading!r} is not allowed; must be 'at_mouth', "
             "or magnets would act before they are chosen"
