@@ -8,8 +8,8 @@ import numpy as np
 from magfold_env.envs.baselines.tray_order import TrayStore
 from magfold_env.envs.chains.arrays import HELD, Bools, Floats, Ints
 from magfold_env.envs.episodes import Columns, Lines
+from magfold_env.envs.spaces.actions import AHEAD, PULL, TrayChoice, TrayTable
 from magfold_env.envs.spaces.observation import CameraLayout
-from magfold_env.envs.spaces.tray_actions import AHEAD, PULL, TrayChoice, TrayTable
 from magfold_env.envs.tasks.feed_tasks import FeedOptions, TaskWorld
 from magfold_env.envs.tasks.tray_tasks import AnchorTask
 from magfold_env.envs.tray import PROTOCOL, TrayEnv, TrayEpisodes

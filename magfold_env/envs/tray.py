@@ -10,9 +10,17 @@ from magfold_env.envs.camera_track import TIME_COST, CameraEpisodes, CameraTrack
 from magfold_env.envs.chains.arrays import FAILED, Bools, Floats, Ints
 from magfold_env.envs.episodes import Lines
 from magfold_env.envs.pictures.snapshots import or_dash
-from magfold_env.envs.spaces.actions import FASTEST, SIGNS, scaled_speeds
+from magfold_env.envs.spaces.actions import (
+    BACK,
+    FACES,
+    FASTEST,
+    LYING,
+    SIGNS,
+    TrayChoice,
+    TrayTable,
+    scaled_speeds,
+)
 from magfold_env.envs.spaces.observation import CameraLayout
-from magfold_env.envs.spaces.tray_actions import BACK, FACES, LYING, TrayChoice, TrayTable
 from magfold_env.envs.tasks.feed_tasks import FeedOptions, Task, TaskWorld
 from magfold_env.envs.tasks.fold_task import feedable
 from magfold_env.envs.tasks.tray_tasks import TrayTask
@@ -232,7 +240,7 @@ class TrayEnv(CameraTrackEnv):
 
     **Action**: ``MultiDiscrete([parts, 8, speeds, 2])``: the component, by its place on the tray;
     how it lies, 0 to 3 quarter turns, then the same turned over
-    (`magfold_env.envs.spaces.tray_actions.FACES`); the speed level, 5 of them log-spaced from 0.03
+    (`magfold_env.envs.spaces.actions.FACES`); the speed level, 5 of them log-spaced from 0.03
     to 0.6 m/s; and 1 to draw back at that speed, whatever the first two say. A component that is
     out stands for the next one that is on the tray, counted round; where nothing can be drawn back,
     a component is fed. `action_masks` leaves both out. ``actions="discrete"`` is the same as one

@@ -10,7 +10,7 @@ from magfold_env.envs.anchor import AnchorEnv
 from magfold_env.envs.baselines import baseline, tray_order
 from magfold_env.envs.baselines.tray_order import TrayDesigns, always
 from magfold_env.envs.camera_track import TIME_COST
-from magfold_env.envs.spaces.tray_actions import FACES
+from magfold_env.envs.spaces.actions import FACES
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.tray_tasks import TrayTask
 from magfold_env.envs.tray import DEAD, LATE, SPREAD, WEAK, WEAKNESS, TrayEnv, TrayVectorEnv

@@ -16,8 +16,7 @@ from magfold_env.designer.exhaustive import Exhaustive
 from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chains.arrays import Bools, Floats, Ints
-from magfold_env.envs.spaces.actions import PATTERNS
-from magfold_env.envs.spaces.tray_actions import AHEAD, LYING
+from magfold_env.envs.spaces.actions import AHEAD, LYING, PATTERNS
 from magfold_env.envs.tasks.tray_tasks import Order, TrayTask
 from magfold_env.minimiser import sequence_of
 from magfold_env.scene import Scene

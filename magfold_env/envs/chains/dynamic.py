@@ -86,7 +86,7 @@ class DynamicChains:
         if whole:
             self.load(rows, signs)
             self.arrays.speeds[rows] = scaled[:, None]
-            drawn.set_speeds(rows, speeds)
+            self._set_speeds(rows, speeds)
         else:
             _choose(
                 rows, signs, speeds, scaled, np.broadcast_to(grades, (len(rows), 4)), self.seen,
@@ -100,10 +100,15 @@ class DynamicChains:
         self._sync_from_engine(rows)
 
     def load(self, rows: Ints, signs: Floats) -> None:
-        """Give whole chains their magnets, as outward poles (rows, n, 4)."""
+        """Give whole chains, fed in one direction, their magnets: outward poles (rows, n, 4)."""
         self.arrays.signs[rows] = signs
         self.arrays.fed[rows] = signs.shape[1]
-        self.drawn.magnetise(rows, signs)
+        charges = signs * self.drawn.strengths[rows]
+        if self._flip[rows[0]]:
+            charges = charges[:, ::-1, TURNED]
+        self._chains.waiting[rows] = charges
+        if self.drawn.built:
+            self._chains.charge[rows] = charges
 
     def push(self, rows: Ints, speeds: Floats, seconds: float) -> Floats:
         """Feed chains at some speeds [m/s], below 0 back, for a time [s].
@@ -114,7 +119,7 @@ class DynamicChains:
             The force of the drive [N], its mean over that time.
         """
         chains = self._chains
-        self.drawn.set_speeds(rows, speeds)
+        self._set_speeds(rows, speeds)
         before = chains.impulses[rows]
         chains.push(rows, seconds)
         self._sync_from_engine(rows)
@@ -127,7 +132,7 @@ class DynamicChains:
         Their feeds stand still.
         """
         chosen = self._chains.speeds[rows]
-        self.drawn.set_speeds(rows, np.zeros(len(rows)))
+        self._set_speeds(rows, np.zeros(len(rows)))
         self._chains.pull(rows, forces, seconds)
         self._chains.speeds[rows] = chosen
         self._sync_from_engine(rows)
@@ -140,12 +145,19 @@ class DynamicChains:
         """
         arrays, chains, n = self.arrays, self._chains, self.arrays.angles.shape[1]
         arrays.fed[rows] -= 1
-        for row in rows.tolist():
-            last = arrays.order(row)[int(arrays.fed[row])]
-            arrays.signs[row, last] = arrays.speeds[row, last] = 0.0
+        fed = arrays.fed[rows]
+        last = np.where(arrays.forward[rows], fed, n - 1 - fed)
+        arrays.signs[rows, last] = 0.0
+        arrays.speeds[rows, last] = 0.0
         chains.waiting[rows, n - 1 - arrays.fed[rows]] = 0.0
         self._move(rows, -speeds, _ROUNDING, np.full(len(rows), until))
         self._sync_from_engine(rows)
+
+    def _set_speeds(self, rows: Ints, speeds: Floats) -> None:
+        """Choose a feed speed [m/s] for each of some chains, (rows,)."""
+        factors = speeds[:, None] * self.drawn.factors[rows]
+        flips = self._flip[rows][:, None]
+        self._chains.speeds[rows] = np.where(flips, factors[:, ::-1], factors)
 
     def _move(self, rows: Ints, speeds: Floats, excess: float, until: Floats) -> None:
         """Feed chains until as many components as are chosen are out, and so long [s] besides.
@@ -154,7 +166,7 @@ class DynamicChains:
         """
         chains, n, pitch, left = self._chains, self.arrays.angles.shape[1], self._length[0], rows
         chosen = chains.speeds[rows]
-        self.drawn.set_speeds(rows, speeds)
+        self._set_speeds(rows, speeds)
         while len(left):
             inside = chains.released[left] - self.arrays.fed[left]  # but released before
             way = -inside * pitch - chains.q[left, n]

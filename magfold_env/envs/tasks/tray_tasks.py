@@ -5,8 +5,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from magfold_env.envs.spaces.actions import PATTERNS
-from magfold_env.envs.spaces.tray_actions import LYING
+from magfold_env.envs.spaces.actions import LYING, PATTERNS
 from magfold_env.envs.tasks.feed_tasks import Task
 from magfold_env.scene import Problem
 from magfold_env.scene.base import Positive

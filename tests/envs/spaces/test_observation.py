@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from magfold_env.envs.chains.arrays import ChainArrays
+from magfold_env.envs.episodes import Goals
 from magfold_env.envs.spaces.actions import scaled_speed, signs_of
 from magfold_env.envs.spaces.observation import (
     CameraLayout,
@@ -14,7 +15,6 @@ from magfold_env.envs.spaces.observation import (
     squash,
     take_frames,
 )
-from magfold_env.envs.tasks.goals import Goals
 from magfold_env.simulation.view import ChainState
 
 SIDE = 0.0125

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from magfold_env.envs.spaces.actions import PATTERNS
-from magfold_env.envs.spaces.tray_actions import FACES, LYING, PULL, TrayTable
+from magfold_env.envs.spaces.actions import FACES, LYING, PATTERNS, PULL, TrayTable
 
 CORNERS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 """Where front-left, back-left, back-right and front-right are: along the chain, and to the left."""
