@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
+from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.chains.arrays import UNSETTLED, Floats, Ints
@@ -64,7 +64,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     def lattice(self, row: int) -> LatticeFeed:
         """Return what energy minimisation needs to know of a chain."""
-        return self.world.lattice(int(self.numbers[row]))
+        return self.world.lattice_of(int(self.numbers[row]))
 
     @classmethod
     @abstractmethod
@@ -74,7 +74,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     def find_baseline(self, number: int) -> Baseline:
         """Return what simple choices make of a task, if the reward asks for it."""
         if self.world.rule.kind != "relative":
-            return unknown_baseline(self.world.words[number])
+            return super().find_baseline(number)
         store = self.baselines(self.world)
         return store.get(store.names[number])
 
@@ -89,12 +89,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     def infos(self, rows: Ints) -> Columns:
         """Return the infos of some episodes, whether they go on or have ended."""
-        return {
-            "target": self.goals.names[rows],
-            "word": self.words(rows),
-            "time": self.times(rows),
-            "force": self._force[rows],
-        }
+        return super().infos(rows) | {"time": self.times(rows), "force": self._force[rows]}
 
     def final_infos(self, rows: Ints) -> Columns:
         """Return the infos that episodes which have terminated have besides."""

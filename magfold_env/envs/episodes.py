@@ -17,8 +17,9 @@ import numpy as np
 from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
-from magfold_env.envs.baselines.baseline import Baseline
+from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
 from magfold_env.envs.chains.arrays import STATUSES, Bools, ChainArrays, Floats, Ints, write_words
+from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.chains.quasistatic import QuasistaticChains
@@ -144,9 +145,9 @@ class Goals:
 class Episodes(Generic[ObsType]):
     """Chains, each in an episode of its own.
 
-    An environment is a subclass. It states how chains are prepared (`reset_rows`), what actions do
-    (`act`), what is observed (`observe`), and, where they differ, the rewards (`step_rewards`,
-    `end_rewards`) and the infos (`infos`, `final_infos`).
+    An environment is a subclass. It states what actions do (`act`) and what is observed
+    (`observe`), and, where they differ, how chains begin (`reset_rows`), the rewards
+    (`step_rewards`, `end_rewards`) and the infos (`infos`, `final_infos`).
 
     Parameters
     ----------
@@ -203,46 +204,82 @@ class Episodes(Generic[ObsType]):
     # --- what differs from environment to environment --------------------------------------
 
     @abstractmethod
-    def make_chains(
-        self, threads: int, frame_rate: float | None
-    ) -> DynamicChains | QuasistaticChains:
-        """Return the chains."""
-
-    @abstractmethod
-    def reset_rows(self, rows: Ints) -> None:
-        """Draw the chains of some episodes, and load them."""
-
-    @abstractmethod
     def act(self, rows: Ints, choice: Any) -> None:
         """Do what actions ask for, as `World.actions` reads them."""
-
-    @abstractmethod
-    def acting(self, row: int) -> int:
-        """Return how many components of a chain have magnets that act, in the order of feed."""
-
-    @abstractmethod
-    def lattice(self, row: int) -> LatticeFeed:
-        """Return what energy minimisation needs to know of a chain."""
-
-    @abstractmethod
-    def find_baseline(self, number: int) -> Baseline:
-        """Return the baseline of a target, or task; flagged where there is none."""
-
-    @abstractmethod
-    def infos(self, rows: Ints) -> Columns:
-        """Return the infos of some episodes, whether they go on or have ended."""
 
     @abstractmethod
     def observe(self) -> ObsType:
         """Return new observations of all episodes, as Gymnasium batches them."""
 
-    @abstractmethod
-    def scene(self, row: int) -> Scene:
-        """Return the drawn scene of a chain, with what is chosen of it so far."""
+    # --- what may differ -------------------------------------------------------------------
 
-    @abstractmethod
+    def make_chains(
+        self, threads: int, frame_rate: float | None
+    ) -> DynamicChains | QuasistaticChains:
+        """Return the chains."""
+        return DynamicChains(DrawnChains((self.world.scene,), self.count, threads, frame_rate))
+
+    def reset_rows(self, rows: Ints) -> None:
+        """Draw the chains of some episodes, and load them."""
+        self.chains.begin(rows, self.rngs)
+
+    def step_rewards(self, rows: Ints) -> Floats:
+        """Return what every step is worth; see `magfold_env.envs.tasks.reward`."""
+        if self.world.rule.shaping is None:
+            return np.zeros(len(rows))
+        after = self.potential(rows)
+        rewards = self.world.rule.step(self._potentials[rows], after)
+        self._potentials[rows] = after
+        return rewards
+
+    def end_rewards(self, ends: Columns) -> Floats:
+        """Return what the last steps of episodes are worth besides."""
+        return self.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
+
+    def infos(self, rows: Ints) -> Columns:
+        """Return the infos of some episodes, whether they go on or have ended."""
+        return {"target": self.goals.names[rows], "word": self.words(rows)}
+
+    def final_infos(self, rows: Ints) -> Columns:
+        """Return the infos that episodes which have terminated have besides."""
+        status = self.arrays.status
+        _, score, success = self.goals.judge(rows, status, self.arrays.angles)
+        return {
+            "status": _STATUS_NAMES[status[rows]],
+            "message": self.messages(rows),
+            "energy": self.chains.energies(rows),
+            "score": score,
+            "is_success": success == 1.0,
+            "baseline": self.baseline[rows],
+            "baseline_flagged": self._flagged[rows],
+        }
+
+    def action_masks(self, actions: Any) -> NDArray[np.bool_] | None:
+        """Return which actions of a table ask for what can be done, (m, …).
+
+        None where that is the same all along, and `actions` says it.
+        """
+        return None
+
+    def find_baseline(self, number: int) -> Baseline:
+        """Return the baseline of a target, or task; flagged where there is none."""
+        return unknown_baseline(self.world.words[number])
+
+    def acting(self, row: int) -> int:
+        """Return how many components of a chain have magnets that act, in the order of feed."""
+        return int(self.arrays.fed[row])
+
+    def lattice(self, row: int) -> LatticeFeed:
+        """Return what energy minimisation needs to know of a chain."""
+        return self.world.lattice
+
+    def scene(self, row: int) -> Scene:
+        """Return the drawn scene of a chain, with the magnets and speeds of components fed."""
+        return self.chains.scene(row)
+
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
         """Return how far an episode has come, and lines of a picture above and below energies."""
+        return f"fed {self.arrays.fed[row]} of {self.n}", [("target", self.goals.names[row])], []
 
     # --- what does not ---------------------------------------------------------------------
 
@@ -344,19 +381,6 @@ class Episodes(Generic[ObsType]):
             rows = played[~self.terminated[played]]
         return self.final_infos(played)
 
-    def step_rewards(self, rows: Ints) -> Floats:
-        """Return what every step is worth; see `magfold_env.envs.tasks.reward`."""
-        if self.world.rule.shaping is None:
-            return np.zeros(len(rows))
-        after = self.potential(rows)
-        rewards = self.world.rule.step(self._potentials[rows], after)
-        self._potentials[rows] = after
-        return rewards
-
-    def end_rewards(self, ends: Columns) -> Floats:
-        """Return what the last steps of episodes are worth besides."""
-        return self.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
-
     def potential(self, rows: Ints) -> Floats:
         """Return Φ of the shaping for chains as they are, 0 at their ends."""
         found = np.zeros(len(rows))
@@ -377,27 +401,6 @@ class Episodes(Generic[ObsType]):
             for row in rows.tolist()
         ]
         return energy_potential(self.chains.energies(rows), np.array(wanted))
-
-    def final_infos(self, rows: Ints) -> Columns:
-        """Return the infos that episodes which have terminated have besides."""
-        status = self.arrays.status
-        _, score, success = self.goals.judge(rows, status, self.arrays.angles)
-        return {
-            "status": _STATUS_NAMES[status[rows]],
-            "message": self.messages(rows),
-            "energy": self.chains.energies(rows),
-            "score": score,
-            "is_success": success == 1.0,
-            "baseline": self.baseline[rows],
-            "baseline_flagged": self._flagged[rows],
-        }
-
-    def action_masks(self, actions: Any) -> NDArray[np.bool_] | None:
-        """Return which actions of a table ask for what can be done, (m, …).
-
-        None where that is the same all along, and `actions` says it.
-        """
-        return None
 
     def baseline_at(self, row: int) -> Baseline:
         """Return the baseline of an episode."""

@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.chains.arrays import Ints
-from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
-from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.chains.quasistatic import QuasistaticChains
 from magfold_env.envs.episodes import Columns, Episodes, Lines
 from magfold_env.envs.spaces.actions import ActionTable, Choice, speed_at
@@ -35,27 +33,11 @@ class FoldEpisodes(Episodes[Any]):
         """Return the chains, simulated or not, as the fidelity says."""
         if self.world.fidelity == "quasistatic":
             return QuasistaticChains(self.world.lattice, self.count)
-        return DynamicChains(DrawnChains((self.world.scene,), self.count, threads, frame_rate))
+        return super().make_chains(threads, frame_rate)
 
     def find_baseline(self, number: int) -> Baseline:
         """Return the energy minimiser's result for a target."""
         return self.world.baseline_of(self.world.words[number])
-
-    def scene(self, row: int) -> Scene:
-        """Return the drawn scene of a chain, with the magnets and speeds of components fed."""
-        return self.chains.scene(row)
-
-    def acting(self, row: int) -> int:
-        """Return how many components of a chain have magnets that act, in the order of feed."""
-        return int(self.arrays.fed[row])
-
-    def lattice(self, row: int) -> LatticeFeed:
-        """Return what energy minimisation needs to know of a chain."""
-        return self.world.lattice
-
-    def reset_rows(self, rows: Ints) -> None:
-        """Draw the chains of some episodes, and load them."""
-        self.chains.begin(rows, self.rngs)
 
     def act(self, rows: Ints, choice: Choice) -> None:
         """Feed the next component of each chain, or all."""
@@ -73,11 +55,7 @@ class FoldEpisodes(Episodes[Any]):
 
     def infos(self, rows: Ints) -> Columns:
         """Return the infos of some episodes, whether they go on or have ended."""
-        return {
-            "target": self.goals.names[rows],
-            "word": self.words(rows),
-            "step": self.arrays.fed[rows],
-        }
+        return super().infos(rows) | {"step": self.arrays.fed[rows]}
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
         """Return how far an episode has come, and lines of a picture above and below energies."""
@@ -86,8 +64,8 @@ class FoldEpisodes(Episodes[Any]):
         if fed:
             speed = speed_at(float(arrays.speeds[row, arrays.order(row)[fed - 1]]))
             done.append(("last speed", f"{1e3 * speed:.0f} mm/s"))
-        wanted: Lines = [("target", self.goals.names[row])]
-        return f"fed {fed} of {self.n}", wanted, done
+        title, wanted, _ = super().caption(row)
+        return title, wanted, done
 
 
 class FoldEnv(ChainEnv[ObsType]):

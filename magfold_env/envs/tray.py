@@ -25,7 +25,6 @@ from magfold_env.envs.tasks.feed_tasks import FeedOptions, Task, TaskWorld
 from magfold_env.envs.tasks.fold_task import feedable
 from magfold_env.envs.tasks.tray_tasks import TrayTask
 from magfold_env.envs.vector_env import ChainVectorEnv
-from magfold_env.scene import Scene
 
 LATE = 10.0
 """Time after which it is too late [s]."""
@@ -109,17 +108,6 @@ class TrayEpisodes(CameraEpisodes):
         """Return for how long some episodes have gone on [s]."""
         return self.chains.times(rows)
 
-    def scene(self, row: int) -> Scene:
-        """Return the drawn scene of a chain, with the magnets and speeds of components fed.
-
-        It has the magnets as they should be.
-        """
-        return self.chains.scene(row)
-
-    def acting(self, row: int) -> int:
-        """Return how many components of a chain have magnets that act, in the order of feed."""
-        return int(self.arrays.fed[row])
-
     def may_draw_back(self) -> Bools:
         """Return which episodes have a component that can be drawn back: the first one cannot."""
         return self.arrays.fed > 1
@@ -149,8 +137,8 @@ class TrayEpisodes(CameraEpisodes):
             ("push", or_dash(float(self._force[row]), "mN")),
             ("feed speed", f"{1e3 * self.speeds[row]:.0f} mm/s"),
         ]
-        wanted: Lines = [("target", self.goals.names[row])]
-        return f"fed {self.arrays.fed[row]} of {self.n}", wanted, done
+        title, wanted, _ = super().caption(row)
+        return title, wanted, done
 
     def prepare(self, rows: Ints) -> None:
         """Put all components on their trays, and draw the strengths of their magnets."""

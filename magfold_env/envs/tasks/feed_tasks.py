@@ -210,7 +210,6 @@ class TaskWorld(World):
     """
 
     option = ("task", int)
-    fidelity = "dynamics"
     layout: CameraLayout
 
     def __init__(
@@ -269,7 +268,7 @@ class TaskWorld(World):
             )
         return int(value)
 
-    def lattice(self, number: int) -> LatticeFeed:
+    def lattice_of(self, number: int) -> LatticeFeed:
         """Return what energy minimisation needs to know of the chain of a task."""
         kind = self.kinds[number]
         if kind not in self._lattices:

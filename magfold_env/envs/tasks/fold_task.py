@@ -1,20 +1,18 @@
 """A folding task: scene, targets, actions, observation and reward, put together from options."""
 
-from functools import cached_property
 from itertools import cycle, islice
 from pathlib import Path
 from typing import Literal, Unpack
 
 from magfold_env.designer.suites import Suite, load_suite, suite_names
 from magfold_env.envs.baselines.baseline import Baseline, BaselineStore, unknown_baseline
-from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import ActionTable, read_catalogue
 from magfold_env.envs.spaces.observation import ObservationLayout
 from magfold_env.envs.tasks.checks import one_of, refuse_unknown, whole
 from magfold_env.envs.tasks.draws import randomised
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardRule
-from magfold_env.envs.tasks.targets import easiest, pick_target, resolve_targets
+from magfold_env.envs.tasks.targets import easiest, resolve_targets
 from magfold_env.envs.tasks.world import Fidelity, FoldOptions, World
 from magfold_env.scene import Scene, load_scene
 
@@ -40,8 +38,6 @@ class FoldTask(World):
     ValueError
         For any option that is not allowed; the message names it and what is.
     """
-
-    option = ("target", str)
 
     def __init__(
         self,
@@ -93,15 +89,6 @@ class FoldTask(World):
             self._baselines = BaselineStore(self.scene, self.match)
         if self.fidelity == "quasistatic" or self.rule.shaping == "energy":
             _ = self.lattice
-
-    @cached_property
-    def lattice(self) -> LatticeFeed:
-        """What energy minimisation needs to know of the chain."""
-        return LatticeFeed(self.scene)
-
-    def number_of(self, value: str) -> int:
-        """Return the number of a target; see `World.number_of`."""
-        return self.words.index(pick_target(value, self.words))
 
     def baseline_of(self, target: str) -> Baseline:
         """Return the energy minimiser's result for `target`; flagged where there is none.

@@ -1,13 +1,15 @@
 """What all episodes of an environment share, and the options that say so."""
 
-from abc import abstractmethod
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, ClassVar, Literal, TypedDict
 
+from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import ActionKind
 from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardKind, RewardRule, Shaping
+from magfold_env.envs.tasks.targets import pick_target
 from magfold_env.scene import Scene
 
 Fidelity = Literal["dynamics", "quasistatic"]
@@ -34,23 +36,27 @@ class World:
         How episodes are rewarded.
     """
 
-    option: ClassVar[tuple[str, type]]
+    option: ClassVar[tuple[str, type]] = ("target", str)
     """The option of `reset` that fixes what is drawn, and the type of its value."""
 
     scene: Scene
     words: tuple[str, ...]
-    match: Match
-    fidelity: Fidelity
+    match: Match = "word"
+    fidelity: Fidelity = "dynamics"
     actions: Any
     layout: Any
-    rule: RewardRule
+    rule: RewardRule = RewardRule("score")
 
     @property
     def in_field(self) -> bool:
         """Whether an external field acts, of which energy minimisation knows nothing."""
         return self.scene.field is not None and self.scene.field.any
 
-    @abstractmethod
+    @cached_property
+    def lattice(self) -> LatticeFeed:
+        """What energy minimisation needs to know of the chain."""
+        return LatticeFeed(self.scene)
+
     def number_of(self, value: Any) -> int:
         """Return the number of what a value of `option` fixes.
 
@@ -59,6 +65,7 @@ class World:
         ValueError
             If there is none.
         """
+        return self.words.index(pick_target(value, self.words))
 
 
 class ChainOptions(TypedDict, total=False):
