@@ -7,6 +7,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.utils.env_match import check_environments_match
 from gymnasium.vector import AutoresetMode
@@ -100,17 +101,36 @@ def observations_share_no_memory(env_id: str, options: dict[str, Any]) -> None:
     assert same([each[0] for each in said], kept)
 
 
-def pictures_and_text_are_drawn(env_id: str, options: dict[str, Any]) -> None:
-    """Both modes that need no window show the chain."""
-    picture = made(env_id, options | {"render_mode": "rgb_array"})
-    picture.reset(seed=0)
-    image = picture.render()
-    assert image.dtype == np.uint8
-    assert image.shape[2:] == (3,)
-    assert image.std() > 0
-    text = made(env_id, options | {"render_mode": "ansi"})
-    text.reset(seed=0)
-    assert str(text.render()).startswith("target ")
+def pictures_show_the_chain(env_id: str, options: dict[str, Any]) -> None:
+    """A picture changes with the chain and only then; the checker passes with pictures too."""
+    env = made(env_id, options | {"render_mode": "rgb_array"})
+    assert env.metadata["render_modes"] == ["human", "rgb_array", "rgb_array_list", "ansi"]
+    assert env.metadata["render_fps"] > 0
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"call reset\(\) first"):
+        env.render()
+    check_env(env)
+    env.reset(seed=0)
+    before, again = env.render(), env.render()
+    assert (before.shape, before.dtype) == ((600, 800, 3), np.uint8)
+    np.testing.assert_array_equal(before, again)
+    play(env, 0)
+    # Of the part that shows the chain, left of the panel.
+    assert (before[:, :540] != env.render()[:, :540]).any()
+    env.close()
+    env.close()
+
+
+def text_names_the_target_and_every_component(env_id: str, options: dict[str, Any]) -> None:
+    """Each moment can be read."""
+    env = made(env_id, options | {"render_mode": "ansi"})
+    env.action_space.seed(0)
+    env.reset(seed=0)
+    over = False
+    while not over:
+        over = env.step(env.action_space.sample())[2]
+        lines = env.render().splitlines()
+        assert lines[0].startswith(f"target {env.snapshot().target}, ")
+        assert sum(" out" in line or " in the tube" in line for line in lines) >= env.scene.n
 
 
 def many_states_can_be_returned_to(env_id: str, options: dict[str, Any]) -> None:
@@ -147,7 +167,8 @@ SINGLE: tuple[Rule, ...] = (
     pickles_and_deep_copies_go_on_alike,
     states_can_be_returned_to,
     observations_share_no_memory,
-    pictures_and_text_are_drawn,
+    pictures_show_the_chain,
+    text_names_the_target_and_every_component,
     many_states_can_be_returned_to,
 )
 
