@@ -42,19 +42,18 @@ class AnchorEpisodes(TrayEpisodes):
     lacking = "not left"
     kept = (*TrayEpisodes.kept, "scores", "_tested")
 
-    def __init__(
-        self, world: TaskWorld, count: int, threads: int = 1, frame_rate: float | None = None
-    ) -> None:
-        super().__init__(world, count, threads, frame_rate)
-        self.scores: Floats = np.zeros(count)
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        super().allocate()
+        self.scores: Floats = np.zeros(self.count)
         """Scores of episodes whose chains were left, (m,)."""
-        self._tested: Bools = np.zeros(count, dtype=np.bool_)  # in the last step
-        self.sizes: Floats = np.array([task.pull for task in world.tasks])
+        self._tested: Bools = np.zeros(self.count, dtype=np.bool_)  # in the last step
+        self.sizes: Floats = np.array([task.pull for task in self.world.tasks])
         """Of the pulls [N], (tasks,)."""
-        towards = np.array([task.towards for task in world.tasks])
+        towards = np.array([task.towards for task in self.world.tasks])
         self.pulls: Floats = self.sizes[:, None] * np.stack([np.cos(towards), np.sin(towards)], 1)
         """The pulls [N], (tasks, 2)."""
-        self._last_comes_out = OUT * world.scene.casing.diagonal  # [m]
+        self._last_comes_out = OUT * self.world.scene.casing.diagonal  # [m]
 
     @classmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, CameraLayout]:

@@ -44,13 +44,12 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     kept = (*Episodes.kept, "_frames", "_force")
 
-    def __init__(
-        self, world: TaskWorld, count: int, threads: int = 1, frame_rate: float | None = None
-    ) -> None:
-        super().__init__(world, count, threads, frame_rate)
-        width = sum(world.layout.frame_sizes.values())
-        self._frames: Floats = np.zeros((2, count, width))  # the last but one, and the last
-        self._force: Floats = np.zeros(count)
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        super().allocate()
+        width = sum(self.world.layout.frame_sizes.values())
+        self._frames: Floats = np.zeros((2, self.count, width))  # the last but one, and the last
+        self._force: Floats = np.zeros(self.count)
 
     @classmethod
     @abstractmethod

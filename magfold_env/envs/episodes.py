@@ -146,8 +146,9 @@ class Episodes(Generic[ObsType]):
     """Chains, each in an episode of its own.
 
     An environment is a subclass. It states what actions do (`act`) and what is observed
-    (`observe`), and, where they differ, how chains begin (`reset_rows`), the rewards
-    (`step_rewards`, `end_rewards`) and the infos (`infos`, `final_infos`).
+    (`observe`), and, where they differ, the arrays that it keeps (`allocate`, `kept`), how chains
+    begin (`reset_rows`), the rewards (`step_rewards`, `end_rewards`) and the infos (`infos`,
+    `final_infos`).
 
     Parameters
     ----------
@@ -190,16 +191,11 @@ class Episodes(Generic[ObsType]):
         self.rows: Ints = np.arange(count)
         self._begun: Bools = np.zeros(count, dtype=np.bool_)
         self._all_begun = False
-        self.numbers: Ints = np.zeros(count, dtype=np.int64)
-        self._potentials: Floats = np.zeros(count)
-        self.goals = Goals(world.words, world.match, count)
         self._baselines: list[Baseline | None] = [None] * len(world.words)
-        self.baseline: Floats = np.zeros(count)
-        """Scores of the baselines, (m,); 0 where the reward asks for none."""
-        self._flagged: Bools = np.zeros(count, dtype=np.bool_)
         self.chains = self.make_chains(threads, frame_rate)
         self.arrays: ChainArrays = self.chains.arrays
         """What the chains look like."""
+        self.allocate()
 
     # --- what differs from environment to environment --------------------------------------
 
@@ -218,6 +214,15 @@ class Episodes(Generic[ObsType]):
     ) -> DynamicChains | QuasistaticChains:
         """Return the chains."""
         return DynamicChains(DrawnChains((self.world.scene,), self.count, threads, frame_rate))
+
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        self.goals = Goals(self.world.words, self.world.match, self.count)
+        self.numbers: Ints = np.zeros(self.count, dtype=np.int64)
+        self.baseline: Floats = np.zeros(self.count)
+        """Scores of the baselines, (m,); 0 where the reward asks for none."""
+        self._flagged: Bools = np.zeros(self.count, dtype=np.bool_)
+        self._potentials: Floats = np.zeros(self.count)
 
     def reset_rows(self, rows: Ints) -> None:
         """Draw the chains of some episodes, and load them."""

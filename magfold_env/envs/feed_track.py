@@ -34,15 +34,14 @@ class FeedEpisodes(CameraEpisodes):
 
     kept = (*CameraEpisodes.kept, "steps", "driven")
 
-    def __init__(
-        self, world: TaskWorld, count: int, threads: int = 1, frame_rate: float | None = None
-    ) -> None:
-        super().__init__(world, count, threads, frame_rate)
-        self.steps: Ints = np.zeros(count, dtype=np.int64)
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        super().allocate()
+        self.steps: Ints = np.zeros(self.count, dtype=np.int64)
         """Number of steps taken in each episode, (m,)."""
-        self.driven: Floats = np.zeros((count, self.horizon))
+        self.driven: Floats = np.zeros((self.count, self.horizon))
         """Feed speeds in each step [m/s]."""
-        self._length = self.n * world.scene.casing.diagonal
+        self._length = self.n * self.world.scene.casing.diagonal
 
     @classmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, CameraLayout]:

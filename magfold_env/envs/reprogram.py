@@ -31,15 +31,14 @@ class ReprogramEpisodes(FeedEpisodes):
     horizon = HORIZON
     kept = (*FeedEpisodes.kept, "stage", "_lasted")
 
-    def __init__(
-        self, world: TaskWorld, count: int, threads: int = 1, frame_rate: float | None = None
-    ) -> None:
-        super().__init__(world, count, threads, frame_rate)
-        self.stage: Ints = np.zeros(count, dtype=np.int64)
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        super().allocate()
+        self.stage: Ints = np.zeros(self.count, dtype=np.int64)
         """What is to be done next in each episode, (m,): FIRST, BACK or SECOND."""
-        self._lasted: Ints = np.zeros(count, dtype=np.int64)  # steps, of the first word
-        words = zip(*(task.words for task in world.tasks), strict=True)
-        self.goals = Goals(sum(words, ()), world.match, count)
+        self._lasted: Ints = np.zeros(self.count, dtype=np.int64)  # steps, of the first word
+        words = zip(*(task.words for task in self.world.tasks), strict=True)
+        self.goals = Goals(sum(words, ()), self.world.match, self.count)
 
     @classmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, CameraLayout]:

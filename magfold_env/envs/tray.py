@@ -55,12 +55,11 @@ class TrayEpisodes(CameraEpisodes):
     has_true_strengths = False
     kept = (*CameraEpisodes.kept, "strengths", "places", "lies", "returned", "speeds", "_took")
 
-    def __init__(
-        self, world: TaskWorld, count: int, threads: int = 1, frame_rate: float | None = None
-    ) -> None:
-        super().__init__(world, count, threads, frame_rate)
-        shape = count, world.actions.parts
-        self.poles: Floats = SIGNS[world.patterns]
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        super().allocate()
+        shape = self.count, self.world.actions.parts
+        self.poles: Floats = SIGNS[self.world.patterns]
         """Outward poles of the components as they come, (tasks, parts, 4)."""
         self.strengths: Floats = np.ones((*shape, 4))
         """What the strengths of components' magnets are multiplied by, which nobody is told."""
@@ -70,9 +69,9 @@ class TrayEpisodes(CameraEpisodes):
         """How components that are out lie, (m, parts)."""
         self.returned: Ints = np.zeros(shape, dtype=np.int64)
         """How often each component was drawn back, (m, parts)."""
-        self.speeds: Floats = np.zeros(count)
+        self.speeds: Floats = np.zeros(self.count)
         """Speeds of the last steps [m/s], below 0 back, (m,)."""
-        self._took: Floats = np.zeros(count)  # time of the last steps [s]
+        self._took: Floats = np.zeros(self.count)  # time of the last steps [s]
 
     @classmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, CameraLayout]:

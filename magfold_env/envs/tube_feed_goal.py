@@ -24,10 +24,9 @@ GoalObservation = dict[str, NDArray[np.float32]]
 class GoalEpisodes(FoldEpisodes):
     """Episodes whose goals lie apart from their observations, and whose every step is judged."""
 
-    def __init__(
-        self, world: Any, count: int, threads: int = 1, frame_rate: float | None = None
-    ) -> None:
-        super().__init__(world, count, threads, frame_rate)
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        super().allocate()
         self._layout = replace(self.world.layout, words=())
 
     def observe(self) -> GoalObservation:

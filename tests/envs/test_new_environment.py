@@ -54,9 +54,10 @@ class SpanEpisodes(Episodes[NDArray[np.float32]]):
     world: SpanWorld
     kept = (*Episodes.kept, "drawn")
 
-    def __init__(self, world: SpanWorld, count: int, *others: Any) -> None:
-        super().__init__(world, count, *others)
-        self.drawn: Ints = np.zeros((count, self.n), dtype=np.int64)
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        super().allocate()
+        self.drawn: Ints = np.zeros((self.count, self.n), dtype=np.int64)
         """Patterns of the components, in the order of feed, (m, n)."""
 
     def reset_rows(self, rows: Ints) -> None:
