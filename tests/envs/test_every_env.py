@@ -14,7 +14,7 @@ from magfold_env.engine.compile.insides import numba_config
 from magfold_env.envs import ENTRY_POINTS, VECTOR_ENTRY_POINTS, register_envs
 from magfold_env.envs.camera_track import TIME_COST
 from tests.envs import contract
-from tests.envs.vectors import TRACKS, TRAYS, kinds_of
+from tests.envs.vectors import TRACKS, kinds_of
 
 MOST_FILES = 9
 """Files of Python that the step of an environment runs at most."""
@@ -99,14 +99,15 @@ def test_shaping_changes_the_discounted_return_by_the_first_potential_alone(
 @every_id
 def test_steps_on_the_way_are_all_worth_the_same_without_shaping(env_id: str) -> None:
     said = contract.play(contract.made(env_id, {}), 2)
-    rewards = [each[1] for each in said[1:]]
-    if env_id in TRAYS:
-        times = np.array([each[-1]["time"] for each in said])
-        np.testing.assert_allclose(rewards[:-1], -TIME_COST * np.diff(times)[:-1])
+    rewards, info = [each[1] for each in said[1:]], said[-1][-1]
+    if env_id not in TRACKS:
+        wanted = -1.0 if "Goal" in env_id else 0.0
+        assert rewards[:-1] == [wanted] * (len(rewards) - 1)
+        assert -1.0 <= rewards[-1] <= 1.0
         return
-    wanted = -4e-4 if env_id in TRACKS else {"MagFold/TubeFeedGoal-v0": -1.0}.get(env_id, 0.0)
-    assert rewards[:-1] == [wanted] * (len(rewards) - 1)
-    assert -1.0 <= rewards[-1] <= 1.0
+    times = np.array([each[-1]["time"] for each in said])
+    np.testing.assert_allclose(rewards[:-1], -TIME_COST * np.diff(times)[:-1])
+    assert sum(rewards) == pytest.approx(info["score"] - TIME_COST * info["time"])
 
 
 @every_id

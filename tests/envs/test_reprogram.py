@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from magfold_env.envs.baselines import baseline, three_speeds
 from magfold_env.envs.baselines.legs import Following
 from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, Speeds, push_pull_push
 from magfold_env.envs.camera_track import TIME_COST
@@ -20,7 +19,6 @@ from magfold_env.envs.reprogram import (
     ReprogramEnv,
     ReprogramVectorEnv,
 )
-from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import read_tasks
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE, Goal
 from magfold_env.envs.vector_env import ChainVectorEnv
@@ -179,30 +177,6 @@ def test_all_out_the_first_word_counts_no_more() -> None:
         folded += info["status"] == "folded"
         assert (info["stage"], info["score"], info["is_success"]) == (FIRST, 0.0, False)
     assert folded > 0
-
-
-@pytest.mark.medium
-def test_the_baseline_is_what_the_best_of_the_schedules_scores(
-    tmp_path: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
-    monkeypatch.setattr(three_speeds, "SELECTION_DRAWS", 3)
-    monkeypatch.setattr(three_speeds, "SCORING_DRAWS", 4)
-    monkeypatch.setattr(three_speeds, "PUSHES", (0.1, 0.4))
-    env = ReprogramEnv(reward="relative", difficulty=0.05)
-    found, task = env.baseline_of(0), env.tasks[0]
-    assert found.speed is not None
-    assert found.target == "-".join(task.words)
-    scores = []
-    for seed in episode_seeds("scoring", 4):
-        env.reset(seed=seed, options={"task": 0})
-        envs = env.episodes
-        plan, row = env.plan_of([0]), np.array([0])
-        while not envs.terminated[0]:
-            envs.step(row, plan(envs, row))
-        scores.append(envs.final_infos(row)["score"][0])
-    assert found.score == pytest.approx(np.mean(scores))
-    assert ReprogramEnv(reward="relative", difficulty=0.05).baseline_of(0) == found
 
 
 def test_shipped_tasks_ask_for_two_words_of_a_chain() -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode
 from gymnasium.wrappers.vector import RecordVideo
-from numpy.typing import NDArray
 
 import magfold_env as mf
 from tests.envs.vectors import alike, pair, play, same
@@ -22,39 +21,9 @@ ANY = {"spreads": {"friction": 0.2, "mass": 0.3, "remanence": 0.1, "feed_speed":
 BACKWARD = mf.load_scene("tube-feed").replace(feed={"direction": "backward"}, **ANY)
 
 
-def into_a_corner() -> NDArray[np.int64]:
-    """Actions that lead a quasistatic chain into a corner before it is all out."""
-    env = gymnasium.make_vec(FEED, num_envs=3000, autoreset_mode=NEVER, **LONG)
-    env.action_space.seed(0)
-    env.reset(seed=0)
-    tape = []
-    while True:
-        tape.append(env.action_space.sample())
-        over = env.step(tape[-1])[2]
-        if over.any():
-            assert len(tape) < 16
-            return np.array(tape)[:, np.flatnonzero(over)[0]]
-
-
 @pytest.mark.parametrize("mode", AutoresetMode)
 def test_episodes_may_end_at_different_steps(mode: AutoresetMode) -> None:
-    native, single = pair(FEED, 3, mode, **LONG)
-    tape = into_a_corner()
-    rng = np.random.default_rng(0)
-    for env in (native, single):
-        env.reset(seed=0)
-    ends = []
-    for step in range(40):
-        actions = rng.integers([16, 9], size=(3, 2))
-        if step < len(tape):
-            actions[1] = tape[step]
-        told = native.step(actions)
-        assert same(told, single.step(actions))
-        ends.append(told[2])
-        if mode == NEVER and told[2].any():
-            again = {"reset_mask": told[2]}
-            assert same(native.reset(options=again), single.reset(options=dict(again)))
-    assert ends[len(tape) - 1].tolist() == [False, True, False]
+    assert alike("MagFold/Tray-v0", 3, mode, 30, speeds=2)
     assert alike(FEED, 3, mode, 20, scene=BACKWARD, **LONG)
 
 
