@@ -161,6 +161,18 @@ def many_states_can_be_returned_to(env_id: str, options: dict[str, Any]) -> None
         each.close()
 
 
+def shapes_by_the_first_potential_alone(env_id: str, shaping: str, options: dict[str, Any]) -> bool:
+    """Whether shaping changes a discounted return by nothing but the potential at the start."""
+    gamma, returns = 0.9, []
+    shaped = made(env_id, {"shaping": shaping, "gamma": gamma, **options})
+    for env in (shaped, made(env_id, options)):
+        rewards = [each[1] for each in play(env, 4)[1:]]
+        returns.append(sum(gamma**k * reward for k, reward in enumerate(rewards)))
+    shaped.reset(seed=4)
+    (first,) = shaped.episodes.potential(np.array([0]))
+    return returns[0] - returns[1] == pytest.approx(-first)
+
+
 SINGLE: tuple[Rule, ...] = (
     both_checkers_pass,
     equal_seeds_give_equal_episodes,

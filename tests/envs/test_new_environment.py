@@ -19,7 +19,8 @@ from magfold_env.envs.episodes import Columns, Episodes
 from magfold_env.envs.spaces.actions import PATTERNS, SLOWEST_LEVEL, SpeedTable, scaled_speeds
 from magfold_env.envs.spaces.observation import ObservationLayout, fill
 from magfold_env.envs.tasks.checks import refuse_unknown
-from magfold_env.envs.tasks.draws import Randomisation, randomised
+from magfold_env.envs.tasks.draws import Randomisation
+from magfold_env.envs.tasks.reward import Shaping
 from magfold_env.envs.tasks.world import World
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.scene import load_scene
@@ -34,6 +35,8 @@ class SpanOptions(TypedDict, total=False):
     """Options of the environment."""
 
     randomisation: Randomisation
+    shaping: bool | Shaping
+    gamma: float
 
 
 class SpanWorld(World):
@@ -42,7 +45,7 @@ class SpanWorld(World):
     def __init__(self, **options: Unpack[SpanOptions]) -> None:
         refuse_unknown(options, SpanOptions)
         scene = load_scene("tube-feed")
-        self.scene = randomised(scene, options.get("randomisation", "nominal"))
+        super().__init__(scene, options)
         self.words = ("LRLLL", "LLRLL")
         self.actions = SpeedTable(5)
         self.layout = ObservationLayout(scene.n, scene.casing.side)
@@ -115,6 +118,10 @@ def test_it_keeps_the_contract(hold: contract.Rule) -> None:
 @pytest.mark.parametrize("mode", AutoresetMode)
 def test_its_vector_form_says_what_single_ones_do(mode: AutoresetMode) -> None:
     contract.many_are_as_single_ones(SPAN, {}, mode)
+
+
+def test_it_can_be_shaped() -> None:
+    assert contract.shapes_by_the_first_potential_alone(SPAN, "similarity", {})
 
 
 def test_wrong_options_are_named() -> None:

@@ -14,10 +14,10 @@ from magfold_env.envs.baselines.baseline import chain_name
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import PATTERNS, ActionKind
 from magfold_env.envs.spaces.observation import CameraLayout
-from magfold_env.envs.tasks.checks import one_of, refuse_unknown, share_of
-from magfold_env.envs.tasks.draws import Randomisation, randomised
+from magfold_env.envs.tasks.checks import refuse_unknown, share_of
+from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.goals import Match
-from magfold_env.envs.tasks.reward import RewardKind, RewardRule, Shaping
+from magfold_env.envs.tasks.reward import RewardKind, Shaping
 from magfold_env.envs.tasks.targets import is_target
 from magfold_env.envs.tasks.world import World
 from magfold_env.files import configs_dir
@@ -231,17 +231,8 @@ class TaskWorld(World):
         share = share_of("difficulty", options.get("difficulty", 1.0))
         self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
         self.words = tuple(task.target for task in self.tasks)
-        self.randomisation: Randomisation = options.get("randomisation", "scene")
-        self.scene = randomised(
-            scene.replace(sequence=found[0].parts[: found[0].n], start_angles=None),
-            self.randomisation,
-        )
-        self.match = one_of("match", options.get("match", "word"), Match)
-        self.rule = RewardRule.of(
-            options.get("reward", "score"),
-            options.get("shaping", False),
-            options.get("gamma", 1.0),
-        )
+        scene = scene.replace(sequence=found[0].parts[: found[0].n], start_angles=None)
+        super().__init__(scene, options, randomisation="scene")
         directions = dict.fromkeys(task.direction for task in self.tasks)
         self.templates: tuple[Scene, ...] = tuple(
             self.scene.replace(feed={"direction": direction}) for direction in directions

@@ -8,12 +8,9 @@ from magfold_env.designer.suites import Suite, load_suite, suite_names
 from magfold_env.envs.baselines.baseline import Baseline, BaselineStore, unknown_baseline
 from magfold_env.envs.spaces.actions import ActionTable, read_catalogue
 from magfold_env.envs.spaces.observation import ObservationLayout
-from magfold_env.envs.tasks.checks import one_of, refuse_unknown, whole
-from magfold_env.envs.tasks.draws import randomised
-from magfold_env.envs.tasks.goals import Match
-from magfold_env.envs.tasks.reward import RewardRule
+from magfold_env.envs.tasks.checks import refuse_unknown, whole
 from magfold_env.envs.tasks.targets import easiest, resolve_targets
-from magfold_env.envs.tasks.world import Fidelity, FoldOptions, World
+from magfold_env.envs.tasks.world import FoldOptions, World
 from magfold_env.scene import Scene, load_scene
 
 
@@ -57,9 +54,7 @@ class FoldTask(World):
         given = scene if isinstance(scene, Scene) else load_scene(scene)
         given = feedable(lengthened(given, components), action_scope)
         self.action_scope = action_scope
-        self.fidelity = one_of("fidelity", options.get("fidelity", "dynamics"), Fidelity)
-        self.match = one_of("match", options.get("match", "word"), Match)
-        self.scene = randomised(given, options.get("randomisation", "nominal"))
+        super().__init__(given, options, reward="relative")
         self.words = easiest(
             self.scene, resolve_targets(targets, given.n), options.get("difficulty", 1.0)
         )
@@ -70,11 +65,6 @@ class FoldTask(World):
             read_catalogue(options.get("catalogue")),
         )
         self.layout = ObservationLayout(given.n, given.casing.side)
-        self.rule = RewardRule.of(
-            options.get("reward", "relative"),
-            options.get("shaping", False),
-            options.get("gamma", 1.0),
-        )
         baseline = options.get("baseline", "auto")
         if baseline not in ("auto", None):
             raise ValueError(f"baseline: {baseline!r} is not allowed; must be 'auto' or None")

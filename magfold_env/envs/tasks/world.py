@@ -1,12 +1,13 @@
 """What all episodes of an environment share, and the options that say so."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, ClassVar, Literal, TypedDict
 
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import ActionKind
-from magfold_env.envs.tasks.draws import Randomisation
+from magfold_env.envs.tasks.checks import one_of
+from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardKind, RewardRule, Shaping
 from magfold_env.envs.tasks.targets import pick_target
@@ -18,6 +19,16 @@ Fidelity = Literal["dynamics", "quasistatic"]
 class World:
     """Scene, targets, actions, observations and rewards, and no chain itself.
 
+    Parameters
+    ----------
+    scene : Scene
+        A tube scene.
+    options : mapping
+        Those of the environment: ``fidelity``, ``match``, ``randomisation``, ``reward``,
+        ``shaping`` and ``gamma`` are read here, see `FoldOptions`.
+    randomisation, reward : str
+        What these two options are if they are left out.
+
     Attributes
     ----------
     scene : Scene
@@ -26,6 +37,8 @@ class World:
         The words that `reset` draws from, or those of its tasks.
     match : {"word", "outline"}
         What will do for a word.
+    randomisation : {"none", "nominal", "strong", "scene"}
+        How much physics is drawn.
     fidelity : {"dynamics", "quasistatic"}
         Whether chains are simulated.
     actions : ActionTable or SpeedTable
@@ -39,13 +52,24 @@ class World:
     option: ClassVar[tuple[str, type]] = ("target", str)
     """The option of `reset` that fixes what is drawn, and the type of its value."""
 
-    scene: Scene
     words: tuple[str, ...]
-    match: Match = "word"
-    fidelity: Fidelity = "dynamics"
     actions: Any
     layout: Any
-    rule: RewardRule = RewardRule("score")
+
+    def __init__(
+        self,
+        scene: Scene,
+        options: Mapping[str, Any],
+        randomisation: Randomisation = "nominal",
+        reward: RewardKind = "score",
+    ) -> None:
+        self.fidelity: Fidelity = one_of("fidelity", options.get("fidelity", "dynamics"), Fidelity)
+        self.match: Match = one_of("match", options.get("match", "word"), Match)
+        self.randomisation: Randomisation = options.get("randomisation", randomisation)
+        self.scene = randomised(scene, self.randomisation)
+        self.rule = RewardRule.of(
+            options.get("reward", reward), options.get("shaping", False), options.get("gamma", 1.0)
+        )
 
     @property
     def in_field(self) -> bool:
