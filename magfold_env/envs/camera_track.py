@@ -15,7 +15,9 @@ from magfold_env.envs.chains.arrays import UNSETTLED, Floats, Ints
 from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
-from magfold_env.envs.episodes import Columns, Episodes
+from magfold_env.envs.episodes import Columns, Episodes, Lines
+from magfold_env.envs.pictures.snapshots import or_dash
+from magfold_env.envs.spaces.actions import FASTEST
 from magfold_env.envs.spaces.observation import CameraLayout, squash, take_frames
 from magfold_env.envs.tasks.feed_tasks import FeedOptions, Task, TaskWorld
 from magfold_env.scene import Scene
@@ -42,7 +44,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     shown: ClassVar[int]
     """Which frame is shown: 1, the last, or 0, the last but one."""
 
-    kept = (*Episodes.kept, "_frames", "_force")
+    kept = (*Episodes.kept, "_frames", "_force", "_took", "speeds")
 
     def allocate(self) -> None:
         """Make the arrays that episodes keep."""
@@ -50,6 +52,9 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         width = sum(self.world.layout.frame_sizes.values())
         self._frames: Floats = np.zeros((2, self.count, width))  # the last but one, and the last
         self._force: Floats = np.zeros(self.count)
+        self._took: Floats = np.zeros(self.count)  # time of the last steps [s]
+        self.speeds: Floats = np.zeros(self.count)
+        """Feed speeds of the last steps [m/s], below 0 back, (m,)."""
 
     @classmethod
     @abstractmethod
@@ -90,6 +95,10 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         """Return the infos of some episodes, whether they go on or have ended."""
         return super().infos(rows) | {"time": self.times(rows), "force": self._force[rows]}
 
+    def step_rewards(self, rows: Ints) -> Floats:
+        """Return what every step is worth: it costs time."""
+        return super().step_rewards(rows) - TIME_COST * self._took[rows]
+
     def final_infos(self, rows: Ints) -> Columns:
         """Return the infos that episodes which have terminated have besides."""
         ends = super().final_infos(rows)
@@ -111,15 +120,27 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
             "target": self.goals.one_hot,
             "magnets": self.arrays.signs.reshape(self.count, -1),
             "direction": np.where(self.arrays.forward, 1.0, -1.0)[:, None],
+            "speed": self.speeds[:, None] / FASTEST,
             "force": [[squash(force / FORCE_SCALE)] for force in self._force.tolist()],
             "time": np.minimum(self.times(self.rows) / self.late, 1.0)[:, None],
         }
+
+    def caption(self, row: int) -> tuple[str, Lines, Lines]:
+        """Return how far an episode has come, and lines of a picture above and below energies."""
+        title, wanted, _ = super().caption(row)
+        done: Lines = [
+            ("time", f"{self.times(self.rows)[row]:.2f} s"),
+            ("push", or_dash(float(self._force[row]), "mN")),
+            ("feed speed", f"{1e3 * self.speeds[row]:.0f} mm/s"),
+        ]
+        return title, wanted, done
 
     def reset_rows(self, rows: Ints) -> None:
         """Draw the chains of some episodes, and load them."""
         kinds = np.array(self.world.kinds)[self.numbers[rows]]
         for kind in np.unique(kinds).tolist():
             self.chains.begin(rows[kinds == kind], self.rngs, kind)
+        self.speeds[rows] = 0.0
         self.prepare(rows)
         self._frames[:, rows] = 0.0
         self._measure(rows, np.zeros(len(rows)))

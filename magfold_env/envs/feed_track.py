@@ -5,14 +5,13 @@ from typing import Any, ClassVar, cast
 
 import numpy as np
 
-from magfold_env.envs.camera_track import TIME_COST, CameraEpisodes, CameraTrackEnv
+from magfold_env.envs.camera_track import CameraEpisodes, CameraTrackEnv
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.episodes import Lines
-from magfold_env.envs.pictures.snapshots import or_dash
 from magfold_env.envs.pictures.viewer import RENDER_MODES
-from magfold_env.envs.spaces.actions import FASTEST, SpeedTable, signs_of
+from magfold_env.envs.spaces.actions import SpeedTable, signs_of
 from magfold_env.envs.spaces.observation import CameraLayout
 from magfold_env.envs.tasks.feed_tasks import FeedOptions, FeedTask, TaskWorld
 from magfold_env.scene import Scene
@@ -75,20 +74,13 @@ class FeedEpisodes(CameraEpisodes):
         return super().groups() | {
             # Rounded, or last bits would tell how the chain lay at first.
             "advance": np.round(self.chains.advances() / self._length, 9)[:, None],
-            "speed": self._speeds(self.rows)[:, None] / FASTEST,
             "time": self.steps[:, None] / self.horizon,
         }
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
         """Return how far an episode has come, and lines of a picture above and below energies."""
-        step, out = int(self.steps[row]), int(self.arrays.released[row].sum())
-        done: Lines = [
-            ("time", f"{INTERVAL * step:.2f} s"),
-            ("push", or_dash(float(self._force[row]), "mN")),
-            ("feed speed", f"{1e3 * self._speeds(self.rows)[row]:.0f} mm/s"),
-        ]
-        wanted: Lines = [("target", self.goals.names[row])]
-        return f"{out} of {self.n} out", wanted, done
+        _, wanted, done = super().caption(row)
+        return f"{int(self.arrays.released[row].sum())} of {self.n} out", wanted, done
 
     def prepare(self, rows: Ints) -> None:
         """Give chains that are in their tubes their magnets."""
@@ -100,21 +92,13 @@ class FeedEpisodes(CameraEpisodes):
 
     def act(self, rows: Ints, choice: tuple[Floats]) -> None:
         """Drive the feeds for an interval, at speeds as near to those asked for as can be."""
-        before = self._speeds(rows)
+        before = self.speeds[rows]
         speeds = before + np.clip(choice[0] - before, -STEEPEST, STEEPEST)
+        self.speeds[rows], self._took[rows] = speeds, INTERVAL
         self.driven[rows, self.steps[rows]] = speeds
         self.steps[rows] += 1
         self._measure(rows, self.chains.push(rows, speeds, INTERVAL))
         self._stop_late(rows)
-
-    def step_rewards(self, rows: Ints) -> Floats:
-        """Return what every step is worth: it costs time."""
-        return super().step_rewards(rows) - TIME_COST * INTERVAL
-
-    def _speeds(self, rows: Ints) -> Floats:
-        """Return the feed speeds of some episodes in their last steps [m/s]."""
-        last = self.steps[rows] - 1
-        return np.where(last < 0, 0.0, self.driven[rows, last])
 
 
 class FeedTrackEnv(CameraTrackEnv):

@@ -6,14 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.baselines.tray_order import TrayStore
-from magfold_env.envs.camera_track import TIME_COST, CameraEpisodes, CameraTrackEnv
+from magfold_env.envs.camera_track import CameraEpisodes, CameraTrackEnv
 from magfold_env.envs.chains.arrays import FAILED, Bools, Floats, Ints
-from magfold_env.envs.episodes import Lines
-from magfold_env.envs.pictures.snapshots import or_dash
 from magfold_env.envs.spaces.actions import (
     BACK,
     FACES,
-    FASTEST,
     LYING,
     SIGNS,
     TrayChoice,
@@ -53,7 +50,7 @@ class TrayEpisodes(CameraEpisodes):
     task_kind: ClassVar[type[Task]] = TrayTask
     shown = 1
     has_true_strengths = False
-    kept = (*CameraEpisodes.kept, "strengths", "places", "lies", "returned", "speeds", "_took")
+    kept = (*CameraEpisodes.kept, "strengths", "places", "lies", "returned")
 
     def allocate(self) -> None:
         """Make the arrays that episodes keep."""
@@ -69,9 +66,6 @@ class TrayEpisodes(CameraEpisodes):
         """How components that are out lie, (m, parts)."""
         self.returned: Ints = np.zeros(shape, dtype=np.int64)
         """How often each component was drawn back, (m, parts)."""
-        self.speeds: Floats = np.zeros(self.count)
-        """Speeds of the last steps [m/s], below 0 back, (m,)."""
-        self._took: Floats = np.zeros(self.count)  # time of the last steps [s]
 
     @classmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, CameraLayout]:
@@ -126,25 +120,13 @@ class TrayEpisodes(CameraEpisodes):
             "place": self.places / self.n,
             "lie": lie.reshape(self.count, -1),
             "returned": self.returned / (1.0 + self.returned),
-            "speed": self.speeds[:, None] / FASTEST,
         }
-
-    def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return how far an episode has come, and lines of a picture above and below energies."""
-        done: Lines = [
-            ("time", f"{self.times(self.rows)[row]:.2f} s"),
-            ("push", or_dash(float(self._force[row]), "mN")),
-            ("feed speed", f"{1e3 * self.speeds[row]:.0f} mm/s"),
-        ]
-        title, wanted, _ = super().caption(row)
-        return title, wanted, done
 
     def prepare(self, rows: Ints) -> None:
         """Put all components on their trays, and draw the strengths of their magnets."""
         for row in rows.tolist():
             self.strengths[row] = self._drawn_strengths(int(self.numbers[row]), self.rngs[row])
         self.places[rows] = self.lies[rows] = self.returned[rows] = 0
-        self.speeds[rows] = 0.0
 
     def _drawn_strengths(self, number: int, rng: Any) -> Floats:
         """Draw what the strengths of a tray's magnets are multiplied by, (parts, 4).
@@ -200,10 +182,6 @@ class TrayEpisodes(CameraEpisodes):
         back = self.places[rows] > self.arrays.fed[rows, None]
         self.returned[rows] += back
         self.places[rows] = np.where(back, 0, self.places[rows])
-
-    def step_rewards(self, rows: Ints) -> Floats:
-        """Return what every step is worth: it costs time."""
-        return super().step_rewards(rows) - TIME_COST * self._took[rows]
 
 
 class TrayEnv(CameraTrackEnv):
