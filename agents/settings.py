@@ -391,7 +391,7 @@ class TrainSettings(Group, frozen=True):
             if learner.hindsight is not None and env.id != GOAL_ENV:
                 yield "env.id", env.id, f"{GOAL_ENV!r} with hindsight"
         elif learner.algorithm == "maskable-ppo":
-            if env.actions in ("box", "dict"):
+            if env.actions == "box":
                 yield "env.actions", env.actions, "'multidiscrete' or 'discrete' with maskable-ppo"
             if env.id in FEED_TRACKS:
                 yield "env.id", env.id, "one in which magnets are chosen, with maskable-ppo"

@@ -125,7 +125,7 @@ def _facts(env_id: str, env: Any) -> Iterator[tuple[str, str]]:
     tasks = f"{len(set(env.world.words))} words"
     fixed = repr(env.targets[0]) if name == "target" else "0"
     if name == "task":
-        tasks = f"{len(env.tasks)}, of the list `{env.make_world.shipped}`"
+        tasks = f"{len(env.tasks)}, of the list `{env.default_tasks}`"
     yield "make", f'`gymnasium.make("{env_id}")`, `gymnasium.make_vec("{env_id}", num_envs=64)`'
     yield "actions", f"`{env.action_space}`"
     yield "observations", f"`{env.observation_space}`".replace("\n", " ")
@@ -152,7 +152,7 @@ def observation(env_id: str) -> Iterator[str]:
 
 def _groups(env: Any) -> Iterator[tuple[str, ...]]:
     entries = Entries(*classes_of(env))
-    names = {"n": env.layout.n, "parts": getattr(env.layout, "parts", 0)}
+    names = {"n": env.layout.n, "parts": getattr(env.world.actions, "parts", 0)}
     for group, place in env.layout.slices.items():
         count = place.stop - place.start
         if group not in entries.told or entries.count(group, **names) != count:

@@ -102,18 +102,18 @@ class FoldVecEnv(VecEnv):
         observation, reward, terminated, truncated, infos = self.vector.step(self._actions)
         done = terminated | truncated
         final_obs, final = infos.pop("final_obs", None), infos.pop("final_info", {})
-        told = _each(infos, self.num_envs)
+        each = _each(infos, self.num_envs)
         if final:
             self.reset_infos = [
                 info if over else before
-                for info, over, before in zip(told, done, self.reset_infos, strict=True)
+                for info, over, before in zip(each, done, self.reset_infos, strict=True)
             ]
             ends = _each(final, self.num_envs)
             for row in np.flatnonzero(done).tolist():
-                told[row] = ends[row] | {"terminal_observation": final_obs[row]}
-        for row, info in enumerate(told):
+                each[row] = ends[row] | {"terminal_observation": final_obs[row]}
+        for row, info in enumerate(each):
             info["TimeLimit.truncated"] = bool(truncated[row] and not terminated[row])
-        return observation, reward.astype(np.float32), done, told
+        return observation, reward.astype(np.float32), done, each
 
     def close(self) -> None:
         """End the threads."""
@@ -158,13 +158,13 @@ class FoldVecEnv(VecEnv):
 
 
 def _each(infos: Info, count: int) -> list[Info]:
-    """Return what is told of each environment, from what Gymnasium tells of all."""
-    told: list[Info] = [{} for _ in range(count)]
+    """Return the infos of each environment, from those of all in Gymnasium's form."""
+    each: list[Info] = [{} for _ in range(count)]
     for key, values in infos.items():
         if key.startswith("_"):
             continue
         present = infos[f"_{key}"]
-        for info, value, has in zip(told, values.tolist(), present.tolist(), strict=True):
+        for info, value, has in zip(each, values.tolist(), present.tolist(), strict=True):
             if has:
                 info[key] = value
-    return told
+    return each

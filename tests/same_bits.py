@@ -15,6 +15,7 @@ import json
 import platform
 import sys
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -29,12 +30,16 @@ RECORD = Path(__file__).with_suffix(".json")
 FOLDS = 150
 EPISODES = 200
 ROWS = 8  # chains of a vector environment
+IDS = (
+    "TubeFeed", "SequenceDesign", "TubeFeedGoal", "UnknownFloor", "Reprogram", "Lumen", "Tray",
+    "Anchor",
+)  # fmt: skip
 
 FOLD_VARIANTS: tuple[dict[str, Any], ...] = (
     {},
     {"actions": "discrete"},
     {"actions": "box", "randomisation": "strong"},
-    {"actions": "dict", "match": "outline", "reward": "score"},
+    {"actions": "box", "match": "outline", "reward": "score"},
     {"shaping": "similarity", "catalogue": ["NSNS", "NNSS", "SSNN", "NNNN"]},
     {"shaping": "energy", "gamma": 0.9, "components": 4, "baseline": None},
     {"fidelity": "quasistatic", "shaping": True},
@@ -46,10 +51,22 @@ FLOOR_VARIANTS: tuple[dict[str, Any], ...] = (
     {},
     {"actions": "multidiscrete"},
     {"actions": "discrete", "randomisation": "strong"},
-    {"actions": "dict", "match": "outline"},
+    {"match": "outline"},
     {"shaping": "similarity", "scene": "tube-built"},
     {"shaping": "energy", "gamma": 0.9},
     {"reward": "sparse", "scene": "tube-feed", "difficulty": 0.2},
+)
+FEED_VARIANTS: tuple[dict[str, Any], ...] = (
+    {},
+    {"actions": "discrete", "randomisation": "strong", "reward": "relative"},
+    {"shaping": "similarity", "match": "outline"},
+    {"shaping": "energy", "gamma": 0.9, "randomisation": "none", "difficulty": 0.2},
+)
+TRAY_VARIANTS: tuple[dict[str, Any], ...] = (
+    {},
+    {"actions": "discrete", "randomisation": "none"},
+    {"shaping": "similarity", "match": "outline", "randomisation": "nominal"},
+    {"shaping": "energy", "gamma": 0.9, "reward": "relative", "speeds": 3},
 )
 NOT_OF_GOALS = ("reward", "shaping", "gamma", "baseline")
 
@@ -199,6 +216,10 @@ def variants(env_id: str) -> tuple[dict[str, Any], ...]:
     """Return the options under which an environment is tried."""
     if "UnknownFloor" in env_id:
         return FLOOR_VARIANTS
+    if "Reprogram" in env_id or "Lumen" in env_id:
+        return FEED_VARIANTS
+    if "Tray" in env_id or "Anchor" in env_id:
+        return TRAY_VARIANTS
     if "Goal" in env_id:
         return tuple(
             {key: value for key, value in each.items() if key not in NOT_OF_GOALS}
@@ -259,10 +280,7 @@ def episode_digests(env_id: str) -> Iterator[tuple[str, str]]:
 PARTS: dict[str, Callable[[], Iterator[tuple[str, str]]]] = {
     "folds": fold_digests,
     "energies": energy_digests,
-    "TubeFeed": lambda: episode_digests("MagFold/TubeFeed-v0"),
-    "SequenceDesign": lambda: episode_digests("MagFold/SequenceDesign-v0"),
-    "TubeFeedGoal": lambda: episode_digests("MagFold/TubeFeedGoal-v0"),
-    "UnknownFloor": lambda: episode_digests("MagFold/UnknownFloor-v0"),
+    **{name: partial(episode_digests, f"MagFold/{name}-v0") for name in IDS},
 }
 
 

@@ -83,7 +83,7 @@ def play_oracle(
 def copied_episodes(arena: Arena, episode: int, count: int) -> Any:
     """Return room for copies of an episode: its physics, with start and noise drawn anew."""
     scene, task = arena.drawn(episode)
-    found = arena.episodes(count, type(arena.world)(scene, tasks=[task]))
+    found = arena.episodes(count, arena.env.make_world(scene, tasks=[task]))
     found.chains.drawn.drive_as(scene)
     return found
 

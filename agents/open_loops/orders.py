@@ -24,8 +24,7 @@ from magfold_env.envs.anchor import AnchorEnv
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.baselines.tray_order import TrayDesigns, in_order
 from magfold_env.envs.chains.arrays import Floats, Ints
-from magfold_env.envs.spaces.actions import FASTEST, SIGNS
-from magfold_env.envs.spaces.tray_actions import FACES, LYING
+from magfold_env.envs.spaces.actions import FACES, FASTEST, LYING, SIGNS
 from magfold_env.envs.tasks.tray_tasks import TrayTask
 from magfold_env.envs.tray import TrayEnv
 from magfold_env.minimiser.energies import quadratic_forms

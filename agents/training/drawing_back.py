@@ -157,7 +157,7 @@ class DrawingBackTwice:
     def _drawn_in(self, episodes: Any, rows: Ints) -> Floats:
         """Return the speeds of some rows while they draw the chain in [m/s]."""
         gone, scene = episodes.chains.advances()[rows], episodes.world.scene
-        slips = episodes.told(rows)["force"] < -SLIPS * scene.feed.force_limit
+        slips = episodes.infos(rows)["force"] < -SLIPS * scene.feed.force_limit
         more = gone + self._slack[rows] * scene.casing.diagonal
         # The last component stays held.
         goal = np.minimum(more, (scene.n - LEAST) * scene.casing.diagonal)

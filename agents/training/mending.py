@@ -22,7 +22,7 @@ from agents.training.open_loops import kept_search
 from magfold_env.envs.anchor import AnchorEpisodes
 from magfold_env.envs.baselines.tray_order import TrayDesigns
 from magfold_env.envs.chains.arrays import Bools, Ints
-from magfold_env.envs.spaces.tray_actions import AHEAD, BACK, PULL, TrayChoice
+from magfold_env.envs.spaces.actions import AHEAD, BACK, PULL, TrayChoice
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.tray_tasks import Order, TrayTask
 

@@ -6,7 +6,6 @@ from magfold_env.envs.camera_track import FORCE_NOISE, FORCE_SCALE, TIME_COST
 from magfold_env.envs.chains.draws import REFERENCE_SPEED
 from magfold_env.envs.feed_track import INTERVAL, STEEPEST
 from magfold_env.envs.spaces.actions import FASTEST, PATTERNS, scaled_speed
-from magfold_env.envs.tasks.feed_tasks import FeedWorld
 from magfold_env.envs.tasks.fold_task import FoldTask
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.unknown_floor import HORIZON, UnknownFloorEnv
@@ -23,7 +22,7 @@ def games() -> dict[str, Any]:
 
 def tube_feed() -> dict[str, Any]:
     """Return those of ``MagFold/TubeFeed-v0``."""
-    task = FoldTask(None, TubeFeedEnv.default_scene, TubeFeedEnv.at_a_time)
+    task = FoldTask(None, TubeFeedEnv.default_scene, TubeFeedEnv.action_scope)
     levels: list[float] = task.actions.speeds.tolist()
     return _drawn(task.scene) | {
         "words": task.words,
@@ -36,7 +35,7 @@ def tube_feed() -> dict[str, Any]:
 
 def unknown_floor() -> dict[str, Any]:
     """Return those of ``MagFold/UnknownFloor-v0``."""
-    world = FeedWorld(UnknownFloorEnv.default_scene, actions="discrete")
+    world = UnknownFloorEnv.make_world(actions="discrete")
     return _drawn(world.scene) | {
         "tasks": [task.model_dump(mode="json") for task in world.tasks],
         "speeds": world.actions.speeds.tolist(),

@@ -5,13 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.baselines.tray_order import TrayStore
 from magfold_env.envs.chains.arrays import HELD, Bools, Floats, Ints
 from magfold_env.envs.episodes import Columns, Lines
-from magfold_env.envs.spaces.tray_actions import AHEAD, PULL, TrayChoice
-from magfold_env.envs.tasks.tray_tasks import AnchorWorld, TrayWorld
-from magfold_env.envs.tray import PROTOCOL, TrayEnv, TrayEpisodes, TrayVectorEnv
+from magfold_env.envs.spaces.actions import AHEAD, PULL, TrayChoice, TrayTable
+from magfold_env.envs.spaces.observation import CameraLayout
+from magfold_env.envs.tasks.feed_tasks import FeedOptions, TaskWorld
+from magfold_env.envs.tasks.tray_tasks import AnchorTask
+from magfold_env.envs.tray import PROTOCOL, TrayEnv, TrayEpisodes
+from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.simulation.endings import FOLDED_WITHIN
 
 OUT = 0.95
@@ -33,43 +35,48 @@ PULL_SCALE = 0.5
 """Component of a pull that is shown as one half [N]."""
 
 
-class AnchorStore(TrayStore):
-    """The baselines of trays and pulls; arguments are those of `TrayStore`."""
-
-    def compute(self, name: str) -> Baseline:
-        """Return the baseline of a task, computed anew."""
-        task = self._world.tasks[self.names.index(name)]
-        return replace(super().compute(name), target=task.aim)
-
-
 class AnchorEpisodes(TrayEpisodes):
     """Episodes in which folds are to bear a pull while the tube holds the last component."""
 
-    world: AnchorWorld
+    task_kind = AnchorTask
     lacking = "not left"
     kept = (*TrayEpisodes.kept, "scores", "_tested")
 
-    def __init__(
-        self, world: AnchorWorld, count: int, threads: int = 1, frame_rate: float | None = None
-    ) -> None:
-        super().__init__(world, count, threads, frame_rate)
-        self.scores: Floats = np.zeros(count)
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        super().allocate()
+        self.scores: Floats = np.zeros(self.count)
         """Scores of episodes whose chains were left, (m,)."""
-        self._tested: Bools = np.zeros(count, dtype=np.bool_)  # in the last step
+        self._tested: Bools = np.zeros(self.count, dtype=np.bool_)  # in the last step
+        self.sizes: Floats = np.array([task.pull for task in self.world.tasks])
+        """Of the pulls [N], (tasks,)."""
+        towards = np.array([task.towards for task in self.world.tasks])
+        self.pulls: Floats = self.sizes[:, None] * np.stack([np.cos(towards), np.sin(towards)], 1)
+        """The pulls [N], (tasks, 2)."""
+        self._last_comes_out = OUT * self.world.scene.casing.diagonal  # [m]
 
     @classmethod
-    def baselines(cls, world: TrayWorld) -> AnchorStore:
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, CameraLayout]:
+        """Return how actions are written, and where entries of observations lie."""
+        table, layout = super().spaces(world, options)
+        before = {"pull": 2, **layout.before}
+        del before["target"]
+        layout = replace(layout, before=before, after={**layout.after, "borne": 1})
+        return replace(table, ways=3), layout
+
+    @classmethod
+    def baselines(cls, world: TaskWorld) -> TrayStore:
         """Return what the minimiser's chains make of the tasks of a world."""
-        return AnchorStore(cls, world, (*PROTOCOL, OUT, SETTLING, STAGES, STAGE, LASTING))
+        return TrayStore(cls, world, (*PROTOCOL, OUT, SETTLING, STAGES, STAGE, LASTING))
 
-    def told(self, rows: Ints) -> Columns:
-        """Return the info of some episodes: the little there is on their way."""
-        return super().told(rows) | {"pull": self.world.sizes[self.numbers[rows]]}
+    def infos(self, rows: Ints) -> Columns:
+        """Return the infos of some episodes, whether they go on or have ended."""
+        return super().infos(rows) | {"pull": self.sizes[self.numbers[rows]]}
 
-    def told_at_end(self, rows: Ints) -> Columns:
-        """Return what is told besides of episodes that have terminated."""
+    def final_infos(self, rows: Ints) -> Columns:
+        """Return the infos that episodes which have terminated have besides."""
         scores = self.scores[rows]
-        return super().told_at_end(rows) | {"score": scores, "is_success": scores == 1.0}
+        return super().final_infos(rows) | {"score": scores, "is_success": scores == 1.0}
 
     def turned(self, rows: Ints) -> Bools:
         """Return which joints of some chains lie as in a fold, (rows, n - 1)."""
@@ -78,7 +85,7 @@ class AnchorEpisodes(TrayEpisodes):
 
     def is_whole(self, rows: Ints) -> Bools:
         """Return which chains have been fed as far as they are to be."""
-        return self.arrays.fed[rows] == self.world.scene.n
+        return self.arrays.fed[rows] == self.n
 
     def is_tested(self, rows: Ints) -> Bools:
         """Return which chains have been pulled at in the last step."""
@@ -86,28 +93,32 @@ class AnchorEpisodes(TrayEpisodes):
 
     def borne(self, rows: Ints) -> Floats:
         """Return which share of their pulls chains bore that have been tested, as measured."""
-        share = np.clip(self._force[rows] / self.world.sizes[self.numbers[rows]], 0.0, 1.0)
+        share = np.clip(self._force[rows] / self.sizes[self.numbers[rows]], 0.0, 1.0)
         return np.where(self._tested[rows], share, 0.0)
 
-    def _groups(self) -> dict[str, Any]:
-        groups, pulls = super()._groups(), self.world.pulls[self.numbers] / PULL_SCALE
+    def groups(self) -> dict[str, Any]:
+        """Return the entries of observations, but for the frame, by their groups' names."""
+        groups, pulls = super().groups(), self.pulls[self.numbers] / PULL_SCALE
         del groups["target"]
         return groups | {
             "pull": pulls / (1.0 + np.abs(pulls)),
             "borne": self.borne(self.rows)[:, None],
         }
 
-    def _shown(self, row: int) -> tuple[str, Lines, Lines]:
-        title, _, done = super()._shown(row)
+    def caption(self, row: int) -> tuple[str, Lines, Lines]:
+        """Return how far an episode has come, and lines of a picture above and below energies."""
+        title, _, done = super().caption(row)
         task: Any = self.world.tasks[int(self.numbers[row])]
         wanted: Lines = [("pull", f"{task.pull:.2f} N at {np.degrees(task.towards):.0f}°")]
         return title, wanted, done
 
-    def _lay_out(self, rows: Ints) -> None:
-        super()._lay_out(rows)
+    def prepare(self, rows: Ints) -> None:
+        """Put all components on their trays, and draw the strengths of their magnets."""
+        super().prepare(rows)
         self.scores[rows], self._tested[rows] = 0.0, False
 
-    def _act(self, rows: Ints, choice: TrayChoice) -> None:
+    def act(self, rows: Ints, choice: TrayChoice) -> None:
+        """Feed a component of each tray, draw the last one back, or pull at the chain."""
         parts, lies, speeds, way = choice
         leaves = (way == AHEAD) & self.is_whole(rows)
         pulled = leaves | (way == PULL)
@@ -116,7 +127,7 @@ class AnchorEpisodes(TrayEpisodes):
             self._test(rows[pulled], leaves[pulled])
         on = ~pulled
         if on.any():
-            super()._act(rows[on], (parts[on], lies[on], speeds[on], way[on]))
+            super().act(rows[on], (parts[on], lies[on], speeds[on], way[on]))
 
     def _feed(self, rows: Ints, parts: Ints, lies: Ints, speeds: Floats) -> None:
         super()._feed(rows, parts, lies, speeds)
@@ -126,10 +137,10 @@ class AnchorEpisodes(TrayEpisodes):
 
     def _until(self, rows: Ints, speeds: Floats) -> Floats:
         """Return when feeds pause [s]: the tube keeps a part of the last component."""
-        n, late = self.world.scene.n, np.full(len(rows), self.late)
+        n, late = self.n, np.full(len(rows), self.late)
         factors = self.chains.drawn.factors[rows, np.where(self.arrays.forward[rows], n - 1, 0)]
         # A drive that has slipped may have let it come out a little.
-        way = OUT * self.world.scene.casing.diagonal - self.chains.drawn.chains.q[rows, n]
+        way = self._last_comes_out - self.chains.drawn.chains.q[rows, n]
         last = self.arrays.fed[rows] == n - 1
         return np.where(last, np.minimum(self.times(rows) + way / (speeds * factors), late), late)
 
@@ -137,19 +148,19 @@ class AnchorEpisodes(TrayEpisodes):
         """Pull at some chains, and leave those that are said."""
         began, turned = self.times(rows), self.turned(rows)
         borne = self._bear(rows, turned)
-        size = self.world.sizes[self.numbers[rows]]
+        size = self.sizes[self.numbers[rows]]
         self.speeds[rows] = 0.0
         self._took[rows] = self.times(rows) - began
         left = rows[leaves & ~self.terminated[rows]]
         score = np.where(turned.all(axis=1), 0.5 + 0.5 * borne, 0.5 * turned.mean(axis=1))
         self.scores[rows] = np.where(leaves & ~self.terminated[rows], score, 0.0)
         self._measure(rows, borne * size)
-        self.chains.give_up(left, "left", HELD)
-        self._give_up(rows)
+        self.chains.stop(left, "left", HELD)
+        self._stop_late(rows)
 
     def _bear(self, rows: Ints, turned: Bools) -> Floats:
         """Pull more and more until a joint leaves its stop; return which share chains bore."""
-        borne, pulls = np.zeros(len(rows)), self.world.pulls[self.numbers[rows]]
+        borne, pulls = np.zeros(len(rows)), self.pulls[self.numbers[rows]]
         going = np.arange(len(rows))
         for stage in range(1, STAGES + 1):
             share = stage / STAGES
@@ -214,14 +225,8 @@ class AnchorEnv(TrayEnv):
     """
 
     make_episodes = AnchorEpisodes
-    make_world = AnchorWorld
     default_scene = "anchor-tray"
+    default_tasks = "anchors-6"
 
 
-class AnchorVectorEnv(TrayVectorEnv):
-    """Many of `AnchorEnv`.
-
-    Arguments are those of `magfold_env.envs.vector_env.ChainVectorEnv`.
-    """
-
-    single = AnchorEnv
+AnchorVectorEnv = ChainVectorEnv[Any].of(AnchorEnv)

@@ -8,15 +8,17 @@ from typing import Any, ClassVar, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
+from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.chains.arrays import UNSETTLED, Floats, Ints
 from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
-from magfold_env.envs.episodes import Columns, Episodes
-from magfold_env.envs.spaces.observation import squash
+from magfold_env.envs.episodes import Columns, Episodes, Lines
+from magfold_env.envs.pictures.snapshots import or_dash
+from magfold_env.envs.spaces.actions import FASTEST
+from magfold_env.envs.spaces.observation import CameraLayout, squash, take_frames
 from magfold_env.envs.tasks.feed_tasks import FeedOptions, Task, TaskWorld
 from magfold_env.scene import Scene
 
@@ -33,30 +35,40 @@ FORCE_SCALE = 0.1
 class CameraEpisodes(Episodes[NDArray[np.float32]]):
     """Episodes of tasks, seen by a camera."""
 
-    world: Any
+    world: TaskWorld
     chains: DynamicChains
+    task_kind: ClassVar[type[Task]]
+    """What a task is."""
     lacking: ClassVar[str] = "not at rest and all out"
     """What those are not that come too late."""
     shown: ClassVar[int]
     """Which frame is shown: 1, the last, or 0, the last but one."""
 
-    kept = (*Episodes.kept, "_frames", "_force")
+    kept = (*Episodes.kept, "_frames", "_force", "_took", "speeds")
 
-    def __init__(
-        self, world: TaskWorld, count: int, threads: int = 1, frame_rate: float | None = None
-    ) -> None:
-        super().__init__(world, count, threads, frame_rate)
-        width = sum(world.layout.frame_sizes.values())
-        self._frames: Floats = np.zeros((2, count, width))  # the last but one, and the last
-        self._force: Floats = np.zeros(count)
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        super().allocate()
+        width = sum(self.world.layout.frame_sizes.values())
+        self._frames: Floats = np.zeros((2, self.count, width))  # the last but one, and the last
+        self._force: Floats = np.zeros(self.count)
+        self._took: Floats = np.zeros(self.count)  # time of the last steps [s]
+        self.speeds: Floats = np.zeros(self.count)
+        """Feed speeds of the last steps [m/s], below 0 back, (m,)."""
 
-    def _make_chains(self, threads: int, frame_rate: float | None) -> DynamicChains:
+    @classmethod
+    @abstractmethod
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[Any, CameraLayout]:
+        """Return how actions are written, and where entries of observations lie."""
+
+    def make_chains(self, threads: int, frame_rate: float | None) -> DynamicChains:
+        """Return the chains, of which each is drawn from the scene of its task."""
         templates = self.world.templates
         return DynamicChains(DrawnChains(templates, self.count, threads, frame_rate, endless=True))
 
     def lattice(self, row: int) -> LatticeFeed:
         """Return what energy minimisation needs to know of a chain."""
-        return self.world.lattice(int(self.numbers[row]))
+        return self.world.lattice_of(int(self.numbers[row]))
 
     @classmethod
     @abstractmethod
@@ -66,7 +78,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     def find_baseline(self, number: int) -> Baseline:
         """Return what simple choices make of a task, if the reward asks for it."""
         if self.world.rule.kind != "relative":
-            return unknown_baseline(self.world.words[number])
+            return super().find_baseline(number)
         store = self.baselines(self.world)
         return store.get(store.names[number])
 
@@ -79,18 +91,17 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     def times(self, rows: Ints) -> Floats:
         """Return for how long some episodes have gone on [s]."""
 
-    def told(self, rows: Ints) -> Columns:
-        """Return the info of some episodes: the little there is on their way."""
-        return {
-            "target": self.goals.names[rows],
-            "word": self.words(rows),
-            "time": self.times(rows),
-            "force": self._force[rows],
-        }
+    def infos(self, rows: Ints) -> Columns:
+        """Return the infos of some episodes, whether they go on or have ended."""
+        return super().infos(rows) | {"time": self.times(rows), "force": self._force[rows]}
 
-    def told_at_end(self, rows: Ints) -> Columns:
-        """Return what is told besides of episodes that have terminated."""
-        ends = super().told_at_end(rows)
+    def step_rewards(self, rows: Ints) -> Floats:
+        """Return what every step is worth: it costs time."""
+        return super().step_rewards(rows) - TIME_COST * self._took[rows]
+
+    def final_infos(self, rows: Ints) -> Columns:
+        """Return the infos that episodes which have terminated have besides."""
+        ends = super().final_infos(rows)
         late = self.arrays.status[rows] == UNSETTLED
         return ends | {"score": np.where(late, 0.0, ends["score"])}
 
@@ -98,49 +109,62 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         """Return new observations, (m, size)."""
         layout = self.world.layout
         out = np.empty((self.count, layout.size), dtype=np.float32)
-        for name, entries in self._groups().items():
+        for name, entries in self.groups().items():
             out[:, layout.slices[name]] = entries
         out[:, layout.frame] = self._frames[self.shown]
         return out
 
-    def _groups(self) -> dict[str, Any]:
+    def groups(self) -> dict[str, Any]:
         """Return the entries of observations, but for the frame, by their groups' names."""
         return {
             "target": self.goals.one_hot,
             "magnets": self.arrays.signs.reshape(self.count, -1),
             "direction": np.where(self.arrays.forward, 1.0, -1.0)[:, None],
+            "speed": self.speeds[:, None] / FASTEST,
             "force": [[squash(force / FORCE_SCALE)] for force in self._force.tolist()],
             "time": np.minimum(self.times(self.rows) / self.late, 1.0)[:, None],
         }
 
-    def _load(self, rows: Ints) -> None:
+    def caption(self, row: int) -> tuple[str, Lines, Lines]:
+        """Return how far an episode has come, and lines of a picture above and below energies."""
+        title, wanted, _ = super().caption(row)
+        done: Lines = [
+            ("time", f"{self.times(self.rows)[row]:.2f} s"),
+            ("push", or_dash(float(self._force[row]), "mN")),
+            ("feed speed", f"{1e3 * self.speeds[row]:.0f} mm/s"),
+        ]
+        return title, wanted, done
+
+    def reset_rows(self, rows: Ints) -> None:
+        """Draw the chains of some episodes, and load them."""
         kinds = np.array(self.world.kinds)[self.numbers[rows]]
         for kind in np.unique(kinds).tolist():
             self.chains.begin(rows[kinds == kind], self.rngs, kind)
-        self._lay_out(rows)
+        self.speeds[rows] = 0.0
+        self.prepare(rows)
         self._frames[:, rows] = 0.0
         self._measure(rows, np.zeros(len(rows)))
 
     @abstractmethod
-    def _lay_out(self, rows: Ints) -> None:
+    def prepare(self, rows: Ints) -> None:
         """Prepare what episodes whose chains are in their tubes begin with."""
 
-    def _give_up(self, rows: Ints) -> None:
+    def _stop_late(self, rows: Ints) -> None:
         """End those of some episodes whose time is over."""
         over = (self.times(rows) >= self.late - 1e-9) & ~self.terminated[rows]
-        self.chains.give_up(rows[over], f"late: {self.lacking} after {self.late:g} s")
+        self.chains.stop(rows[over], f"late: {self.lacking} after {self.late:g} s")
 
     def _measure(self, rows: Ints, force: Floats) -> None:
         """Take frames of some chains, and note the force of their drives [N], all with noise.
 
         It is drawn after everything else, so that a seed gives the physics that it gives without.
         """
-        noises = 3 * self.world.layout.n + 1
-        noise = np.empty((len(rows), noises))
+        noise = np.empty((len(rows), 3 * self.n + 1))
         for place, row in enumerate(rows.tolist()):
             self.rngs[row].standard_normal(out=noise[place])
         self._frames[0, rows] = self._frames[1, rows]
-        self.world.layout.take(rows, self.arrays, noise[:, 1:], self._frames[1])
+        side = self.world.layout.side
+        take_frames(side, rows, self.chains.seen, noise[:, 1:], self._frames[1])
         self._force[rows] = force + FORCE_NOISE * noise[:, 0]
 
 
@@ -163,8 +187,10 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
         For any argument that is not allowed; the message names it and what is.
     """
 
-    make_world: ClassVar[type[TaskWorld]]
+    make_episodes: ClassVar[type[CameraEpisodes]]
     default_scene: ClassVar[str]
+    default_tasks: ClassVar[str]
+    """Name of the list of tasks that there is by default."""
 
     world: Any
 
@@ -175,8 +201,16 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
         render_mode: str | None = None,
         **options: Unpack[FeedOptions],
     ) -> None:
-        scene = self.default_scene if scene is None else scene
         super().__init__(self.make_world(scene, **options), render_mode)
+
+    @classmethod
+    def make_world(
+        cls, scene: str | Path | Scene | None = None, **options: Unpack[FeedOptions]
+    ) -> TaskWorld:
+        """Return what all episodes share; arguments are those of the environment."""
+        options.setdefault("tasks", cls.default_tasks)
+        scene = cls.default_scene if scene is None else scene
+        return TaskWorld(cls.make_episodes, scene, **options)
 
     @property
     def tasks(self) -> tuple[Any, ...]:
@@ -213,5 +247,4 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
 
     @property
     def _baselines(self) -> TaskStore:
-        episodes: Any = self.episodes
-        return episodes.baselines(self.world)
+        return self.make_episodes.baselines(self.world)

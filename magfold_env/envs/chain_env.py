@@ -1,7 +1,7 @@
 """A single environment: row 0 of episodes of one."""
 
 import copy
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, cast
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from magfold_env.envs.episodes import Columns, Episodes, EpisodesState
 from magfold_env.envs.pictures.recording import recording
+from magfold_env.envs.pictures.snapshots import snapshot_of
 from magfold_env.envs.pictures.viewer import FILM_FPS, FRAME_RATE, RENDER_MODES, Viewer
 from magfold_env.envs.spaces.observation import Layout
 from magfold_env.envs.tasks.world import World
@@ -42,8 +43,8 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
     """
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 4}  # noqa: RUF012
-    make_episodes: ClassVar[Callable[..., Episodes[Any]]]
-    """Makes the episodes of a world; see `Episodes`."""
+    make_episodes: ClassVar[Any]
+    """The class of the episodes, which states what the environment is."""
 
     def __init__(self, world: World, render_mode: str | None) -> None:
         self.world = world
@@ -79,9 +80,10 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
     @property
     def episodes(self) -> Episodes[ObsType]:
         """The episode, as one of one."""
-        if self._made is None:
-            self._made = type(self).make_episodes(self.world, 1, 1, self.viewer.frame_rate)
-        return self._made
+        made = self._made
+        if made is None:
+            made = self._made = self.make_episodes(self.world, 1, 1, self.viewer.frame_rate)
+        return made
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -99,7 +101,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         super().reset(seed=seed)
         episodes = self.episodes
         episodes.rngs[0] = self.np_random
-        given = episodes.given({key: [value] for key, value in (options or {}).items()})
+        given = episodes.parse_reset_options({key: [each] for key, each in (options or {}).items()})
         self._began, self._choices = (self.np_random.bit_generator.state, given), []
         episodes.begin(_ROW, given)
         self.viewer.begin()
@@ -145,7 +147,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         episodes.set_state(state)
         self._began = None
         self.viewer.begin()
-        ends = episodes.told_at_end(_ROW) if episodes.terminated[0] else {}
+        ends = episodes.final_infos(_ROW) if episodes.terminated[0] else {}
         return self._observation(), self._info(ends)
 
     def render(self) -> Any:
@@ -164,7 +166,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
 
     def snapshot(self) -> "Snapshot":
         """Return what a picture shows."""
-        return self._running().snapshot(0)
+        return snapshot_of(self._running(), 0)
 
     def to_html(self, path: str | Path) -> None:
         """Write a page that plays the episode so far: see `magfold_env.replay.write_html`.
@@ -188,7 +190,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         if self._began is None or not self._choices:
             raise ValueError("to_html: an episode needs a step, and no set_state since its reset")
         state, given = self._began
-        again = type(self).make_episodes(self.world, 1, 1, FRAME_RATE)
+        again = self.make_episodes(self.world, 1, 1, FRAME_RATE)
         again.rngs[0] = copy.deepcopy(self.np_random)
         again.rngs[0].bit_generator.state = state
         again.begin(_ROW, given)
@@ -198,7 +200,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         """Close the window, if there is one; the environment stays as it is."""
         self.viewer.close()
 
-    def _running(self) -> Any:
+    def _running(self) -> Episodes[ObsType]:
         """Return the episodes, one of which has begun."""
         self.episodes.check_begun()
         return self.episodes
@@ -212,10 +214,8 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         return observations[0].copy()
 
     def _info(self, ends: Columns | None = None) -> dict[str, Any]:
-        told = self.episodes.told(_ROW)
-        if ends:
-            told |= ends
-        return {key: column.tolist()[0] for key, column in told.items()}
+        infos = self.episodes.infos(_ROW) | (ends or {})
+        return {key: column.tolist()[0] for key, column in infos.items()}
 
     def _show(self) -> None:
         """Play or keep what has happened since the last time, if the render mode does."""

@@ -10,29 +10,30 @@ import zlib
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import gymnasium
 import numpy as np
 from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
-from magfold_env.envs.baselines.baseline import Baseline
+from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
 from magfold_env.envs.chains.arrays import STATUSES, Bools, ChainArrays, Floats, Ints, write_words
+from magfold_env.envs.chains.draws import DrawnChains
+from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
+from magfold_env.envs.chains.quasistatic import QuasistaticChains
 from magfold_env.envs.tasks.checks import given_for_each
-from magfold_env.envs.tasks.forecast import Forecast, energy_lines, forecast
-from magfold_env.envs.tasks.goals import Goals
+from magfold_env.envs.tasks.goals import Match, goal_of, judge
 from magfold_env.envs.tasks.reward import energy_potential
+from magfold_env.envs.tasks.world import World
 from magfold_env.scene import Scene
+from magfold_env.shapes import LETTERS
 from magfold_env.simulation.view import ChainState
-
-if TYPE_CHECKING:
-    from magfold_env.render.snapshot import Snapshot
 
 ObsType = TypeVar("ObsType")
 Columns = dict[str, Any]
-"""What is told of some episodes: an array for every key, with an entry for each."""
+"""Infos of some episodes: an array for every key, with an entry for each episode."""
 
 Lines = list[tuple[str, str]]
 """Names and values that are to be read beside a picture."""
@@ -66,8 +67,88 @@ def _unpacked(content: bytes) -> EpisodesState:
     return EpisodesState(*pickle.loads(zlib.decompress(content)))
 
 
+class Goals:
+    """Goals of chains side by side.
+
+    Parameters
+    ----------
+    words : sequence of str
+        What may be wanted, all of one length.
+    match : {"word", "outline"}
+        What will do for a word; see `Goal`.
+    count : int
+        Number of chains.
+
+    Attributes
+    ----------
+    names : array of str, shape (m,)
+        The words that are wanted.
+    one_hot : array, shape (m, 3 (n − 1))
+        The same as entries of an observation.
+    """
+
+    def __init__(self, words: Sequence[str], match: Match, count: int) -> None:
+        joints = len(words[0])
+        self._words, self._match = words, match
+        self._all_names = np.array(words, dtype=object)
+        letters = np.array([list(word) for word in words]).reshape(len(words), joints)
+        self._one_hots = (letters[:, :, None] == list(LETTERS)).reshape(len(words), -1)
+        self._counts = np.ones(count, dtype=np.int64)
+        self._angles = np.zeros((count, 1, joints))
+        self._folds = np.zeros((count, 1, joints + 1))
+        self._scratch = np.zeros((5, joints + 1))
+        self.names = np.full(count, None, dtype=object)
+        self.one_hot = np.zeros((count, 3 * joints), dtype=np.float32)
+
+    @property
+    def turns(self) -> Floats:
+        """Joint angles of the words themselves [rad], (m, n − 1)."""
+        return self._angles[:, 0]
+
+    def want(self, rows: Ints, numbers: Ints) -> None:
+        """Set the goals of some chains, by their numbers among the words."""
+        self.names[rows] = self._all_names[numbers]
+        self.one_hot[rows] = self._one_hots[numbers]
+        for row, number in zip(rows.tolist(), numbers.tolist(), strict=True):
+            goal = goal_of(self._words[number], self._match)
+            count = len(goal.words)
+            if count > self._angles.shape[1]:
+                more = ((0, 0), (0, count - self._angles.shape[1]), (0, 0))
+                self._angles, self._folds = np.pad(self._angles, more), np.pad(self._folds, more)
+            self._counts[row] = count
+            self._angles[row, :count], self._folds[row, :count] = goal.angles, goal.headings
+
+    def judge(self, rows: Ints, status: Ints, angles: Floats) -> Floats:
+        """Return how near some chains are to their goals.
+
+        Parameters
+        ----------
+        rows : array of int
+            Which.
+        status : array of int, shape (m,)
+            How all chains ended, by number among `STATUSES`; others are neither folded nor failed.
+        angles : array, shape (m, n)
+            Headings of all chains [rad].
+
+        Returns
+        -------
+        array, shape (3, rows)
+            `Goal.potential`, `Goal.score`, and 1 where `Goal.is_reached`, else 0.
+        """
+        out = np.empty((3, len(rows)))
+        headings = angles[rows]
+        joints = headings[:, 1:] - headings[:, :-1]
+        judge(rows, status, joints, self._counts, self._angles, self._folds, self._scratch, out)
+        return out
+
+
 class Episodes(Generic[ObsType]):
     """Chains, each in an episode of its own.
+
+    An environment is a subclass. It states what actions do (`act`) and what is observed
+    (`observe`), and, where they differ, the arrays that it keeps (`allocate`, `kept`), how chains
+    begin (`reset_rows`), the rewards (`step_rewards`, `end_rewards`) and the infos (`infos`,
+    `final_infos`).
 
     Parameters
     ----------
@@ -93,82 +174,128 @@ class Episodes(Generic[ObsType]):
     kept: tuple[str, ...] = ("numbers", "_potentials")
     """Names of the arrays, one entry an episode, that are part of its state."""
 
-    tells_strengths: ClassVar[bool] = True
-    """Whether `scene` has the strengths that magnets have in truth."""
+    has_true_strengths: ClassVar[bool] = True
+    """Whether the magnets of `scene` have the strengths that act."""
+
+    # Subclasses say which kind of world and of chains they have.
+    world: Any
+    chains: Any
 
     def __init__(
-        self, world: Any, count: int, threads: int = 1, frame_rate: float | None = None
+        self, world: World, count: int, threads: int = 1, frame_rate: float | None = None
     ) -> None:
         self.world, self.count, self._threads = world, count, threads
+        self.n = world.scene.n
         self._frame_rate = frame_rate
         self.rngs: list[Any] = [None] * count
         self.rows: Ints = np.arange(count)
         self._begun: Bools = np.zeros(count, dtype=np.bool_)
         self._all_begun = False
-        self.numbers: Ints = np.zeros(count, dtype=np.int64)
-        self._potentials: Floats = np.zeros(count)
-        self.goals = Goals(world.words, world.match, count)
         self._baselines: list[Baseline | None] = [None] * len(world.words)
-        self.baseline: Floats = np.zeros(count)
-        """Scores of the baselines, (m,); 0 where the reward asks for none."""
-        self._flagged: Bools = np.zeros(count, dtype=np.bool_)
-        self.chains: Any = self._make_chains(threads, frame_rate)
+        self.chains = self.make_chains(threads, frame_rate)
+        self.arrays: ChainArrays = self.chains.arrays
+        """What the chains look like."""
+        self.allocate()
 
     # --- what differs from environment to environment --------------------------------------
 
     @abstractmethod
-    def _make_chains(self, threads: int, frame_rate: float | None) -> Any:
-        """Return the chains."""
-
-    @abstractmethod
-    def _load(self, rows: Ints) -> None:
-        """Draw the chains of episodes, and load them."""
-
-    @abstractmethod
-    def _act(self, rows: Ints, choice: Any) -> None:
-        """Do what actions ask for."""
-
-    @abstractmethod
-    def acting(self, row: int) -> int:
-        """Return how many components of a chain have magnets that act, in the order of feed."""
-
-    @abstractmethod
-    def lattice(self, row: int) -> LatticeFeed:
-        """Return what energy minimisation needs to know of a chain."""
-
-    @abstractmethod
-    def find_baseline(self, number: int) -> Baseline:
-        """Return the baseline of a target, or task; flagged where there is none."""
-
-    @abstractmethod
-    def told(self, rows: Ints) -> Columns:
-        """Return the info of some episodes: the little there is on their way."""
+    def act(self, rows: Ints, choice: Any) -> None:
+        """Do what actions ask for, as `World.actions` reads them."""
 
     @abstractmethod
     def observe(self) -> ObsType:
         """Return new observations of all episodes, as Gymnasium batches them."""
 
-    @abstractmethod
-    def scene(self, row: int) -> Scene:
-        """Return the drawn scene of a chain, with what is chosen of it so far."""
+    # --- what may differ -------------------------------------------------------------------
 
-    @abstractmethod
-    def _shown(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return how far an episode has come, and what a picture tells above and below energies."""
+    def make_chains(
+        self, threads: int, frame_rate: float | None
+    ) -> DynamicChains | QuasistaticChains:
+        """Return the chains."""
+        return DynamicChains(DrawnChains((self.world.scene,), self.count, threads, frame_rate))
+
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        self.goals = Goals(self.world.words, self.world.match, self.count)
+        self.numbers: Ints = np.zeros(self.count, dtype=np.int64)
+        self.baseline: Floats = np.zeros(self.count)
+        """Scores of the baselines, (m,); 0 where the reward asks for none."""
+        self._flagged: Bools = np.zeros(self.count, dtype=np.bool_)
+        self._potentials: Floats = np.zeros(self.count)
+
+    def reset_rows(self, rows: Ints) -> None:
+        """Draw the chains of some episodes, and load them."""
+        self.chains.begin(rows, self.rngs)
+
+    def step_rewards(self, rows: Ints) -> Floats:
+        """Return what every step is worth; see `magfold_env.envs.tasks.reward`."""
+        if self.world.rule.shaping is None:
+            return np.zeros(len(rows))
+        after = self.potential(rows)
+        rewards = self.world.rule.step(self._potentials[rows], after)
+        self._potentials[rows] = after
+        return rewards
+
+    def end_rewards(self, ends: Columns) -> Floats:
+        """Return what the last steps of episodes are worth besides."""
+        return self.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
+
+    def infos(self, rows: Ints) -> Columns:
+        """Return the infos of some episodes, whether they go on or have ended."""
+        return {"target": self.goals.names[rows], "word": self.words(rows)}
+
+    def final_infos(self, rows: Ints) -> Columns:
+        """Return the infos that episodes which have terminated have besides."""
+        status = self.arrays.status
+        _, score, success = self.goals.judge(rows, status, self.arrays.angles)
+        return {
+            "status": _STATUS_NAMES[status[rows]],
+            "message": self.messages(rows),
+            "energy": self.chains.energies(rows),
+            "score": score,
+            "is_success": success == 1.0,
+            "baseline": self.baseline[rows],
+            "baseline_flagged": self._flagged[rows],
+        }
+
+    def action_masks(self, actions: Any) -> NDArray[np.bool_] | None:
+        """Return which actions of a table ask for what can be done, (m, …).
+
+        None where that is the same all along, and `actions` says it.
+        """
+        return None
+
+    def find_baseline(self, number: int) -> Baseline:
+        """Return the baseline of a target, or task; flagged where there is none."""
+        return unknown_baseline(self.world.words[number])
+
+    def acting(self, row: int) -> int:
+        """Return how many components of a chain have magnets that act, in the order of feed."""
+        return int(self.arrays.fed[row])
+
+    def lattice(self, row: int) -> LatticeFeed:
+        """Return what energy minimisation needs to know of a chain."""
+        return self.world.lattice
+
+    def scene(self, row: int) -> Scene:
+        """Return the drawn scene of a chain, with the magnets and speeds of components fed."""
+        return self.chains.scene(row)
+
+    def caption(self, row: int) -> tuple[str, Lines, Lines]:
+        """Return how far an episode has come, and lines of a picture above and below energies."""
+        return f"fed {self.arrays.fed[row]} of {self.n}", [("target", self.goals.names[row])], []
 
     # --- what does not ---------------------------------------------------------------------
-
-    @property
-    def arrays(self) -> ChainArrays:
-        """What the chains look like."""
-        return self.chains.arrays
 
     @property
     def terminated(self) -> Bools:
         """Which episodes have ended, (m,); a limit of time that is a task's own ends them too."""
         return self.arrays.status > 0
 
-    def given(self, options: Mapping[str, Any], others: Sequence[str] = ()) -> Sequence[int] | None:
+    def parse_reset_options(
+        self, options: Mapping[str, Any], others: Sequence[str] = ()
+    ) -> Sequence[int] | None:
         """Return the targets, or tasks, of all episodes that options of `reset` ask for, by number.
 
         `others` are options that may be there besides.
@@ -196,8 +323,8 @@ class Episodes(Generic[ObsType]):
             self.numbers[row] = self.rngs[row].integers(len(self.world.words))
         if given is not None:
             self.numbers[rows] = np.asarray(given)[rows]
-        self._want(rows)
-        self._load(rows)
+        self._set_targets(rows)
+        self.reset_rows(rows)
         if not self._all_begun:
             self._begun[rows] = True
             self._all_begun = bool(self._begun.all())
@@ -218,18 +345,18 @@ class Episodes(Generic[ObsType]):
         -------
         rewards : array, shape (rows,)
         ends : dict
-            `told_at_end` of those that have terminated, in ascending order.
+            `final_infos` of those that have terminated, in ascending order.
         """
         if not len(rows):
             return np.zeros(0), {}
-        self._act(rows, choice)
-        rewards = self._step_rewards(rows)
+        self.act(rows, choice)
+        rewards = self.step_rewards(rows)
         ended = self.arrays.status[rows]
         if np.count_nonzero(ended) == 0:
             return rewards, {}
         over = ended > 0
-        ends = self.told_at_end(rows[over])
-        rewards[over] += self._end_rewards(ends)
+        ends = self.final_infos(rows[over])
+        rewards[over] += self.end_rewards(ends)
         return rewards, ends
 
     def play(
@@ -249,7 +376,7 @@ class Episodes(Generic[ObsType]):
         Returns
         -------
         dict
-            `told_at_end` of all of them.
+            `final_infos` of all of them.
         """
         self.rngs[: len(seeds)] = [seeding.np_random(seed)[0] for seed in seeds]
         played = rows = self.rows[: len(seeds)]
@@ -257,20 +384,7 @@ class Episodes(Generic[ObsType]):
         while len(rows):
             self.step(rows, choose(rows))
             rows = played[~self.terminated[played]]
-        return self.told_at_end(played)
-
-    def _step_rewards(self, rows: Ints) -> Floats:
-        """Return what every step is worth; see `magfold_env.envs.tasks.reward`."""
-        if self.world.rule.shaping is None:
-            return np.zeros(len(rows))
-        after = self.potential(rows)
-        rewards = self.world.rule.step(self._potentials[rows], after)
-        self._potentials[rows] = after
-        return rewards
-
-    def _end_rewards(self, ends: Columns) -> Floats:
-        """Return what the last steps of episodes are worth besides."""
-        return self.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
+        return self.final_infos(played)
 
     def potential(self, rows: Ints) -> Floats:
         """Return Φ of the shaping for chains as they are, 0 at their ends."""
@@ -293,27 +407,6 @@ class Episodes(Generic[ObsType]):
         ]
         return energy_potential(self.chains.energies(rows), np.array(wanted))
 
-    def told_at_end(self, rows: Ints) -> Columns:
-        """Return what is told besides of episodes that have terminated."""
-        status = self.arrays.status
-        _, score, success = self.goals.judge(rows, status, self.arrays.angles)
-        return {
-            "status": _STATUS_NAMES[status[rows]],
-            "message": self.messages(rows),
-            "energy": self.chains.energies(rows),
-            "score": score,
-            "is_success": success == 1.0,
-            "baseline": self.baseline[rows],
-            "baseline_flagged": self._flagged[rows],
-        }
-
-    def action_masks(self, actions: Any) -> NDArray[np.bool_] | None:
-        """Return which actions of a table ask for what can be done, (m, …).
-
-        None where that is the same all along, and `actions` says it.
-        """
-        return None
-
     def baseline_at(self, row: int) -> Baseline:
         """Return the baseline of an episode."""
         number = int(self.numbers[row])
@@ -321,50 +414,6 @@ class Episodes(Generic[ObsType]):
         if found is None:
             found = self._baselines[number] = self.find_baseline(number)
         return found
-
-    def forecast(self, row: int) -> Forecast | None:
-        """Return what energy minimisation says of the components of a chain that have magnets.
-
-        None where it has nothing to say: before the first, in an external field, and where it is
-        itself what happens.
-        """
-        world = self.world
-        if self.arrays.fed[row] == 0 or world.in_field or world.fidelity == "quasistatic":
-            return None
-        return forecast(self.lattice(row), self.arrays, row, self.goals.names[row])
-
-    def snapshot(self, row: int) -> "Snapshot":
-        """Return what a picture of an episode shows."""
-        from magfold_env.render.snapshot import Snapshot  # noqa: PLC0415 - needs the extra
-
-        one, arrays = self.rows[row : row + 1], self.arrays
-        found, is_loaded = self.forecast(row), bool(arrays.fed[row] > 0)
-        title, wanted, done = self._shown(row)
-        lines: Lines = [("word", self.words(one)[0]), *wanted]
-        if is_loaded:
-            lines += energy_lines(float(self.chains.energies(one)[0]), found)
-        lines += done
-        message = ""
-        if self.terminated[row]:
-            ends = {key: column[0] for key, column in self.told_at_end(one).items()}
-            title, message = ends["status"], ends["message"]
-            lines.append(("score", f"{ends['score']:.2f}"))
-            if not ends.get("baseline_flagged", True):
-                lines.append(("baseline", f"{ends['baseline']:.2f}"))
-        return Snapshot(
-            scene=self.scene(row),
-            angles=arrays.angles[row].copy(),
-            base=arrays.base[row].copy(),
-            released=int(arrays.released[row].sum()),
-            target=self.goals.names[row],
-            held=self.chains.held(row),
-            chosen=self.chosen(row),
-            title=title,
-            message=message,
-            rows=tuple(lines),
-            predicted=None if found is None else found.word,
-            is_loaded=is_loaded,
-        )
 
     def chosen(self, row: int) -> Bools:
         """Return which components of a chain have been chosen, (n,), component 1 first."""
@@ -420,10 +469,10 @@ class Episodes(Generic[ObsType]):
             kept = getattr(self, name)
             kept[:] = copy.deepcopy(value)
         self._begun[:] = self._all_begun = True
-        self._want(self.rows)
+        self._set_targets(self.rows)
 
-    def _want(self, rows: Ints) -> None:
-        """Set what episodes want, by their `numbers`, and what that is measured against."""
+    def _set_targets(self, rows: Ints) -> None:
+        """Set the targets of episodes, by their `numbers`, and their baselines."""
         self.goals.want(rows, self.numbers[rows])
         for row in rows.tolist():
             found = self.baseline_at(row)

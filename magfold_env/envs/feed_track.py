@@ -1,19 +1,19 @@
 """What tracks have in common whose chain is given and whose only action is the feed's speed."""
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
-from magfold_env.envs.camera_track import TIME_COST, CameraEpisodes, CameraTrackEnv
+from magfold_env.envs.camera_track import CameraEpisodes, CameraTrackEnv
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.episodes import Lines
 from magfold_env.envs.pictures.viewer import RENDER_MODES
-from magfold_env.envs.spaces.actions import FASTEST, signs_of
-from magfold_env.envs.tasks.feed_tasks import FeedWorld
-from magfold_env.envs.tasks.forecast import or_dash
+from magfold_env.envs.spaces.actions import SpeedTable, signs_of
+from magfold_env.envs.spaces.observation import CameraLayout
+from magfold_env.envs.tasks.feed_tasks import FeedOptions, FeedTask, TaskWorld
 from magfold_env.scene import Scene
 
 INTERVAL = 0.02
@@ -26,21 +26,30 @@ STEEPEST = 0.2
 class FeedEpisodes(CameraEpisodes):
     """Episodes in which given chains are fed at speeds that change from step to step."""
 
-    world: FeedWorld
+    task_kind = FeedTask
     shown = 0
     horizon: ClassVar[int]
     """Steps after which it is too late."""
 
     kept = (*CameraEpisodes.kept, "steps", "driven")
 
-    def __init__(
-        self, world: FeedWorld, count: int, threads: int = 1, frame_rate: float | None = None
-    ) -> None:
-        super().__init__(world, count, threads, frame_rate)
-        self.steps: Ints = np.zeros(count, dtype=np.int64)
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        super().allocate()
+        self.steps: Ints = np.zeros(self.count, dtype=np.int64)
         """Number of steps taken in each episode, (m,)."""
-        self.driven: Floats = np.zeros((count, self.horizon))
+        self.driven: Floats = np.zeros((self.count, self.horizon))
         """Feed speeds in each step [m/s]."""
+        self._length = self.n * self.world.scene.casing.diagonal
+
+    @classmethod
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, CameraLayout]:
+        """Return how actions are written, and where entries of observations lie."""
+        n = world.scene.n
+        before = {"target": 3 * (n - 1), "magnets": 4 * n, "direction": 1}
+        after = {"advance": 1, "speed": 1, "force": 1, "time": 1}
+        layout = CameraLayout(n, world.scene.casing.side, before, after)
+        return SpeedTable(options.get("speeds", 5), options.get("actions", "box")), layout
 
     @property
     def late(self) -> float:
@@ -60,48 +69,36 @@ class FeedEpisodes(CameraEpisodes):
         """Return for how long some episodes have gone on [s]."""
         return self.steps[rows].astype(np.float64) * INTERVAL
 
-    def _groups(self) -> dict[str, Any]:
+    def groups(self) -> dict[str, Any]:
         """Return the entries of observations, but for the frame, by their groups' names."""
-        length = self.world.layout.n * self.world.scene.casing.diagonal
-        return super()._groups() | {
+        return super().groups() | {
             # Rounded, or last bits would tell how the chain lay at first.
-            "advance": np.round(self.chains.advances() / length, 9)[:, None],
-            "speed": self._speeds(self.rows)[:, None] / FASTEST,
+            "advance": np.round(self.chains.advances() / self._length, 9)[:, None],
             "time": self.steps[:, None] / self.horizon,
         }
 
-    def _shown(self, row: int) -> tuple[str, Lines, Lines]:
-        step, out = int(self.steps[row]), int(self.arrays.released[row].sum())
-        done: Lines = [
-            ("time", f"{INTERVAL * step:.2f} s"),
-            ("push", or_dash(float(self._force[row]), "mN")),
-            ("feed speed", f"{1e3 * self._speeds(self.rows)[row]:.0f} mm/s"),
-        ]
-        wanted: Lines = [("target", self.goals.names[row])]
-        return f"{out} of {self.world.scene.n} out", wanted, done
+    def caption(self, row: int) -> tuple[str, Lines, Lines]:
+        """Return how far an episode has come, and lines of a picture above and below energies."""
+        _, wanted, done = super().caption(row)
+        return f"{int(self.arrays.released[row].sum())} of {self.n} out", wanted, done
 
-    def _lay_out(self, rows: Ints) -> None:
+    def prepare(self, rows: Ints) -> None:
+        """Give chains that are in their tubes their magnets."""
         self.steps[rows] = 0
         for row in rows.tolist():
             sequence = self.world.tasks[int(self.numbers[row])].sequence
             signs = np.array([[signs_of(faces) for faces in sequence]])
             self.chains.load(self.rows[row : row + 1], signs)
 
-    def _act(self, rows: Ints, choice: tuple[Floats]) -> None:
-        before = self._speeds(rows)
+    def act(self, rows: Ints, choice: tuple[Floats]) -> None:
+        """Drive the feeds for an interval, at speeds as near to those asked for as can be."""
+        before = self.speeds[rows]
         speeds = before + np.clip(choice[0] - before, -STEEPEST, STEEPEST)
+        self.speeds[rows], self._took[rows] = speeds, INTERVAL
         self.driven[rows, self.steps[rows]] = speeds
         self.steps[rows] += 1
         self._measure(rows, self.chains.push(rows, speeds, INTERVAL))
-        self._give_up(rows)
-
-    def _step_rewards(self, rows: Ints) -> Floats:
-        return super()._step_rewards(rows) - TIME_COST * INTERVAL
-
-    def _speeds(self, rows: Ints) -> Floats:
-        """Return the feed speeds of some episodes in their last steps [m/s]."""
-        last = self.steps[rows] - 1
-        return np.where(last < 0, 0.0, self.driven[rows, last])
+        self._stop_late(rows)
 
 
 class FeedTrackEnv(CameraTrackEnv):
@@ -111,12 +108,11 @@ class FeedTrackEnv(CameraTrackEnv):
     """
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 50}  # noqa: RUF012
-    world: FeedWorld
 
     @property
     def history(self) -> tuple[float, ...]:
         """The speeds of the feed so far [m/s]; with `to_scene` they replay the episode."""
-        episodes = self._running()
+        episodes = cast("FeedEpisodes", self._running())
         return tuple(episodes.driven[0, : int(episodes.steps[0])].tolist())
 
     def to_scene(self) -> Scene:

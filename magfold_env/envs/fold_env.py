@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.chains.arrays import Ints
-from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
-from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.chains.quasistatic import QuasistaticChains
 from magfold_env.envs.episodes import Columns, Episodes, Lines
 from magfold_env.envs.spaces.actions import ActionTable, Choice, speed_at
+from magfold_env.envs.spaces.observation import ObservationLayout, Singles, fill
 from magfold_env.envs.tasks.fold_task import FoldTask
 from magfold_env.envs.tasks.world import FoldOptions
 from magfold_env.envs.vector_env import ChainVectorEnv
@@ -23,68 +22,50 @@ from magfold_env.scene import Scene
 ObsType = TypeVar("ObsType")
 
 
-class FoldEpisodes(Episodes[ObsType]):
+class FoldEpisodes(Episodes[Any]):
     """Episodes in which magnets and feed speeds are chosen so that chains fold into targets."""
 
     world: FoldTask
-    chains: DynamicChains | QuasistaticChains
 
-    def _make_chains(
+    def make_chains(
         self, threads: int, frame_rate: float | None
     ) -> DynamicChains | QuasistaticChains:
+        """Return the chains, simulated or not, as the fidelity says."""
         if self.world.fidelity == "quasistatic":
             return QuasistaticChains(self.world.lattice, self.count)
-        return DynamicChains(DrawnChains((self.world.scene,), self.count, threads, frame_rate))
+        return super().make_chains(threads, frame_rate)
 
     def find_baseline(self, number: int) -> Baseline:
         """Return the energy minimiser's result for a target."""
         return self.world.baseline_of(self.world.words[number])
 
-    def scene(self, row: int) -> Scene:
-        """Return the drawn scene of a chain, with the magnets and speeds of components fed."""
-        return self.chains.scene(row)
+    def act(self, rows: Ints, choice: Choice) -> None:
+        """Feed the next component of each chain, or all."""
+        self.chains.feed(rows, *choice)
 
-    def acting(self, row: int) -> int:
-        """Return how many components of a chain have magnets that act, in the order of feed."""
-        return int(self.arrays.fed[row])
+    def observe(self) -> Any:
+        """Return new observations, (m, size)."""
+        return self.observed(self.world.layout, self.goals.one_hot)
 
-    def lattice(self, row: int) -> LatticeFeed:
-        """Return what energy minimisation needs to know of a chain."""
-        return self.world.lattice
+    def observed(self, layout: ObservationLayout, words: Singles) -> Singles:
+        """Return what a layout shows of all chains, after the entries of words, (m, words)."""
+        out = np.empty((self.count, layout.size), dtype=np.float32)
+        fill(layout.side, self.chains.seen, words, out)
+        return out
 
-    def told(self, rows: Ints) -> Columns:
-        """Return the info of some episodes: the little there is on their way."""
-        return {
-            "target": self.goals.names[rows],
-            "word": self.words(rows),
-            "step": self.arrays.fed[rows],
-        }
+    def infos(self, rows: Ints) -> Columns:
+        """Return the infos of some episodes, whether they go on or have ended."""
+        return super().infos(rows) | {"step": self.arrays.fed[rows]}
 
-    def _shown(self, row: int) -> tuple[str, Lines, Lines]:
+    def caption(self, row: int) -> tuple[str, Lines, Lines]:
+        """Return how far an episode has come, and lines of a picture above and below energies."""
         arrays, fed = self.arrays, int(self.arrays.fed[row])
         done: Lines = []
         if fed:
             speed = speed_at(float(arrays.speeds[row, arrays.order(row)[fed - 1]]))
             done.append(("last speed", f"{1e3 * speed:.0f} mm/s"))
-        wanted: Lines = [("target", self.goals.names[row])]
-        return f"fed {fed} of {self.world.scene.n}", wanted, done
-
-    def _load(self, rows: Ints) -> None:
-        self.chains.begin(rows, self.rngs)
-
-    def _act(self, rows: Ints, choice: Choice) -> None:
-        self.chains.feed(rows, *choice)
-
-
-class FlatFoldEpisodes(FoldEpisodes[NDArray[np.float32]]):
-    """Those whose observations are arrays."""
-
-    def observe(self) -> NDArray[np.float32]:
-        """Return new observations, (m, size)."""
-        layout = self.world.layout
-        out = np.empty((self.count, layout.size), dtype=np.float32)
-        layout.fill(self.arrays, self.goals.one_hot, out)
-        return out
+        title, wanted, _ = super().caption(row)
+        return title, wanted, done
 
 
 class FoldEnv(ChainEnv[ObsType]):
@@ -107,7 +88,9 @@ class FoldEnv(ChainEnv[ObsType]):
         For any option that is not allowed; the message names it and what is.
     """
 
-    at_a_time: ClassVar[Literal["component", "chain"]] = "component"
+    make_episodes = FoldEpisodes
+    action_scope: ClassVar[Literal["component", "chain"]] = "component"
+    """What one action describes."""
     default_scene: ClassVar[str] = "tube-feed"
 
     world: FoldTask
@@ -119,7 +102,7 @@ class FoldEnv(ChainEnv[ObsType]):
         render_mode: str | None = None,
         **options: Unpack[FoldOptions],
     ) -> None:
-        self.task = FoldTask(scene, self.default_scene, self.at_a_time, **options)
+        self.task = FoldTask(scene, self.default_scene, self.action_scope, **options)
         super().__init__(self.task, render_mode)
 
     @property
@@ -199,7 +182,3 @@ class FoldVectorEnv(ChainVectorEnv[ObsType]):
     def task(self) -> FoldTask:
         """What all episodes share."""
         return self.template.task
-
-    def action_masks(self) -> NDArray[np.bool_]:
-        """Return the masks of all environments, (m, …); `FoldEnv.action_masks`."""
-        return np.repeat(self.template.action_masks()[None], self.num_envs, axis=0)

@@ -1,10 +1,8 @@
 """``MagFold/Lumen-v0``: fold a given chain in a chamber that is not known."""
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from magfold_env.envs.feed_track import FeedTrackEnv
-from magfold_env.envs.tasks.feed_tasks import ChamberWorld
 from magfold_env.envs.unknown_floor import FloorEpisodes
 from magfold_env.envs.vector_env import ChainVectorEnv
 
@@ -22,14 +20,8 @@ class LumenEnv(FeedTrackEnv):
     """
 
     make_episodes = FloorEpisodes
-    make_world = ChamberWorld
     default_scene = "lumen"
+    default_tasks = "chamber-6"
 
 
-class LumenVectorEnv(ChainVectorEnv[NDArray[np.float32]]):
-    """Many of `LumenEnv`.
-
-    Arguments are those of `magfold_env.envs.vector_env.ChainVectorEnv`.
-    """
-
-    single = LumenEnv
+LumenVectorEnv = ChainVectorEnv[Any].of(LumenEnv)

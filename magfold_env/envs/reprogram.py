@@ -1,16 +1,17 @@
 """``MagFold/Reprogram-v0``: fold a given chain, draw it in, and fold it into something else."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from magfold_env.envs.baselines.three_speeds import ThreeSpeedStore
 from magfold_env.envs.chains.arrays import FAILED, FOLDED, Bools, Floats, Ints
-from magfold_env.envs.episodes import Columns
+from magfold_env.envs.episodes import Columns, Goals
 from magfold_env.envs.feed_track import INTERVAL, STEEPEST, FeedEpisodes, FeedTrackEnv
-from magfold_env.envs.tasks.feed_tasks import FeedWorld, RefoldWorld
-from magfold_env.envs.tasks.goals import Goals
+from magfold_env.envs.spaces.actions import SpeedTable
+from magfold_env.envs.spaces.observation import CameraLayout
+from magfold_env.envs.tasks.feed_tasks import FeedOptions, RefoldTask, TaskWorld
 from magfold_env.envs.vector_env import ChainVectorEnv
 
 HORIZON = 500
@@ -26,45 +27,52 @@ FIRST, BACK, SECOND = range(3)
 class ReprogramEpisodes(FeedEpisodes):
     """Episodes in which two folds are wanted, one after the other."""
 
+    task_kind = RefoldTask
     horizon = HORIZON
     kept = (*FeedEpisodes.kept, "stage", "_lasted")
 
-    def __init__(
-        self, world: FeedWorld, count: int, threads: int = 1, frame_rate: float | None = None
-    ) -> None:
-        super().__init__(world, count, threads, frame_rate)
-        self.stage: Ints = np.zeros(count, dtype=np.int64)
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        super().allocate()
+        self.stage: Ints = np.zeros(self.count, dtype=np.int64)
         """What is to be done next in each episode, (m,): FIRST, BACK or SECOND."""
-        self._lasted: Ints = np.zeros(count, dtype=np.int64)  # steps, of the first word
-        words = zip(*(task.words for task in world.tasks), strict=True)
-        self.goals = Goals(sum(words, ()), world.match, count)
+        self._lasted: Ints = np.zeros(self.count, dtype=np.int64)  # steps, of the first word
+        words = zip(*(task.words for task in self.world.tasks), strict=True)
+        self.goals = Goals(sum(words, ()), self.world.match, self.count)
 
     @classmethod
-    def baselines(cls, world: FeedWorld) -> ThreeSpeedStore:
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, CameraLayout]:
+        """Return how actions are written, and where entries of observations lie."""
+        table, layout = super().spaces(world, options)
+        return table, replace(layout, after={**layout.after, "stage": 3})
+
+    @classmethod
+    def baselines(cls, world: TaskWorld) -> ThreeSpeedStore:
         """Return what pushing, pulling and pushing at constant speeds make of a world's tasks."""
         return ThreeSpeedStore(cls, world, (INTERVAL, HORIZON, STEEPEST, LASTING))
 
-    def told(self, rows: Ints) -> Columns:
-        """Return the info of some episodes: the little there is on their way."""
-        return super().told(rows) | {"stage": self.stage[rows]}
+    def infos(self, rows: Ints) -> Columns:
+        """Return the infos of some episodes, whether they go on or have ended."""
+        return super().infos(rows) | {"stage": self.stage[rows]}
 
-    def told_at_end(self, rows: Ints) -> Columns:
-        """Return what is told besides of episodes that have terminated."""
-        ends = super().told_at_end(rows)
+    def final_infos(self, rows: Ints) -> Columns:
+        """Return the infos that episodes which have terminated have besides."""
+        ends = super().final_infos(rows)
         second = ends["is_success"] & (self.stage[rows] == SECOND)
         score = np.where(self.arrays.status[rows] == FAILED, 0.0, self._reached(rows))
         return ends | {"score": score + 0.5 * second, "is_success": second}
 
     def is_last_held(self, rows: Ints) -> Bools:
         """Return whether the tube holds nothing but the last component of some chains."""
-        return self.arrays.released[rows].sum(axis=1) == self.world.scene.n - 1
+        return self.arrays.released[rows].sum(axis=1) == self.n - 1
 
     def is_in(self, rows: Ints) -> Bools:
         """Return whether the centres of some chains' components are in the tube, but for one."""
-        return self._frames[1, rows, : self.world.scene.n].sum(axis=1) <= 1.0
+        return self._frames[1, rows, : self.n].sum(axis=1) <= 1.0
 
-    def _groups(self) -> dict[str, Any]:
-        return super()._groups() | {"stage": self.stage[:, None] == np.arange(3)}
+    def groups(self) -> dict[str, Any]:
+        """Return the entries of observations, but for the frame, by their groups' names."""
+        return super().groups() | {"stage": self.stage[:, None] == np.arange(3)}
 
     def _shaped(self, rows: Ints) -> Floats:
         """Return Φ: half the words reached, and half of the next one's, but for drawing in."""
@@ -75,8 +83,8 @@ class ReprogramEpisodes(FeedEpisodes):
         """Return what the words reached on the way are worth."""
         return np.where(self.stage[rows] == FIRST, 0.0, 0.5)
 
-    def _want(self, rows: Ints) -> None:
-        super()._want(rows)
+    def _set_targets(self, rows: Ints) -> None:
+        super()._set_targets(rows)
         self._seek(rows)
 
     def _seek(self, rows: Ints) -> None:
@@ -84,13 +92,15 @@ class ReprogramEpisodes(FeedEpisodes):
         later = np.where(self.stage[rows] == FIRST, 0, len(self.world.tasks))
         self.goals.want(rows, self.numbers[rows] + later)
 
-    def _load(self, rows: Ints) -> None:
-        super()._load(rows)
+    def reset_rows(self, rows: Ints) -> None:
+        """Draw the chains of some episodes, and load them."""
+        super().reset_rows(rows)
         self.stage[rows] = self._lasted[rows] = 0
         self._seek(rows)
 
-    def _act(self, rows: Ints, choice: tuple[Floats]) -> None:
-        super()._act(rows, choice)
+    def act(self, rows: Ints, choice: tuple[Floats]) -> None:
+        """Drive the feeds for an interval, and see which stages are done."""
+        super().act(rows, choice)
         stage = self.stage[rows]
         as_if = np.full(self.count, FOLDED)
         is_first = self.goals.judge(rows, as_if, self.arrays.angles)[2] == 1.0
@@ -136,14 +146,8 @@ class ReprogramEnv(FeedTrackEnv):
     """
 
     make_episodes = ReprogramEpisodes
-    make_world = RefoldWorld
     default_scene = "reprogram"
+    default_tasks = "two-words-6"
 
 
-class ReprogramVectorEnv(ChainVectorEnv[NDArray[np.float32]]):
-    """Many of `ReprogramEnv`.
-
-    Arguments are those of `magfold_env.envs.vector_env.ChainVectorEnv`.
-    """
-
-    single = ReprogramEnv
+ReprogramVectorEnv = ChainVectorEnv[Any].of(ReprogramEnv)

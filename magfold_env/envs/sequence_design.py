@@ -1,11 +1,11 @@
 """``MagFold/SequenceDesign-v0``: choose the whole chain and its speed, then watch one fold."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.fold_env import FlatFoldEpisodes, FoldEnv, FoldVectorEnv
+from magfold_env.envs.fold_env import FoldEnv, FoldVectorEnv
 
 
 class SequenceDesignEnv(FoldEnv[NDArray[np.float32]]):
@@ -25,12 +25,8 @@ class SequenceDesignEnv(FoldEnv[NDArray[np.float32]]):
     Arguments are those of `magfold_env.envs.fold_env.FoldEnv`.
     """
 
-    at_a_time: ClassVar[Literal["component", "chain"]] = "chain"
+    action_scope: ClassVar[Literal["component", "chain"]] = "chain"
     default_scene: ClassVar[str] = "tube-built"
-    make_episodes = FlatFoldEpisodes
 
 
-class SequenceDesignVectorEnv(FoldVectorEnv[NDArray[np.float32]]):
-    """Many of `SequenceDesignEnv`."""
-
-    single = SequenceDesignEnv
+SequenceDesignVectorEnv = FoldVectorEnv[Any].of(SequenceDesignEnv)

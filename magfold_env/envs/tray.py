@@ -1,23 +1,42 @@
 """``MagFold/Tray-v0``: fold a chain of components from a tray, some of whose magnets are bad."""
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.baselines.tray_order import TrayStore
-from magfold_env.envs.camera_track import TIME_COST, CameraEpisodes, CameraTrackEnv
+from magfold_env.envs.camera_track import CameraEpisodes, CameraTrackEnv
 from magfold_env.envs.chains.arrays import FAILED, Bools, Floats, Ints
-from magfold_env.envs.episodes import Lines
-from magfold_env.envs.spaces.actions import FASTEST, scaled_speeds
-from magfold_env.envs.spaces.tray_actions import BACK, FACES, LYING, TrayChoice
-from magfold_env.envs.tasks.forecast import or_dash
-from magfold_env.envs.tasks.tray_tasks import DEAD, SPREAD, WEAK, WEAKNESS, TrayWorld
+from magfold_env.envs.spaces.actions import (
+    BACK,
+    FACES,
+    LYING,
+    SIGNS,
+    TrayChoice,
+    TrayTable,
+    scaled_speeds,
+)
+from magfold_env.envs.spaces.observation import CameraLayout
+from magfold_env.envs.tasks.feed_tasks import FeedOptions, Task, TaskWorld
+from magfold_env.envs.tasks.fold_task import feedable
+from magfold_env.envs.tasks.tray_tasks import TrayTask
 from magfold_env.envs.vector_env import ChainVectorEnv
-from magfold_env.scene import Scene
 
 LATE = 10.0
 """Time after which it is too late [s]."""
+
+DEAD = 0.15
+"""Share of the magnets that are dead."""
+
+WEAK = 0.1
+"""Share of those that are weak."""
+
+WEAKNESS = 0.3
+"""Strength of a weak magnet, and of a sound one 1, both but for `SPREAD`."""
+
+SPREAD = 0.15
+"""Largest relative deviation of the strength of a magnet."""
 
 PROTOCOL = (LATE, DEAD, WEAK, WEAKNESS, SPREAD)
 """What baselines depend on besides."""
@@ -28,15 +47,17 @@ _TURNS = np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])  # cosines and
 class TrayEpisodes(CameraEpisodes):
     """Episodes in which components are taken from trays, and put back."""
 
+    task_kind: ClassVar[type[Task]] = TrayTask
     shown = 1
-    tells_strengths = False
-    kept = (*CameraEpisodes.kept, "strengths", "places", "lies", "returned", "speeds", "_took")
+    has_true_strengths = False
+    kept = (*CameraEpisodes.kept, "strengths", "places", "lies", "returned")
 
-    def __init__(
-        self, world: TrayWorld, count: int, threads: int = 1, frame_rate: float | None = None
-    ) -> None:
-        super().__init__(world, count, threads, frame_rate)
-        shape = count, world.actions.parts
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        super().allocate()
+        shape = self.count, self.world.actions.parts
+        self.poles: Floats = SIGNS[self.world.patterns]
+        """Outward poles of the components as they come, (tasks, parts, 4)."""
         self.strengths: Floats = np.ones((*shape, 4))
         """What the strengths of components' magnets are multiplied by, which nobody is told."""
         self.places: Ints = np.zeros(shape, dtype=np.int64)
@@ -45,12 +66,29 @@ class TrayEpisodes(CameraEpisodes):
         """How components that are out lie, (m, parts)."""
         self.returned: Ints = np.zeros(shape, dtype=np.int64)
         """How often each component was drawn back, (m, parts)."""
-        self.speeds: Floats = np.zeros(count)
-        """Speeds of the last steps [m/s], below 0 back, (m,)."""
-        self._took: Floats = np.zeros(count)  # time of the last steps [s]
 
     @classmethod
-    def baselines(cls, world: TrayWorld) -> TrayStore:
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, CameraLayout]:
+        """Return how actions are written, and where entries of observations lie."""
+        scene = feedable(world.scene, "component")
+        n, sizes = scene.n, sorted({len(task.tray) for task in world.tasks})
+        if len(sizes) != 1:
+            raise ValueError(f"tasks: trays of {sizes} components are not allowed; must be alike")
+        (parts,), kind = sizes, options.get("actions", "multidiscrete")
+        before = {
+            "target": 3 * (n - 1),
+            "tray": 4 * parts,
+            "place": parts,
+            "lie": 3 * parts,
+            "returned": parts,
+            "magnets": 4 * n,
+            "direction": 1,
+        }
+        layout = CameraLayout(n, scene.casing.side, before, {"speed": 1, "force": 1, "time": 1})
+        return TrayTable(parts, options.get("speeds", 5), kind), layout
+
+    @classmethod
+    def baselines(cls, world: TaskWorld) -> TrayStore:
         """Return what the minimiser's chains make of the tasks of a world."""
         return TrayStore(cls, world, PROTOCOL)
 
@@ -63,17 +101,6 @@ class TrayEpisodes(CameraEpisodes):
         """Return for how long some episodes have gone on [s]."""
         return self.chains.times(rows)
 
-    def scene(self, row: int) -> Scene:
-        """Return the drawn scene of a chain, with the magnets and speeds of components fed.
-
-        It has the magnets as they should be.
-        """
-        return self.chains.scene(row)
-
-    def acting(self, row: int) -> int:
-        """Return how many components of a chain have magnets that act, in the order of feed."""
-        return int(self.arrays.fed[row])
-
     def may_draw_back(self) -> Bools:
         """Return which episodes have a component that can be drawn back: the first one cannot."""
         return self.arrays.fed > 1
@@ -82,37 +109,41 @@ class TrayEpisodes(CameraEpisodes):
         """Return which actions of a table ask for what can be done; `TrayTable.masks`."""
         return actions.masks(self.places == 0, self.may_draw_back())
 
-    def _groups(self) -> dict[str, Any]:
-        world, lies = self.world, self.lies
-        tray = world.poles[self.numbers]
+    def groups(self) -> dict[str, Any]:
+        """Return the entries of observations, but for the frame, by their groups' names."""
+        lies, tray = self.lies, self.poles[self.numbers]
         out, side = self.places > 0, np.where(lies < 4, 1.0, -1.0)
         along, across = (table[lies % 4] for table in _TURNS)
         lie = out[:, :, None] * np.stack([side, along, across], axis=2)
-        return super()._groups() | {
+        return super().groups() | {
             "tray": tray.reshape(self.count, -1),
-            "place": self.places / world.scene.n,
+            "place": self.places / self.n,
             "lie": lie.reshape(self.count, -1),
             "returned": self.returned / (1.0 + self.returned),
-            "speed": self.speeds[:, None] / FASTEST,
         }
 
-    def _shown(self, row: int) -> tuple[str, Lines, Lines]:
-        done: Lines = [
-            ("time", f"{self.times(self.rows)[row]:.2f} s"),
-            ("push", or_dash(float(self._force[row]), "mN")),
-            ("feed speed", f"{1e3 * self.speeds[row]:.0f} mm/s"),
-        ]
-        wanted: Lines = [("target", self.goals.names[row])]
-        return f"fed {self.arrays.fed[row]} of {self.world.scene.n}", wanted, done
-
-    def _lay_out(self, rows: Ints) -> None:
+    def prepare(self, rows: Ints) -> None:
+        """Put all components on their trays, and draw the strengths of their magnets."""
         for row in rows.tolist():
-            number = int(self.numbers[row])
-            self.strengths[row] = self.world.strengths(number, self.rngs[row])
+            self.strengths[row] = self._drawn_strengths(int(self.numbers[row]), self.rngs[row])
         self.places[rows] = self.lies[rows] = self.returned[rows] = 0
-        self.speeds[rows] = 0.0
 
-    def _act(self, rows: Ints, choice: TrayChoice) -> None:
+    def _drawn_strengths(self, number: int, rng: Any) -> Floats:
+        """Draw what the strengths of a tray's magnets are multiplied by, (parts, 4).
+
+        As much is drawn for every task, so that a seed draws one physics whatever the task.
+        """
+        kind, spread = rng.random((2, *self.strengths.shape[1:]))
+        given = self.world.tasks[number].strengths
+        if given is not None:
+            return np.array(given)
+        if self.world.randomisation == "none":
+            return np.ones_like(kind)
+        weak = np.where(kind < DEAD + WEAK, WEAKNESS, 1.0)
+        return np.where(kind < DEAD, 0.0, weak * (1.0 + SPREAD * (2.0 * spread - 1.0)))
+
+    def act(self, rows: Ints, choice: TrayChoice) -> None:
+        """Feed a component of each tray, or draw the last one back."""
         parts, lies, speeds, way = choice
         back = (way == BACK) & self.may_draw_back()[rows]
         began, before = self.times(rows), self.chains.impulses(rows)
@@ -125,7 +156,7 @@ class TrayEpisodes(CameraEpisodes):
         self._took[rows] = took = self.times(rows) - began
         force = (self.chains.impulses(rows) - before) / np.maximum(took, 1e-9)
         self._measure(rows, np.where(self.arrays.status[rows] == FAILED, 0.0, force))
-        self._give_up(rows)
+        self._stop_late(rows)
 
     def _feed(self, rows: Ints, parts: Ints, lies: Ints, speeds: Floats) -> None:
         """Feed components, or the next ones on the tray, counted round, of those that are there."""
@@ -152,9 +183,6 @@ class TrayEpisodes(CameraEpisodes):
         self.returned[rows] += back
         self.places[rows] = np.where(back, 0, self.places[rows])
 
-    def _step_rewards(self, rows: Ints) -> Floats:
-        return super()._step_rewards(rows) - TIME_COST * self._took[rows]
-
 
 class TrayEnv(CameraTrackEnv):
     """Fold a chain of components that are taken from a tray, and may be put back.
@@ -177,7 +205,7 @@ class TrayEnv(CameraTrackEnv):
 
     **Action**: ``MultiDiscrete([parts, 8, speeds, 2])``: the component, by its place on the tray;
     how it lies, 0 to 3 quarter turns, then the same turned over
-    (`magfold_env.envs.spaces.tray_actions.FACES`); the speed level, 5 of them log-spaced from 0.03
+    (`magfold_env.envs.spaces.actions.FACES`); the speed level, 5 of them log-spaced from 0.03
     to 0.6 m/s; and 1 to draw back at that speed, whatever the first two say. A component that is
     out stands for the next one that is on the tray, counted round; where nothing can be drawn back,
     a component is fed. `action_masks` leaves both out. ``actions="discrete"`` is the same as one
@@ -228,23 +256,12 @@ class TrayEnv(CameraTrackEnv):
     """
 
     make_episodes = TrayEpisodes
-    make_world = TrayWorld
     default_scene: ClassVar[str] = "tray"
+    default_tasks: ClassVar[str] = "trays-6"
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return which actions ask for what can be done; `TrayTable.masks`."""
-        return self._running().action_masks(self.actions)[0]
+        return cast("TrayEpisodes", self._running()).action_masks(self.actions)[0]
 
 
-class TrayVectorEnv(ChainVectorEnv[NDArray[np.float32]]):
-    """Many of `TrayEnv`.
-
-    Arguments are those of `magfold_env.envs.vector_env.ChainVectorEnv`.
-    """
-
-    single = TrayEnv
-
-    def action_masks(self) -> NDArray[np.bool_]:
-        """Return the masks of all environments, (m, …); `TrayEnv.action_masks`."""
-        episodes: Any = self.episodes
-        return episodes.action_masks(episodes.world.actions)
+TrayVectorEnv = ChainVectorEnv[Any].of(TrayEnv)

@@ -1,9 +1,11 @@
 """``MagFold/TubeFeed-v0``: choose each component's magnets and feed speed as it leaves the tube."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.fold_env import FlatFoldEpisodes, FoldEnv, FoldVectorEnv
+from magfold_env.envs.fold_env import FoldEnv, FoldVectorEnv
 
 
 class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
@@ -53,13 +55,5 @@ class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
     ``at_mouth``; one in an external field has no baseline and so needs ``baseline=None``.
     """
 
-    make_episodes = FlatFoldEpisodes
 
-
-class TubeFeedVectorEnv(FoldVectorEnv[NDArray[np.float32]]):
-    """Many of `TubeFeedEnv`.
-
-    Arguments are those of `magfold_env.envs.vector_env.ChainVectorEnv`.
-    """
-
-    single = TubeFeedEnv
+TubeFeedVectorEnv = FoldVectorEnv[Any].of(TubeFeedEnv)

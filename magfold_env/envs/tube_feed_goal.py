@@ -21,14 +21,17 @@ from magfold_env.shapes import angles_to_word, outline, word_to_angles
 GoalObservation = dict[str, NDArray[np.float32]]
 
 
-class GoalEpisodes(FoldEpisodes[GoalObservation]):
+class GoalEpisodes(FoldEpisodes):
     """Episodes whose goals lie apart from their observations, and whose every step is judged."""
+
+    def allocate(self) -> None:
+        """Make the arrays that episodes keep."""
+        super().allocate()
+        self._layout = replace(self.world.layout, words=())
 
     def observe(self) -> GoalObservation:
         """Return new observations, (m, …) each."""
-        layout = replace(self.world.layout, words=())
-        seen = np.empty((self.count, layout.size), dtype=np.float32)
-        layout.fill(self.arrays, np.empty((self.count, 0), dtype=np.float32), seen)
+        seen = self.observed(self._layout, np.empty((self.count, 0), dtype=np.float32))
         achieved, wanted = self._goals()
         return {"observation": seen, "achieved_goal": achieved, "desired_goal": wanted}
 
@@ -40,11 +43,13 @@ class GoalEpisodes(FoldEpisodes[GoalObservation]):
         wanted[:, :-1] = self.goals.turns
         return achieved, wanted
 
-    def _step_rewards(self, rows: Ints) -> Floats:
+    def step_rewards(self, rows: Ints) -> Floats:
+        """Return 0 where the goal is achieved, else −1."""
         achieved, wanted = self._goals()
         return np.asarray(compute_reward(achieved[rows], wanted[rows], self.world.match))
 
-    def _end_rewards(self, ends: Columns) -> Floats:
+    def end_rewards(self, ends: Columns) -> Floats:
+        """Return 0: the end is worth nothing besides."""
         return np.zeros(len(ends["score"]))
 
 

@@ -1,11 +1,10 @@
 """``MagFold/UnknownFloor-v0``: feed a given chain, back and forth, over a floor unknown."""
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from magfold_env.envs.baselines.constant_speed import ConstantSpeedStore
 from magfold_env.envs.feed_track import INTERVAL, STEEPEST, FeedEpisodes, FeedTrackEnv
-from magfold_env.envs.tasks.feed_tasks import FeedWorld
+from magfold_env.envs.tasks.feed_tasks import TaskWorld
 from magfold_env.envs.vector_env import ChainVectorEnv
 
 HORIZON = 250
@@ -18,7 +17,7 @@ class FloorEpisodes(FeedEpisodes):
     horizon = HORIZON
 
     @classmethod
-    def baselines(cls, world: FeedWorld) -> ConstantSpeedStore:
+    def baselines(cls, world: TaskWorld) -> ConstantSpeedStore:
         """Return what the best constant speeds make of the tasks of a world."""
         return ConstantSpeedStore(cls, world, (INTERVAL, HORIZON, STEEPEST))
 
@@ -85,14 +84,8 @@ class UnknownFloorEnv(FeedTrackEnv):
     """
 
     make_episodes = FloorEpisodes
-    make_world = FeedWorld
     default_scene = "unknown-floor"
+    default_tasks = "two-folds-6"
 
 
-class UnknownFloorVectorEnv(ChainVectorEnv[NDArray[np.float32]]):
-    """Many of `UnknownFloorEnv`.
-
-    Arguments are those of `magfold_env.envs.vector_env.ChainVectorEnv`.
-    """
-
-    single = UnknownFloorEnv
+UnknownFloorVectorEnv = ChainVectorEnv[Any].of(UnknownFloorEnv)

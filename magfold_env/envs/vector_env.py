@@ -6,7 +6,7 @@ of as many single environments with the same seeds, bit for bit.
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar, cast
 
 import gymnasium
 import numpy as np
@@ -15,8 +15,10 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, iterate
 from numpy.typing import NDArray
 
+from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.chains.arrays import Bools, Floats, Ints
 from magfold_env.envs.episodes import Columns, Episodes, EpisodesState
+from magfold_env.envs.pictures.snapshots import snapshot_of
 from magfold_env.envs.pictures.viewer import Viewer
 from magfold_env.envs.tasks import checks
 
@@ -50,6 +52,13 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
 
     single: ClassVar[Any]
     """The class of a single environment, a `magfold_env.envs.chain_env.ChainEnv`."""
+
+    @classmethod
+    def of(cls, single: type[ChainEnv[Any]]) -> type[Self]:
+        """Return the vector form of an environment: a class named like it, in the same module."""
+        name = f"{single.__name__.removesuffix('Env')}VectorEnv"
+        body = {"single": single, "__module__": single.__module__, "__doc__": cls.__doc__}
+        return cast("type[Self]", type(name, (cls,), body))
 
     def __init__(
         self,
@@ -97,14 +106,14 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
             For a wrong number of seeds, an unknown option or one that is not allowed.
         """
         options, episodes = options or {}, self.episodes
-        given = episodes.given(options, ("reset_mask",))
+        given = episodes.parse_reset_options(options, ("reset_mask",))
         mask = checks.mask_of(options, self.num_envs)
         for row, number in enumerate(checks.seeds_of(seed, self.num_envs)):
             if number is not None and mask[row]:
                 episodes.rngs[row], _ = seeding.np_random(number)
         rows = np.flatnonzero(mask)
         episodes.begin(rows, given)
-        return episodes.observe(), self._spread(rows, episodes.told(rows))
+        return episodes.observe(), self._spread(rows, episodes.infos(rows))
 
     def step(self, actions: Any) -> tuple[ObsType, Floats, Bools, Bools, Infos]:
         """Take a step in every environment.
@@ -139,9 +148,16 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
             episodes.begin(np.flatnonzero(terminated))
         elif over.any():
             episodes.begin(np.flatnonzero(over))
-        infos |= self._spread(episodes.rows, episodes.told(episodes.rows))
+        infos |= self._spread(episodes.rows, episodes.infos(episodes.rows))
         infos |= self._spread(np.flatnonzero(terminated), ends)
         return episodes.observe(), rewards, terminated, np.zeros_like(terminated), infos
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """Return the masks of all environments, (m, …); see the single one's ``action_masks``."""
+        masks = self.episodes.action_masks(self.template.actions)
+        if masks is None:
+            return np.repeat(self.template.action_masks()[None], self.num_envs, axis=0)
+        return masks
 
     def get_state(self) -> EpisodesState:
         """Return everything that decides how the environments go on.
@@ -167,7 +183,7 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
 
     def snapshot(self, row: int) -> "Snapshot":
         """Return what a picture of an environment shows."""
-        return self.episodes.snapshot(row)
+        return snapshot_of(self.episodes, row)
 
     def close_extras(self, **kwargs: Any) -> None:
         """End the threads."""
@@ -175,27 +191,26 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         self.template.close()
 
     def _final(self, ended: Bools, ends: Columns) -> Infos:
-        """Return what is told of episodes that are followed by others in the same step."""
+        """Return the last observations and infos of episodes that others follow in this step."""
         final = np.full(self.num_envs, None, dtype=object)
         observations = list(iterate(cast("Any", self).observation_space, self.episodes.observe()))
         rows = np.flatnonzero(ended)
         for row in rows.tolist():
             final[row] = observations[row]
-        told = self._spread(rows, self.episodes.told(rows))
-        told |= self._spread(rows, ends)
+        infos = self._spread(rows, self.episodes.infos(rows)) | self._spread(rows, ends)
         return {
             "final_obs": final,
             "_final_obs": ended.copy(),
-            "final_info": told,
+            "final_info": infos,
             "_final_info": ended.copy(),
         }
 
-    def _spread(self, rows: Ints, told: Columns) -> Infos:
-        """Return what is told of some environments as Gymnasium does: for all, and who has it."""
+    def _spread(self, rows: Ints, columns: Columns) -> Infos:
+        """Return infos of some environments in Gymnasium's form: for all, and who has them."""
         mask = np.zeros(self.num_envs, dtype=np.bool_)
         mask[rows] = True
         infos: Infos = {}
-        for key, values in told.items():
+        for key, values in columns.items():
             infos[key] = np.zeros(self.num_envs, dtype=values.dtype)
             if values.dtype == object:
                 infos[key][:] = None

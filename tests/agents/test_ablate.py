@@ -111,7 +111,7 @@ def test_the_frozen_replay_one_episode_whatever_the_draw() -> None:
     assert frozen == {episodes.play(Reading(), still, "LRLLL", seed=9).choice}
 
 
-@pytest.mark.parametrize("kind", ["multidiscrete", "discrete", "box", "dict"])
+@pytest.mark.parametrize("kind", ["multidiscrete", "discrete", "box"])
 def test_other_speeds_change_speeds_only(kind: Any) -> None:
     env = episodes.make_env(QUASI.model_copy(update={"actions": kind}))
     observation, _ = env.reset(seed=0)

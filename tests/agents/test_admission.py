@@ -37,8 +37,7 @@ from magfold_env.envs.baselines.legs import Leg
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.chains.draws import REFERENCE_SPEED
 from magfold_env.envs.feed_track import INTERVAL
-from magfold_env.envs.spaces.actions import DEAD_BAND, FASTEST
-from magfold_env.envs.spaces.tray_actions import FACES
+from magfold_env.envs.spaces.actions import DEAD_BAND, FACES, FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.minimiser import minimise
 from magfold_env.scoring.policy_file import Shown

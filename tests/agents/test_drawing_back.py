@@ -119,7 +119,7 @@ def refolded(env: ReprogramEnv, plan: DrawingBackTwice, number: int) -> list[Any
 
     def noted(rows: Any) -> Any:
         (speeds,) = plan(episodes, rows)
-        forces = episodes.told(rows)["force"]
+        forces = episodes.infos(rows)["force"]
         for row, speed, force in zip(rows.tolist(), speeds.tolist(), forces.tolist(), strict=True):
             off = np.abs(np.diff(episodes.arrays.angles[row]) - episodes.goals.turns[row])
             off = off if episodes.arrays.forward[row] else off[::-1]

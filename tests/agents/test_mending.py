@@ -11,8 +11,7 @@ from agents.training import mending
 from agents.training.envs import make_env
 from agents.training.imitation import Demonstrations
 from agents.training.mending import CHAINS, Mending, mended
-from magfold_env.envs.spaces.actions import PATTERNS
-from magfold_env.envs.spaces.tray_actions import AHEAD, BACK, LYING, PULL
+from magfold_env.envs.spaces.actions import AHEAD, BACK, LYING, PATTERNS, PULL
 from magfold_env.envs.tasks.draws import episode_seeds
 from tests.agents.training import tiny
 

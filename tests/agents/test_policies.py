@@ -67,7 +67,7 @@ def test_a_sampled_policy_depends_on_the_random_numbers_it_is_given(trained: Any
 
 
 def test_random_actions_lie_in_any_space() -> None:
-    for kind in ("multidiscrete", "discrete", "box", "dict"):
+    for kind in ("multidiscrete", "discrete", "box"):
         env = TubeFeedEnv(**QUASI, actions=kind)
         outcomes = [play(RandomPolicy(), env, TARGET, seed) for seed in (1, 2, 1)]
         assert outcomes[0] == outcomes[2]

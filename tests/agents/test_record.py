@@ -43,7 +43,7 @@ def each(value: Any, step: int) -> Any:
     ("env_id", "options"),
     [
         ("MagFold/TubeFeed-v0", QUICK),
-        ("MagFold/TubeFeedGoal-v0", (*QUICK, "--env", "actions=dict")),
+        ("MagFold/TubeFeedGoal-v0", (*QUICK, "--env", "actions=box")),
         ("MagFold/UnknownFloor-v0", ()),
     ],
 )

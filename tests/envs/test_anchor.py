@@ -8,7 +8,7 @@ import pytest
 from magfold_env.envs.anchor import LASTING, OUT, SETTLING, STAGE, STAGES, AnchorEnv
 from magfold_env.envs.baselines import baseline, tray_order
 from magfold_env.envs.camera_track import FORCE_NOISE, TIME_COST
-from magfold_env.envs.spaces.tray_actions import FACES
+from magfold_env.envs.spaces.actions import FACES
 from magfold_env.envs.tray import LATE
 from magfold_env.scene import SceneError
 from magfold_env.scoring.shown import blind

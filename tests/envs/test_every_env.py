@@ -1,31 +1,37 @@
-"""What holds for every environment, however its actions are written."""
+"""What holds for every environment, alone and in a vector, however its actions are written."""
 
-import copy
-import pickle
-import warnings
+import sys
+from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
-from gymnasium.utils.env_match import check_environments_match
-from stable_baselines3.common.env_checker import check_env as sb3_check_env
+from gymnasium.vector import AutoresetMode
 
-from magfold_env.envs import ENTRY_POINTS, register_envs
+import magfold_env
+from magfold_env.engine.compile.insides import numba_config
+from magfold_env.envs import ENTRY_POINTS, VECTOR_ENTRY_POINTS, register_envs
 from magfold_env.envs.camera_track import TIME_COST
-from tests.envs.vectors import TRACKS, TRAYS, kinds_of
+from tests.envs import contract
+from tests.envs.vectors import TRACKS, kinds_of
 
-FIDELITIES = ("dynamics", "quasistatic")
+MOST_FILES = 9
+"""Files of Python that the step of an environment runs at most."""
+
+SPACES = contract.SINGLE[:2]
+"""Rules that depend on how actions are written; for the others the default will do."""
 
 
-def variants() -> list[Any]:
-    """Every id with every way to write its actions and, where it has them, both fidelities."""
+def variants(*kinds: str) -> list[Any]:
+    """Every id with some ways to write its actions, all by default, and its fidelities."""
     found = []
     for env_id in ENTRY_POINTS:
-        for kind in kinds_of(env_id):
-            for fidelity in FIDELITIES:
-                options: dict[str, Any] = {"actions": kind, "fidelity": fidelity}
+        for kind in kinds or kinds_of(env_id):
+            for fidelity in ("dynamics", "quasistatic"):
+                options: dict[str, Any] = {"fidelity": fidelity}
+                if kind != "default":
+                    options["actions"] = kind
                 if env_id in TRACKS and fidelity == "quasistatic":
                     continue
                 if env_id not in TRACKS:
@@ -39,115 +45,69 @@ def variants() -> list[Any]:
 
 
 every_variant = pytest.mark.parametrize(("env_id", "options"), variants())
+every_fidelity = pytest.mark.parametrize(("env_id", "options"), variants("default"))
 every_id = pytest.mark.parametrize("env_id", list(ENTRY_POINTS))
 
 
-def play(env: gymnasium.Env, seed: int) -> list[Any]:
-    """Play an episode of random actions; return all that the environment said."""
-    env.action_space.seed(seed)
-    said: list[Any] = [env.reset(seed=seed)]
-    ended = False
-    while not ended:
-        said.append(env.step(env.action_space.sample()))
-        ended = said[-1][2] or said[-1][3]
-    return said
+@pytest.mark.parametrize("hold", SPACES, ids=contract.name_of)
+@every_variant
+def test_every_way_to_write_actions_keeps_the_contract(
+    env_id: str, options: dict[str, Any], hold: contract.Rule
+) -> None:
+    hold(env_id, options)
 
 
-def same(one: Any, other: Any) -> bool:
-    """Whether two things that environments say are equal, bit for bit."""
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
-    if isinstance(one, (list, tuple)):
-        return len(one) == len(other) and all(map(same, one, other))
-    return bool(np.array_equal(one, other, equal_nan=isinstance(one, float)))
+@pytest.mark.parametrize("hold", contract.SINGLE[2:], ids=contract.name_of)
+@every_fidelity
+def test_every_environment_keeps_the_contract(
+    env_id: str, options: dict[str, Any], hold: contract.Rule
+) -> None:
+    hold(env_id, options)
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+@every_fidelity
+def test_many_say_what_single_ones_do(
+    env_id: str, options: dict[str, Any], mode: AutoresetMode
+) -> None:
+    contract.many_are_as_single_ones(env_id, options, mode)
 
 
 @every_variant
-def test_both_checkers_pass(env_id: str, options: dict) -> None:
-    env = gymnasium.make(env_id, **options).unwrapped
-    check_env(env, skip_render_check=True)
-    with warnings.catch_warnings():
-        if options["actions"] == "dict":
-            # Stable-Baselines3 has no agent for such actions.
-            warnings.filterwarnings("ignore", ".*action space is not based off a numpy array.*")
-        sb3_check_env(env)
+def test_many_read_actions_as_single_ones_do(env_id: str, options: dict[str, Any]) -> None:
+    contract.many_are_as_single_ones(env_id, options, AutoresetMode.SAME_STEP)
 
 
-@every_variant
-def test_equal_seeds_give_equal_episodes(env_id: str, options: dict) -> None:
-    first, second = (gymnasium.make(env_id, **options) for _ in range(2))
-    check_environments_match(first, second, num_steps=15, seed=3)
-
-
-@pytest.mark.parametrize("fidelity", FIDELITIES)
+@pytest.mark.parametrize("shaping", ["similarity", "energy"])
 @every_id
-def test_pickles_and_deep_copies_go_on_alike(env_id: str, fidelity: str) -> None:
-    if env_id in TRACKS and fidelity == "quasistatic":
-        pytest.skip("has no such fidelity")
-    env = gymnasium.make(env_id, fidelity=fidelity).unwrapped
-    env.reset(seed=5)
-    env.action_space.seed(5)
-    action = env.action_space.sample()
-    if env_id != "MagFold/SequenceDesign-v0":
-        env.step(action)
-    twins = [pickle.loads(pickle.dumps(env)), copy.deepcopy(env)]
-    expected = [env.step(action), *play(env, 6)]
-    for twin in twins:
-        assert same([twin.step(action), *play(twin, 6)], expected)
-
-
-@pytest.mark.parametrize("fidelity", FIDELITIES)
-@every_id
-def test_a_state_can_be_returned_to(env_id: str, fidelity: str) -> None:
-    if env_id in TRACKS and fidelity == "quasistatic":
-        pytest.skip("has no such fidelity")
-    env: Any = gymnasium.make(env_id, fidelity=fidelity).unwrapped
-    other: Any = gymnasium.make(env_id, fidelity=fidelity).unwrapped
-    said: list[Any] = [env.reset(seed=7)]
-    env.action_space.seed(7)
-    states, actions = [env.get_state()], []
-    while not (len(said) > 1 and (said[-1][2] or said[-1][3])):
-        actions.append(env.action_space.sample())
-        said.append(env.step(actions[-1]))
-        states.append(env.get_state())
-    after = env.reset()
-    for start in sorted({len(states) - 1, len(states) // 2, 1, 0}, reverse=True):
-        for one in (env, other):
-            observation, info = one.set_state(states[start])
-            assert same(observation, said[start][0])
-            assert same(info, said[start][-1])
-            for k in range(start, len(actions)):
-                assert same(one.step(actions[k]), said[k + 1])
-            # Random numbers are part of the state.
-            assert same(one.reset(), after)
-
-
-@every_id
-def test_no_observation_shares_memory_with_another(env_id: str) -> None:
-    said = play(gymnasium.make(env_id).unwrapped, 0)
-    kept = copy.deepcopy([each[0] for each in said])
-    play(gymnasium.make(env_id).unwrapped, 1)
-    assert same([each[0] for each in said], kept)
+def test_shaping_changes_the_discounted_return_by_the_first_potential_alone(
+    env_id: str, shaping: str
+) -> None:
+    if "Goal" in env_id:
+        pytest.skip("has no shaping")
+    options = {} if env_id in TRACKS else {"baseline": None}
+    assert contract.shapes_by_the_first_potential_alone(env_id, shaping, options)
 
 
 @every_id
 def test_steps_on_the_way_are_all_worth_the_same_without_shaping(env_id: str) -> None:
-    said = play(gymnasium.make(env_id).unwrapped, 2)
-    rewards = [each[1] for each in said[1:]]
-    if env_id in TRAYS:
-        times = np.array([each[-1]["time"] for each in said])
-        np.testing.assert_allclose(rewards[:-1], -TIME_COST * np.diff(times)[:-1])
+    said = contract.play(contract.made(env_id, {}), 2)
+    rewards, info = [each[1] for each in said[1:]], said[-1][-1]
+    if env_id not in TRACKS:
+        wanted = -1.0 if "Goal" in env_id else 0.0
+        assert rewards[:-1] == [wanted] * (len(rewards) - 1)
+        assert -1.0 <= rewards[-1] <= 1.0
         return
-    wanted = -4e-4 if env_id in TRACKS else {"MagFold/TubeFeedGoal-v0": -1.0}.get(env_id, 0.0)
-    assert rewards[:-1] == [wanted] * (len(rewards) - 1)
-    assert -1.0 <= rewards[-1] <= 1.0
+    times = np.array([each[-1]["time"] for each in said])
+    np.testing.assert_allclose(rewards[:-1], -TIME_COST * np.diff(times)[:-1])
+    assert sum(rewards) == pytest.approx(info["score"] - TIME_COST * info["time"])
 
 
 @every_id
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"actions": "tuple"}, "actions: 'tuple' is not allowed; must be one of multidiscrete"),
+        ({"actions": "dict"}, "actions: 'dict' is not allowed; must be one of multidiscrete"),
         ({"speeds": 1}, "speeds: 1 is not allowed; must be 2 or more"),
         ({"speeds": 2.5}, "speeds: 2.5 is not allowed; must be 2 or more, a whole number"),
         ({"difficulty": "x"}, "difficulty: 'x' is not allowed; must be above 0 and at most 1"),
@@ -158,27 +118,42 @@ def test_steps_on_the_way_are_all_worth_the_same_without_shaping(env_id: str) ->
         ({"render_mode": "video"}, "render_mode: 'video' is not allowed; must be None or one of"),
         ({"target": "LRLLL"}, "target: unknown option, must be one of scene, "),
         ({"scene": "tube-fed"}, "tube-fed: no such scene"),
+        ({"scene": "missing.yaml"}, "missing.yaml: no such file"),
         ({"scene": "pendulum-3"}, "scene.mount: 'pinned' is not allowed; must be 'tube'"),
     ],
 )
 def test_wrong_options_are_named(env_id: str, options: dict, message: str) -> None:
-    module, name = ENTRY_POINTS[env_id].split(":")
-    make = getattr(__import__(module, fromlist=[name]), name)
-    with pytest.raises(ValueError, match=message):
-        make(**options)
+    for entry_points in (ENTRY_POINTS, VECTOR_ENTRY_POINTS):
+        module, name = entry_points[env_id].split(":")
+        make = getattr(__import__(module, fromlist=[name]), name)
+        with pytest.raises(ValueError, match=message):
+            make(**options)
 
 
+@pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
 @every_id
-def test_rendering_gives_pictures_and_text(env_id: str) -> None:
-    picture = gymnasium.make(env_id, render_mode="rgb_array")
-    picture.reset(seed=0)
-    image: Any = picture.render()
-    assert image.dtype == np.uint8
-    assert image.shape[2:] == (3,)
-    assert image.std() > 0
-    text = gymnasium.make(env_id, render_mode="ansi")
-    text.reset(seed=0)
-    assert str(text.render()).startswith("target ")
+def test_a_step_can_be_read_in_few_files(env_id: str) -> None:
+    package, found = Path(magfold_env.__file__).parent, set[str]()
+
+    def note(frame: Any, event: str, _: object) -> None:
+        code = frame.f_code
+        is_python = "__name__" in frame.f_globals  # frames of kernels are empty
+        if event == "call" and is_python and package in Path(code.co_filename).parents:
+            found.add(str(Path(code.co_filename).relative_to(package)))
+
+    env = contract.made(env_id, {})
+    contract.play(env, 0)
+    env.reset(seed=1)
+    action = env.action_space.sample()
+    sys.setprofile(note)
+    try:
+        over = env.step(action)[2]
+    finally:
+        sys.setprofile(None)
+    # How kernels are called is no part of the environment; how an episode ends is in files of its
+    # own.
+    files = {each for each in found if not each.startswith("engine")}
+    assert len(files) <= MOST_FILES + 2 * over, files
 
 
 def test_registering_again_changes_nothing() -> None:

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from magfold_env.envs.baselines import baseline, three_speeds
 from magfold_env.envs.baselines.legs import Following
 from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, Speeds, push_pull_push
 from magfold_env.envs.camera_track import TIME_COST
@@ -20,9 +19,9 @@ from magfold_env.envs.reprogram import (
     ReprogramEnv,
     ReprogramVectorEnv,
 )
-from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import read_tasks
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE, Goal
+from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import load_scene
 from magfold_env.shapes import word_to_angles
@@ -42,7 +41,7 @@ def following(*speeds: Speeds) -> Following:
     return Following([push_pull_push(load_scene("reprogram"), each) for each in speeds])
 
 
-def rolls(count: int = 24, **options: Any) -> tuple[ReprogramVectorEnv, list[Any], list[Any]]:
+def rolls(count: int = 24, **options: Any) -> tuple[ChainVectorEnv[Any], list[Any], list[Any]]:
     """Play schedules of three speeds in the easiest tasks.
 
     Returns the environments, what they said of every step, and their chains as they then were.
@@ -62,14 +61,14 @@ def rolls(count: int = 24, **options: Any) -> tuple[ReprogramVectorEnv, list[Any
 
 
 @pytest.fixture(scope="module")
-def played() -> tuple[ReprogramVectorEnv, list[Any], list[Any]]:
+def played() -> tuple[ChainVectorEnv[Any], list[Any], list[Any]]:
     return rolls()
 
 
 @pytest.mark.medium
 def test_schedules_reach_no_word_one_or_both(played: Any) -> None:
     envs = played[0]
-    ends = envs.episodes.told_at_end(envs.episodes.rows)
+    ends = envs.episodes.final_infos(envs.episodes.rows)
     assert set(ends["score"].tolist()) == {0.0, 0.5, 1.0}
     np.testing.assert_array_equal(ends["is_success"], ends["score"] == 1.0)
     np.testing.assert_array_equal(ends["score"] > 0.0, envs.episodes.stage > FIRST)
@@ -77,7 +76,7 @@ def test_schedules_reach_no_word_one_or_both(played: Any) -> None:
 
 def test_a_success_is_the_second_fold_at_rest_after_the_first(played: Any) -> None:
     episodes = played[0].episodes
-    ends = episodes.told_at_end(episodes.rows)
+    ends = episodes.final_infos(episodes.rows)
     for row in episodes.rows:
         task = episodes.world.tasks[episodes.numbers[row]]
         joints = np.diff(episodes.arrays.angles[row])
@@ -121,7 +120,7 @@ def test_the_return_is_the_score_less_the_cost_of_time(played: Any) -> None:
     for rows, rewards, _ in said:
         totals[rows] += rewards
     steps = envs.episodes.steps
-    score = envs.episodes.told_at_end(envs.episodes.rows)["score"]
+    score = envs.episodes.final_infos(envs.episodes.rows)["score"]
     np.testing.assert_allclose(totals, score - TIME_COST * INTERVAL * steps)
 
 
@@ -178,30 +177,6 @@ def test_all_out_the_first_word_counts_no_more() -> None:
         folded += info["status"] == "folded"
         assert (info["stage"], info["score"], info["is_success"]) == (FIRST, 0.0, False)
     assert folded > 0
-
-
-@pytest.mark.medium
-def test_the_baseline_is_what_the_best_of_the_schedules_scores(
-    tmp_path: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
-    monkeypatch.setattr(three_speeds, "SELECTION_DRAWS", 3)
-    monkeypatch.setattr(three_speeds, "SCORING_DRAWS", 4)
-    monkeypatch.setattr(three_speeds, "PUSHES", (0.1, 0.4))
-    env = ReprogramEnv(reward="relative", difficulty=0.05)
-    found, task = env.baseline_of(0), env.tasks[0]
-    assert found.speed is not None
-    assert found.target == "-".join(task.words)
-    scores = []
-    for seed in episode_seeds("scoring", 4):
-        env.reset(seed=seed, options={"task": 0})
-        envs = env.episodes
-        plan, row = env.plan_of([0]), np.array([0])
-        while not envs.terminated[0]:
-            envs.step(row, plan(envs, row))
-        scores.append(envs.told_at_end(row)["score"][0])
-    assert found.score == pytest.approx(np.mean(scores))
-    assert ReprogramEnv(reward="relative", difficulty=0.05).baseline_of(0) == found
 
 
 def test_shipped_tasks_ask_for_two_words_of_a_chain() -> None:

@@ -7,13 +7,11 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.envs.anchor import AnchorEnv
-from magfold_env.envs.baselines import baseline, tray_order
-from magfold_env.envs.baselines.tray_order import TrayDesigns, always
+from magfold_env.envs.baselines.tray_order import TrayDesigns
 from magfold_env.envs.camera_track import TIME_COST
-from magfold_env.envs.spaces.tray_actions import FACES
-from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.tray_tasks import DEAD, SPREAD, WEAK, WEAKNESS, TrayTask
-from magfold_env.envs.tray import LATE, TrayEnv, TrayVectorEnv
+from magfold_env.envs.spaces.actions import FACES
+from magfold_env.envs.tasks.tray_tasks import TrayTask
+from magfold_env.envs.tray import DEAD, LATE, SPREAD, WEAK, WEAKNESS, TrayEnv, TrayVectorEnv
 from magfold_env.scene import SceneError
 from magfold_env.simulation.simulate import simulate
 
@@ -214,29 +212,6 @@ def test_the_minimisers_chain_has_the_largest_gap_of_those_that_can_be_had() -> 
     better = designs.gaps > 1.001 * (states[1].energy - states[0].energy)
     assert not designs._fit(tray)[:, better].any()
     assert designs.best(("NNNN",) * 9) is None
-
-
-@pytest.mark.medium
-def test_the_baseline_is_what_the_minimisers_chain_scores(
-    tmp_path: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
-    monkeypatch.setattr(tray_order, "SELECTION_DRAWS", 2)
-    monkeypatch.setattr(tray_order, "SCORING_DRAWS", 4)
-    env = TrayEnv(reward="relative", tasks=[TASK], speeds=2)
-    found, task = env.baseline_of(0), env.tasks[0]
-    assert found.speed is not None
-    assert found.sequence is not None
-    scores = []
-    for seed in episode_seeds("scoring", 4):
-        env.reset(seed=seed)
-        envs, row = episodes(env), np.array([0])
-        plan = always(task, task.order_of(found.sequence), found.speed)
-        while not envs.terminated[0]:
-            envs.step(row, plan(envs, row))
-        scores.append(envs.told_at_end(row)["score"][0])
-    assert found.score == pytest.approx(np.mean(scores))
-    assert TrayEnv(reward="relative", tasks=[TASK], speeds=2).baseline_of(0) == found
 
 
 @pytest.mark.parametrize("make", [TrayEnv, AnchorEnv])

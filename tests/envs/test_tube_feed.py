@@ -56,13 +56,6 @@ def test_the_exported_scene_holds_what_was_chosen() -> None:
     assert scene.feed.loading == "at_mouth"
 
 
-def test_one_seed_gives_one_episode() -> None:
-    first = play(TubeFeedEnv(baseline=None), 3)
-    second = play(TubeFeedEnv(baseline=None), 3)
-    np.testing.assert_array_equal(first[0], second[0])
-    assert first[1:] == second[1:]
-
-
 def test_another_seed_gives_other_physics() -> None:
     env = TubeFeedEnv(baseline=None, targets=["LRLLL"])
     frictions = set()
@@ -89,14 +82,6 @@ def test_every_target_is_drawn() -> None:
     env.reset(seed=0)
     drawn = {env.reset()[1]["target"] for _ in range(300)}
     assert drawn == set(env.targets)
-
-
-def test_observations_do_not_share_memory_with_the_env() -> None:
-    observations, *_ = play(TubeFeedEnv(baseline=None), 0)
-    copies = [observation.copy() for observation in observations]
-    for observation in observations:
-        assert observation.flags.owndata
-    np.testing.assert_array_equal(observations, copies)
 
 
 def test_the_last_observation_is_the_settled_chain() -> None:

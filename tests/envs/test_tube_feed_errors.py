@@ -11,15 +11,9 @@ from magfold_env.envs.tube_feed import TubeFeedEnv
     [
         ({"gamma": 1.5}, "gamma: 1.5 is not allowed; must be between 0 and 1"),
         ({"baseline": "best"}, "baseline: 'best' is not allowed; must be 'auto' or None"),
-        ({"render_mode": "text"}, "render_mode: 'text' is not allowed; must be None or one of"),
-        ({"randomisation": "wild"}, "randomisation: 'wild' is not allowed; must be one of none"),
-        ({"speeds": 1}, "speeds: 1 is not allowed; must be"),
         ({"components": 6.5}, "components: 6.5 is not allowed; must be 2 or more, a whole number"),
         ({"components": "6"}, "components: '6' is not allowed; must be 2 or more, a whole number"),
         ({"targets": ["SSSSS"]}, "targets: 'SSSSS' is not allowed; must be a fully folded word"),
-        ({"scene": "tube-fed"}, "tube-fed: no such scene"),
-        ({"scene": "missing.yaml"}, "missing.yaml: no such file"),
-        ({"scene": "pendulum-3"}, "scene.mount: 'pinned' is not allowed; must be 'tube'"),
     ],
 )
 def test_wrong_arguments_are_named(kwargs: dict, message: str) -> None:

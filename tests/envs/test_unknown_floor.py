@@ -9,7 +9,7 @@ import pytest
 
 import magfold_env as mf
 from magfold_bench.lists.feed_tasks import DRAWS, count_words
-from magfold_env.envs.baselines import baseline, constant_speed
+from magfold_env.envs.baselines import baseline
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
 from magfold_env.envs.camera_track import FORCE_SCALE, TIME_COST
 from magfold_env.envs.chains.arrays import FOLDED, JAMMED, STATUSES
@@ -199,67 +199,6 @@ def test_a_weak_drive_jams() -> None:
     assert 0.0 <= info["score"] <= 0.5
 
 
-def test_the_return_is_the_score_less_the_cost_of_time() -> None:
-    env = UnknownFloorEnv(randomisation="none")
-    seen = set()
-    for task in (0, len(env.tasks) - 1):
-        for speed in (0.05, 0.2, 0.6):
-            said = play(env, [speed], task=task)
-            info = said[-1][-1]
-            total = sum(each[1] for each in said[1:])
-            assert total == pytest.approx(info["score"] - TIME_COST * info["time"])
-            folded = info["status"] == "folded" and info["word"] == info["target"]
-            assert info["is_success"] == folded
-            assert (info["score"] == 1.0) == folded
-            seen.add(folded)
-    assert seen == {True, False}
-
-
-@pytest.mark.parametrize("shaping", ["similarity", "energy"])
-def test_shaping_changes_the_return_by_the_first_potential_alone(shaping: Any) -> None:
-    shaped = UnknownFloorEnv(randomisation="none", shaping=shaping)
-    plain = UnknownFloorEnv(randomisation="none")
-    said = [play(env, [0.1, -0.1, 0.2]) for env in (shaped, plain)]
-    totals = [sum(each[1] for each in one[1:]) for one in said]
-    shaped.reset(seed=0, options={"task": 0})
-    first = shaped.episodes.potential(np.array([0]))[0]
-    assert totals[0] - totals[1] == pytest.approx(-first)
-
-
-@pytest.fixture
-def few_draws(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
-    monkeypatch.setattr(constant_speed, "SELECTION_DRAWS", 4)
-    monkeypatch.setattr(constant_speed, "SCORING_DRAWS", 6)
-    monkeypatch.setattr(constant_speed, "SPEEDS", (0.1, 0.3))
-
-
-@pytest.mark.usefixtures("few_draws")
-def test_the_baseline_is_what_the_best_constant_speed_scores() -> None:
-    env = UnknownFloorEnv(reward="relative", difficulty=0.05)
-    found = env.baseline_of(1)
-    task = env.tasks[1]
-    assert (found.sequence, found.direction, found.target) == (
-        task.sequence,
-        task.direction,
-        task.target,
-    )
-
-    def mean(stream: str, count: int, speed: float) -> float:
-        seeds = constant_speed.episode_seeds(stream, count)
-        ends = [play(env, [speed], seed, 1)[-1][-1] for seed in seeds]
-        return float(np.mean([info["score"] for info in ends]))
-
-    means = [mean("selection", 4, speed) for speed in (0.1, 0.3)]
-    assert found.speed is not None
-    assert found.speed == (0.1, 0.3)[int(np.argmax(means))]
-    assert found.score == pytest.approx(mean("scoring", 6, found.speed))
-    *_, (_, reward, _, _, info) = play(env, [0.3], task=1)
-    assert info["baseline"] == found.score
-    assert not info["baseline_flagged"]
-    assert reward == pytest.approx(info["score"] - found.score - TIME_COST * INTERVAL)
-
-
 @pytest.mark.slow
 def test_a_shipped_baseline_can_be_recomputed(tmp_path: Any, monkeypatch: Any) -> None:
     monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
@@ -306,7 +245,6 @@ def test_both_folds_of_a_shipped_task_can_be_had(number: int) -> None:
         ),
         ({"tasks": [TASK | {"direction": "up"}]}, "direction: 'up' is not allowed"),
         ({"fidelity": "quasistatic"}, "fidelity: 'quasistatic' is not allowed; must be 'dynamics'"),
-        ({"reward": "big"}, "reward: 'big' is not allowed; must be one of relative, score, sparse"),
     ],
 )
 def test_wrong_options_are_named(options: dict, message: str) -> None:

@@ -43,8 +43,6 @@ def test_wrong_options_are_refused(options: dict[str, Any], message: str) -> Non
         ("discrete", [[1], [2]], r"must have shape \(2,\)"),
         ("box", np.full((2, 5), 1.5), r"actions\[0\]: .* must be 5 numbers from -1 to 1"),
         ("box", np.full((2, 5), np.nan), r"actions\[0\]: .* must be 5 numbers from -1 to 1"),
-        ("dict", {"patterns": [[1], [2]]}, "must be a mapping of patterns"),
-        ("dict", [1, 2], "must be a mapping of patterns"),
     ],
 )
 def test_wrong_actions_are_refused(kind: str, actions: Any, message: str) -> None:

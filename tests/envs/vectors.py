@@ -6,8 +6,7 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
-from magfold_env.envs.spaces.actions import ActionKind
-from magfold_env.envs.spaces.tray_actions import TrayKind
+from magfold_env.envs.spaces.actions import ActionKind, TrayKind
 
 TRAYS = ("MagFold/Tray-v0", "MagFold/Anchor-v0")
 TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0", *TRAYS)

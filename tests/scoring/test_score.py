@@ -101,7 +101,7 @@ def changed(**changes: Any) -> dict[str, Any]:
         (changed(seed=-1), "seed: -1 is not allowed; must be greater than or equal to 0"),
         (changed(seed=1.5), "seed: 1.5 is not allowed; must be a valid integer"),
         (changed(actions=[]), "actions: [] is not allowed; must have at least 1 item"),
-        (changed(actions=[[0.1], [0.2, 1.5]]), "actions[1][1]: 1.5 is not allowed; must be a num"),
+        (changed(actions=[[0.1], [0.2, 1.01]]), "actions[1][1]: 1.01 is not allowed; must be a n"),
         (
             changed(id="MagFold/Tray-v0", actions=[[0.0, 0.5]]),
             "actions[0][1]: 0.5 is not allowed; must be a whole number from 0 to 719",

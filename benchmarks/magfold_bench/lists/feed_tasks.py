@@ -22,8 +22,9 @@ import numpy as np
 from magfold_bench.lists.faces import random_faces
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS, draw_generator
 from magfold_env.envs.chains.arrays import FOLDED
+from magfold_env.envs.lumen import LumenEnv
 from magfold_env.envs.tasks.draws import episode_seeds, randomised
-from magfold_env.envs.tasks.feed_tasks import ChamberWorld, FeedTask
+from magfold_env.envs.tasks.feed_tasks import FeedTask
 from magfold_env.envs.unknown_floor import FloorEpisodes
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene, load_scene
@@ -125,7 +126,7 @@ def words_at_speeds(tasks: list[FeedTask], threads: int = 1) -> Any:
     speeds = np.resize(CANDIDATE_SPEEDS, numbers.size)
     seeds = np.array(episode_seeds("lumen", DRAWS), dtype=object)[draws].tolist()
     scene = load_scene("lumen").replace(feed=NARROW_TUBE)
-    episodes = FloorEpisodes(ChamberWorld(scene, tasks=tasks), numbers.size, threads)
+    episodes = FloorEpisodes(LumenEnv.make_world(scene, tasks=tasks), numbers.size, threads)
     episodes.play(seeds, numbers.tolist(), lambda rows: (speeds[rows],))
     folded = episodes.arrays.status == FOLDED
     return np.where(folded, episodes.words(episodes.rows), "").reshape(shape)

@@ -18,9 +18,9 @@ from magfold_bench.lists.faces import random_faces
 from magfold_env.envs.baselines.legs import Following
 from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, Speeds, push_pull_push
 from magfold_env.envs.chains.arrays import FOLDED, Bools, Ints
-from magfold_env.envs.reprogram import ReprogramEpisodes
+from magfold_env.envs.reprogram import ReprogramEnv, ReprogramEpisodes
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.feed_tasks import RefoldTask, RefoldWorld
+from magfold_env.envs.tasks.feed_tasks import RefoldTask
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
 
 SCENE = "reprogram"
@@ -72,7 +72,7 @@ def words_in_turn(
 
     There is no second word where there is no first one or the chain is not drawn in.
     """
-    world = RefoldWorld(SCENE, tasks=tasks)
+    world = ReprogramEnv.make_world(SCENE, tasks=tasks)
     episodes = ReprogramEpisodes(world, len(tasks), threads)
     episodes.rngs = [seeding.np_random(seed)[0] for seed in seeds]
     rows = episodes.rows

@@ -21,12 +21,12 @@ import numpy as np
 from rich.progress import track
 
 from magfold_bench.lists.faces import random_faces
-from magfold_env.envs.anchor import AnchorEpisodes
+from magfold_env.envs.anchor import AnchorEnv, AnchorEpisodes
 from magfold_env.envs.baselines.tray_order import TrayDesigns, always
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.tray_tasks import AnchorTask, AnchorWorld, TrayTask, TrayWorld
-from magfold_env.envs.tray import TrayEpisodes
+from magfold_env.envs.tasks.tray_tasks import AnchorTask, TrayTask
+from magfold_env.envs.tray import TrayEnv, TrayEpisodes
 from magfold_env.scene import load_scene
 from magfold_env.shapes import folded_words
 
@@ -68,7 +68,7 @@ def find_trays(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[tupl
 def sound_shares(task: TrayTask, sequence: tuple[str, ...], threads: int = 1) -> list[float]:
     """Return in what share of the draws a chain of sound magnets folds, for every speed."""
     sound = task.model_copy(update={"strengths": ((1.0,) * 4,) * len(task.tray)})
-    world, order = TrayWorld(TRAY_SCENE, tasks=[sound]), task.order_of(sequence)
+    world, order = TrayEnv.make_world(TRAY_SCENE, tasks=[sound]), task.order_of(sequence)
     assert order is not None
     episodes, seeds = TrayEpisodes(world, SOUND_DRAWS, threads), episode_seeds("tray", SOUND_DRAWS)
     shares: list[float] = []
@@ -96,7 +96,7 @@ def find_pulls(
         if not tasks:
             continue
         sequences: list[Any] = [chains[task.target] for task in tasks]
-        speeds: Floats = AnchorWorld(ANCHOR_SCENE, tasks=tasks).actions.speeds
+        speeds: Floats = AnchorEnv.make_world(ANCHOR_SCENE, tasks=tasks).actions.speeds
         middle = speeds[len(speeds) // 2 : len(speeds) // 2 + 1]
         first = shares_borne(tasks, sequences, middle, FIRST_DRAWS, threads)[:, 0]
         best = int(np.argmax(first))
@@ -121,7 +121,7 @@ def shares_borne(
         order = np.array(task.order_of(sequence))
         orders.append(task.as_fed(order))
     fed, count = np.array(orders), len(tasks) * draws
-    episodes = AnchorEpisodes(AnchorWorld(ANCHOR_SCENE, tasks=list(tasks)), count, threads)
+    episodes = AnchorEpisodes(AnchorEnv.make_world(ANCHOR_SCENE, tasks=list(tasks)), count, threads)
     numbers, seeds = np.repeat(np.arange(len(tasks)), draws), episode_seeds("anchor", draws)
     found = np.empty((len(tasks), len(speeds)))
     for place, speed in enumerate(speeds):

@@ -17,7 +17,7 @@ from magfold_env.envs.baselines.baseline import Baseline, Store, baseline_key
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST_LEVEL
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.feed_tasks import FeedWorld, TaskWorld
+from magfold_env.envs.tasks.feed_tasks import TaskWorld
 from magfold_env.envs.tasks.reward import RewardRule
 
 SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, 13), 12).tolist())
@@ -62,18 +62,18 @@ class TaskStore(Store):
         """Return what plays the schedules of tasks, by number, that set baselines."""
 
     def _trial(self, number: int, plan: Plan, stream: str, draws: int) -> dict[str, Any]:
-        """Return what is told of episodes of a task, played by a plan on draws of a stream."""
+        """Return all infos of episodes of a task, played by a plan on draws of a stream."""
         episodes = self._make(self._world, draws)
         seeds = episode_seeds(stream, draws)
         ends = episodes.play(seeds, [number] * draws, partial(plan, episodes))
-        return episodes.told(episodes.rows) | ends
+        return episodes.infos(episodes.rows) | ends
 
 
 class ConstantSpeedStore(TaskStore):
     """The baselines that constant speeds set; arguments are those of `TaskStore`."""
 
     def __init__(
-        self, make_episodes: Callable[..., Any], world: FeedWorld, protocol: Sequence[Any]
+        self, make_episodes: Callable[..., Any], world: TaskWorld, protocol: Sequence[Any]
     ) -> None:
         protocol = (SPEEDS, SELECTION_DRAWS, SCORING_DRAWS, *protocol)
         super().__init__(make_episodes, world, protocol)

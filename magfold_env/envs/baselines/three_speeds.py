@@ -14,7 +14,7 @@ from typing import Any
 from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.baselines.legs import BRAKE, Following, Leg
-from magfold_env.envs.tasks.feed_tasks import FeedWorld
+from magfold_env.envs.tasks.feed_tasks import TaskWorld
 from magfold_env.scene import Scene
 
 PUSHES = (0.05, 0.15, 0.45)
@@ -51,7 +51,7 @@ class ThreeSpeedStore(TaskStore):
     """The baselines that such schedules set; arguments are those of `TaskStore`."""
 
     def __init__(
-        self, make_episodes: Callable[..., Any], world: FeedWorld, protocol: Sequence[Any]
+        self, make_episodes: Callable[..., Any], world: TaskWorld, protocol: Sequence[Any]
     ) -> None:
         own = (PUSHES, PULLS, SELECTION_DRAWS, SCORING_DRAWS, INSIDE, STAND, BRAKE)
         super().__init__(make_episodes, world, (*own, *protocol))
@@ -75,7 +75,7 @@ class ThreeSpeedStore(TaskStore):
         ends = trial(speeds, "scoring", SCORING_DRAWS)
         task = self._world.tasks[number]
         return Baseline(
-            "-".join(task.words),
+            task.aim,
             task.sequence,
             speeds[0],
             float(ends["score"].mean()),

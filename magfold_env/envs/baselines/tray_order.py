@@ -16,8 +16,7 @@ from magfold_env.designer.exhaustive import Exhaustive
 from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chains.arrays import Bools, Floats, Ints
-from magfold_env.envs.spaces.actions import PATTERNS
-from magfold_env.envs.spaces.tray_actions import AHEAD, LYING
+from magfold_env.envs.spaces.actions import AHEAD, LYING, PATTERNS
 from magfold_env.envs.tasks.tray_tasks import Order, TrayTask
 from magfold_env.minimiser import sequence_of
 from magfold_env.scene import Scene
@@ -109,7 +108,7 @@ class TrayStore(TaskStore):
         task: TrayTask = self._world.tasks[number]
         sequence = TrayDesigns(self._world.scene, task.target).best(task.tray)
         if sequence is None:
-            return unknown_baseline(task.target)
+            return unknown_baseline(task.aim)
         order = task.order_of(sequence)
         assert order is not None
 
@@ -120,7 +119,7 @@ class TrayStore(TaskStore):
         speed = max(self._world.actions.speeds.tolist(), key=score)
         ends = self._trial(number, always(task, order, speed), "scoring", SCORING_DRAWS)
         mean, success = float(ends["score"].mean()), float(ends["is_success"].mean())
-        return Baseline(task.target, sequence, speed, mean, success, task.direction, tray=task.tray)
+        return Baseline(task.aim, sequence, speed, mean, success, task.direction, tray=task.tray)
 
     def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
         fed: list[Order] = []

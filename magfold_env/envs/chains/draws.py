@@ -16,7 +16,7 @@ from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.scene import Scene
 from magfold_env.scene.numbers import square_inertia
 from magfold_env.simulation.chains import Chains
-from magfold_env.simulation.pack import TURNED, Values, numbers, pack, reversed_inside
+from magfold_env.simulation.pack import Values, numbers, pack, reversed_inside
 from magfold_env.simulation.start import inner_offsets
 
 REFERENCE_SPEED = 0.1
@@ -86,21 +86,6 @@ class DrawnChains:
         """Return the drawn scene of a chain."""
         again = cast("np.random.Generator", _Again(self._numbers[row]))
         return self.templates[int(self.chains.kind[row])].draw(again)
-
-    def magnetise(self, rows: Ints, signs: Floats) -> None:
-        """Choose the magnets of whole chains of one template, (rows, n, 4)."""
-        charges = signs * self.strengths[rows]
-        if self.flip(rows[0]):
-            charges = charges[:, ::-1, TURNED]
-        self.chains.waiting[rows] = charges
-        if self.built:
-            self.chains.charge[rows] = charges
-
-    def set_speeds(self, rows: Ints, speeds: Floats) -> None:
-        """Choose a feed speed [m/s] for each of some chains, (rows,)."""
-        factors = speeds[:, None] * self.factors[rows]
-        flips = self.flips[self.chains.kind[rows]]
-        self.chains.speeds[rows] = np.where(flips[:, None], factors[:, ::-1], factors)
 
     def drive_as(self, scene: Scene) -> None:
         """Let what drives make of the speeds asked for be as in a scene that was drawn before."""

@@ -49,14 +49,15 @@ class DynamicChains:
         self._flip: Bools = np.zeros(count, dtype=np.bool_)
         self._messages = [""] * count
         self.arrays = ChainArrays.empty(count, n)
-        self._seen = pointer(self.arrays)
+        self.seen = pointer(self.arrays)
+        """`arrays` as kernels take them in the least time."""
 
     def begin(self, rows: Ints, rngs: Sequence[np.random.Generator], kind: int = 0) -> None:
         """Put chains into their tubes; all that is random is drawn here, row k from ``rngs[k]``."""
         self.drawn.draw(rows, rngs, kind)
         self._flip[rows] = flip = bool(self.drawn.flips[kind])
         self.arrays.clear(rows, forward=flip)
-        self._take_in(rows)
+        self._sync_from_engine(rows)
 
     def feed(
         self,
@@ -85,10 +86,10 @@ class DynamicChains:
         if whole:
             self.load(rows, signs)
             self.arrays.speeds[rows] = scaled[:, None]
-            drawn.set_speeds(rows, speeds)
+            self._set_speeds(rows, speeds)
         else:
             _choose(
-                rows, signs, speeds, scaled, np.broadcast_to(grades, (len(rows), 4)), self._seen,
+                rows, signs, speeds, scaled, np.broadcast_to(grades, (len(rows), 4)), self.seen,
                 drawn.strengths, drawn.factors, chains.waiting, chains.speeds,
             )  # fmt: skip
         until = np.broadcast_to(until, len(rows))
@@ -96,13 +97,18 @@ class DynamicChains:
         if again.any():  # was drawn back, and is not held
             self._move(rows[again], speeds[again], -0.5 * _ROUNDING, until[again])
         chains.feed(rows[~again], whole=whole, until=until[~again])
-        self._take_in(rows)
+        self._sync_from_engine(rows)
 
     def load(self, rows: Ints, signs: Floats) -> None:
-        """Give whole chains their magnets, as outward poles (rows, n, 4)."""
+        """Give whole chains, fed in one direction, their magnets: outward poles (rows, n, 4)."""
         self.arrays.signs[rows] = signs
         self.arrays.fed[rows] = signs.shape[1]
-        self.drawn.magnetise(rows, signs)
+        charges = signs * self.drawn.strengths[rows]
+        if self._flip[rows[0]]:
+            charges = charges[:, ::-1, TURNED]
+        self._chains.waiting[rows] = charges
+        if self.drawn.built:
+            self._chains.charge[rows] = charges
 
     def push(self, rows: Ints, speeds: Floats, seconds: float) -> Floats:
         """Feed chains at some speeds [m/s], below 0 back, for a time [s].
@@ -113,10 +119,10 @@ class DynamicChains:
             The force of the drive [N], its mean over that time.
         """
         chains = self._chains
-        self.drawn.set_speeds(rows, speeds)
+        self._set_speeds(rows, speeds)
         before = chains.impulses[rows]
         chains.push(rows, seconds)
-        self._take_in(rows)
+        self._sync_from_engine(rows)
         force = (chains.impulses[rows] - before) / seconds
         return np.where(self.arrays.status[rows] == FAILED, 0.0, force)
 
@@ -126,10 +132,10 @@ class DynamicChains:
         Their feeds stand still.
         """
         chosen = self._chains.speeds[rows]
-        self.drawn.set_speeds(rows, np.zeros(len(rows)))
+        self._set_speeds(rows, np.zeros(len(rows)))
         self._chains.pull(rows, forces, seconds)
         self._chains.speeds[rows] = chosen
-        self._take_in(rows)
+        self._sync_from_engine(rows)
 
     def draw_back(self, rows: Ints, speeds: Floats, until: float) -> None:
         """Draw the last component that is out into the tube, at speeds [m/s].
@@ -139,12 +145,19 @@ class DynamicChains:
         """
         arrays, chains, n = self.arrays, self._chains, self.arrays.angles.shape[1]
         arrays.fed[rows] -= 1
-        for row in rows.tolist():
-            last = arrays.order(row)[int(arrays.fed[row])]
-            arrays.signs[row, last] = arrays.speeds[row, last] = 0.0
+        fed = arrays.fed[rows]
+        last = np.where(arrays.forward[rows], fed, n - 1 - fed)
+        arrays.signs[rows, last] = 0.0
+        arrays.speeds[rows, last] = 0.0
         chains.waiting[rows, n - 1 - arrays.fed[rows]] = 0.0
         self._move(rows, -speeds, _ROUNDING, np.full(len(rows), until))
-        self._take_in(rows)
+        self._sync_from_engine(rows)
+
+    def _set_speeds(self, rows: Ints, speeds: Floats) -> None:
+        """Choose a feed speed [m/s] for each of some chains, (rows,)."""
+        factors = speeds[:, None] * self.drawn.factors[rows]
+        flips = self._flip[rows][:, None]
+        self._chains.speeds[rows] = np.where(flips, factors[:, ::-1], factors)
 
     def _move(self, rows: Ints, speeds: Floats, excess: float, until: Floats) -> None:
         """Feed chains until as many components as are chosen are out, and so long [s] besides.
@@ -153,7 +166,7 @@ class DynamicChains:
         """
         chains, n, pitch, left = self._chains, self.arrays.angles.shape[1], self._length[0], rows
         chosen = chains.speeds[rows]
-        self.drawn.set_speeds(rows, speeds)
+        self._set_speeds(rows, speeds)
         while len(left):
             inside = chains.released[left] - self.arrays.fed[left]  # but released before
             way = -inside * pitch - chains.q[left, n]
@@ -183,7 +196,7 @@ class DynamicChains:
         """Return how many components of a chain have magnets that act now."""
         return int(self._chains.charge[row].any(axis=1).sum())
 
-    def give_up(self, rows: Ints, message: str, status: int = UNSETTLED) -> None:
+    def stop(self, rows: Ints, message: str, status: int = UNSETTLED) -> None:
         """End some chains as they are, unsettled if nothing else is said."""
         self.arrays.status[rows] = status
         for row in rows.tolist():
@@ -242,14 +255,14 @@ class DynamicChains:
         """End the threads, if there are any."""
         self._chains.queue.close()
 
-    def _take_in(self, rows: Ints) -> None:
+    def _sync_from_engine(self, rows: Ints) -> None:
         """Look where chains are, and note which have ended."""
         chains, arrays = self._chains, self.arrays
         public_states(
             rows, self._flip, self._length, chains.counters, chains.q, chains.v, arrays.angles,
             arrays.rates, arrays.base, arrays.base_velocity,
         )  # fmt: skip
-        _release(rows, chains.released, self._seen)
+        _release(rows, chains.released, self.seen)
         for row in rows[chains.outcomes[rows] != outcomes.REACHED].tolist():
             status, self._messages[row] = ending(
                 int(chains.outcomes[row]),

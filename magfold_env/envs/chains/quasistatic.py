@@ -85,6 +85,8 @@ class QuasistaticChains:
             speeds=np.zeros((count, n)),
         )
         self.arrays = ChainArrays.empty(count, n)
+        self.seen = pointer(self.arrays)
+        """`arrays` as kernels take them in the least time."""
         self._chains = pointer(_Chains(self.arrays, self._lattice, rules.packed))
 
     def begin(self, rows: Ints, rngs: Sequence[np.random.Generator] = (), kind: int = 0) -> None:

@@ -1,11 +1,12 @@
 """Recordings of episodes, for the page that plays them."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from magfold_env.envs.chains.arrays import FAILED
+from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.episodes import Episodes
 from magfold_env.envs.spaces.actions import letters_of
 from magfold_env.fold import Trajectory, along
@@ -34,7 +35,7 @@ def recording(episodes: Episodes[Any], choices: Sequence[Any]) -> Recording:
     ValueError
         If nothing moves in it.
     """
-    arrays, chains = episodes.arrays, episodes.chains
+    arrays, chains = episodes.arrays, cast("DynamicChains", episodes.chains)
     if chains.motion() is None:
         raise ValueError("fidelity: 'quasistatic' is not allowed; there is no motion to play")
     sequence = [EMPTY] * episodes.world.scene.n
@@ -48,18 +49,18 @@ def recording(episodes: Episodes[Any], choices: Sequence[Any]) -> Recording:
             changes.append((time, before))
     motion = _with_end(episodes)
     scene = episodes.scene(0).replace(sequence=sequence)
-    told = {"status": "under way", "message": ""}
+    ends = {"status": "under way", "message": ""}
     if episodes.terminated[0]:
-        told = {key: str(value[0]) for key, value in episodes.told_at_end(_ROW).items()}
+        ends = {key: str(value[0]) for key, value in episodes.final_infos(_ROW).items()}
     return Recording(
         scene=scene,
         word=str(episodes.words(_ROW)[0]),
-        status=told["status"],
-        message=told["message"],
+        status=ends["status"],
+        message=ends["message"],
         energy=float(chains.energies(_ROW)[0]),
         duration=float(chains.times(_ROW)[0]),
         **along(scene, motion),
-        magnetic=magnetic_energy(scene, motion) if episodes.tells_strengths else None,
+        magnetic=magnetic_energy(scene, motion) if episodes.has_true_strengths else None,
         feed=f"{scene.feed.direction}, as chosen in each step, {scene.feed.loading}",
         earlier=[
             (
@@ -73,8 +74,8 @@ def recording(episodes: Episodes[Any], choices: Sequence[Any]) -> Recording:
 
 def _with_end(episodes: Episodes[Any]) -> Trajectory:
     """Return the frames of a single episode, and the chain as it is now as the last one."""
-    arrays, chains = episodes.arrays, episodes.chains
-    motion: Trajectory = chains.motion()
+    arrays, chains = episodes.arrays, cast("DynamicChains", episodes.chains)
+    motion = cast("Trajectory", chains.motion())
     time = chains.times(_ROW)
     if arrays.status[0] == FAILED or time[0] <= motion.time[-1] + _APART:
         return motion

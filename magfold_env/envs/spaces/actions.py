@@ -1,17 +1,17 @@
-"""What an agent decides, the pattern of magnets and a feed speed, and how it is written down.
+"""What an agent decides, and how it is written down.
 
 Every environment reads its actions here: patterns of magnets (of one component, or of the whole
-sequence at once) and a feed speed, or a feed speed alone. Components that cannot be built are
-replaced by the nearest that can, the one with the fewest other faces; `ActionTable.masks` says
-beforehand which patterns stand for themselves.
+sequence at once) and a feed speed (`ActionTable`), a feed speed alone (`SpeedTable`), or a
+component of a tray, how it lies and a feed speed (`TrayTable`).
 """
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import Any, ClassVar, Literal, cast
+from math import prod
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from gymnasium import spaces
@@ -116,30 +116,84 @@ def read_catalogue(catalogue: Sequence[str] | None) -> tuple[int, ...]:
     return tuple(sorted({PATTERNS.index(faces) for faces in catalogue}))
 
 
-ActionKind = Literal["multidiscrete", "discrete", "box", "dict"]
+FACES: NDArray[np.int64] = np.array(
+    [np.roll(faces, turn) for faces in ([0, 1, 2, 3], [3, 2, 1, 0]) for turn in range(4)]
+)
+"""Which face of a component lies where, (8, 4), for every way to lie: with its one side up after 0
+to 3 quarter turns to the left, then with the other side up, turned over about its long axis."""
+
+LYING: NDArray[np.int64] = np.array(
+    [
+        [_INDEX["".join(faces[place] for place in places)] for places in FACES.tolist()]
+        for faces in PATTERNS
+    ]
+)
+"""Numbers of the patterns that each pattern makes in every way to lie, (16, 8)."""
+
+AHEAD, BACK, PULL = range(3)
+"""Ways to go: feed a component, draw one back, or pull at the chain."""
+
+ActionKind = Literal["multidiscrete", "discrete", "box"]
+TrayKind = Literal["multidiscrete", "discrete"]
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Choice = tuple[Ints, Floats, Floats]
 """Patterns, (m, components); feed speeds [m/s] and the same on the log scale, (m,)."""
 
+TrayChoice = tuple[Ints, Ints, Floats, Ints]
+"""Components, ways to lie, feed speeds [m/s], and ways to go, (m,)."""
+
 MOST_DISCRETE = 1_000_000
 """Most single actions that a `discrete` space may have."""
 
+ROUNDING = 1e-6
+"""By how much a number of a ``Box`` may miss its bounds: `gymnasium.wrappers.RescaleAction` returns
+1.0000001. It counts as the bound."""
+
 
 class Actions:
-    """What is common to all actions: reading arrays of them, and refusing what is none."""
+    """How actions are written, and how arrays of them are read.
+
+    There are three kinds. ``multidiscrete``: whole numbers. ``discrete``: these as the digits of
+    one number. ``box``: numbers from −1 to 1.
+    """
 
     kind: ActionKind
+    levels: int
+
+    @property
+    def width(self) -> int:
+        """How many numbers an action has as a ``box``."""
+        return 0
+
+    @property
+    @abstractmethod
+    def sizes(self) -> tuple[int, ...]:
+        """How many values each number of a ``multidiscrete`` action has."""
 
     @property
     @abstractmethod
     def _allowed(self) -> str:
-        """What an action must be, in words."""
+        """What an action must be if it is ``multidiscrete``, in words."""
 
     @abstractmethod
     def read(self, actions: Any, count: int) -> Any:
         """Return what so many actions ask for."""
+
+    @cached_property
+    def count(self) -> int:
+        """Number of ``discrete`` actions."""
+        return prod(self.sizes)
+
+    @cached_property
+    def space(self) -> spaces.Space[Any]:
+        """Gymnasium's description of the actions."""
+        if self.kind == "multidiscrete":
+            return spaces.MultiDiscrete(list(self.sizes))
+        if self.kind == "discrete":
+            return spaces.Discrete(self.count)
+        return spaces.Box(-1.0, 1.0, shape=(self.width,), dtype=np.float32)
 
     def read_one(self, action: Any) -> Any:
         """Return what `read` does for a single action.
@@ -150,55 +204,61 @@ class Actions:
             If `action` is not in the space.
         """
         try:
-            if self.kind == "dict" and isinstance(action, Mapping):
-                parts = cast("Mapping[str, Any]", action)
-                return self.read({key: np.asarray(part)[None] for key, part in parts.items()}, 1)
             # A plain list is promoted as NumPy would, so that [3, 2] works as an action.
             return self.read(np.asarray(action)[None], 1)
         except ValueError:
             raise self._refused("action", action) from None
 
-    def _parts(self, actions: Any, names: set[str]) -> Mapping[str, Any]:
-        """Return a mapping with just these entries."""
-        given = cast("Mapping[str, Any]", actions if isinstance(actions, Mapping) else {})
-        if set(given) != names:
-            raise self._refused("actions", actions)
-        return given
-
-    def _digits(self, values: Any, sizes: tuple[int, ...], count: int) -> Ints:
-        """Return rows of integers from 0 to below `sizes`; if discrete, a number for each row."""
-        found = np.asarray(values)
-        shape = (count,) if self.kind == "discrete" else (count, len(sizes))
+    def _digits(self, actions: Any, count: int) -> Ints:
+        """Return the whole numbers of actions that are not a ``box``, (count, sizes)."""
+        found = np.asarray(actions)
+        one = self.kind == "discrete"
+        sizes = (self.count,) if one else self.sizes
+        shape = (count,) if one else (count, len(sizes))
         if found.shape != shape or found.dtype.kind not in "iu":
             raise self._refused_shape(found, shape)
-        if count == 1 and all(map(_is_within, found.ravel().tolist(), sizes)):
-            return found  # several times as fast as arrays of one
-        wrong = (found < 0) | (found >= (sizes[0] if self.kind == "discrete" else sizes))
-        if wrong.any():
-            row = int(np.argwhere(wrong)[0, 0])
-            raise self._refused(f"actions[{row}]", found[row])
-        return found
+        # Several times as fast as arrays of one.
+        if count > 1 or not all(map(_is_within, found.ravel().tolist(), sizes)):
+            wrong = (found < 0) | (found >= (self.count if one else sizes))
+            if wrong.any():
+                row = int(np.argwhere(wrong)[0, 0])
+                raise self._refused(f"actions[{row}]", found[row])
+        return np.stack(np.unravel_index(found, self.sizes), axis=-1) if one else found
 
-    def _numbers(self, values: Any, size: int, count: int) -> Floats:
-        """Return rows of `size` numbers from −1 to 1."""
-        found = np.asarray(values)
-        if found.shape != (count, size) or found.dtype.kind not in "fiu":
-            raise self._refused_shape(found, (count, size))
+    def _numbers(self, actions: Any, count: int) -> Floats:
+        """Return the numbers of actions that are a ``box``, (count, width)."""
+        found = np.asarray(actions)
+        if found.shape != (count, self.width) or found.dtype.kind not in "fiu":
+            raise self._refused_shape(found, (count, self.width))
         found = found.astype(np.float64)
-        right = np.abs(found) <= 1.0
+        right = np.abs(found) <= 1.0 + ROUNDING
         if not right.all():
             row = int(np.argwhere(~right)[0, 0])
             raise self._refused(f"actions[{row}]", found[row])
-        return found
+        return np.clip(found, -1.0, 1.0)
+
+    def _written(self, digits: Ints) -> Any:
+        """Return the actions with these whole numbers, (…, sizes), that are not a ``box``."""
+        if self.kind == "multidiscrete":
+            return digits
+        return np.int64(np.ravel_multi_index(tuple(digits.T), self.sizes))
 
     def _refused(self, key: str, action: Any) -> ValueError:
-        return ValueError(f"{key}: {action!r} is not allowed; must be {self._allowed}")
+        return ValueError(f"{key}: {action!r} is not allowed; must be {self._must_be}")
 
     def _refused_shape(self, found: NDArray[Any], shape: tuple[int, ...]) -> ValueError:
         return ValueError(
             f"actions: an array of {found.dtype} of shape {found.shape} is not allowed; must have "
-            f"shape {shape}, a row (a number if discrete) for each environment: {self._allowed}"
+            f"shape {shape}, a row (a number if discrete) for each environment: {self._must_be}"
         )
+
+    @property
+    def _must_be(self) -> str:
+        if self.kind == "discrete":
+            return f"an integer, 0..{self.count - 1}"
+        if self.kind == "box":
+            return f"{'one number' if self.width == 1 else f'{self.width} numbers'} from -1 to 1"
+        return self._allowed
 
 
 def _is_within(value: int, size: int) -> bool:
@@ -209,17 +269,19 @@ def _is_within(value: int, size: int) -> bool:
 class ActionTable(Actions):
     """How magnets and a speed are written.
 
+    Components that cannot be built are replaced by the nearest that can, the one with the fewest
+    other faces; `masks` says beforehand which patterns stand for themselves.
+
     Attributes
     ----------
     levels : int
         Number of speed levels, log-spaced from 0.01 to 0.6 m/s, both included.
     components : int
         Number of components that one action describes.
-    kind : {"multidiscrete", "discrete", "box", "dict"}
+    kind : {"multidiscrete", "discrete", "box"}
         ``multidiscrete``: the patterns, then the speed level. ``discrete``: the same as one
         number, the speed level the last digit. ``box``: four numbers from −1 to 1 a component,
-        above 0 is N, and the speed on a log scale from −1 to 1. ``dict``: ``patterns`` and
-        ``speed``, the patterns as numbers and the speed as in ``box``.
+        above 0 is N, and the speed on a log scale from −1 to 1.
     catalogue : tuple of int
         The patterns that can be built, ascending; all 16 by default.
     """
@@ -232,36 +294,26 @@ class ActionTable(Actions):
     def __post_init__(self) -> None:
         speed_levels(self.levels)
         one_of("actions", self.kind, ActionKind)
-        if self.kind == "discrete" and self._count > MOST_DISCRETE:
+        if self.kind == "discrete" and self.count > MOST_DISCRETE:
             raise ValueError(
                 f"actions: 'discrete' is not allowed for {self.components} components at a time; "
-                f"{self._count} actions are more than {MOST_DISCRETE}, "
-                "must be one of multidiscrete, box, dict"
+                f"{self.count} actions are more than {MOST_DISCRETE}, must be multidiscrete or box"
             )
 
     @property
-    def _count(self) -> int:
-        return len(PATTERNS) ** self.components * self.levels
+    def sizes(self) -> tuple[int, ...]:
+        """Number of patterns of each component, then number of speed levels."""
+        return (*[len(PATTERNS)] * self.components, self.levels)
+
+    @property
+    def width(self) -> int:
+        """How many numbers an action has as a ``box``."""
+        return 4 * self.components + 1
 
     @cached_property
     def speeds(self) -> NDArray[np.float64]:
         """Feed speed of each level [m/s], shape (levels,), ascending."""
         return speed_levels(self.levels)
-
-    @cached_property
-    def space(self) -> spaces.Space[Any]:
-        """Gymnasium's description of the actions."""
-        patterns = [len(PATTERNS)] * self.components
-        if self.kind == "multidiscrete":
-            return spaces.MultiDiscrete([*patterns, self.levels])
-        if self.kind == "discrete":
-            return spaces.Discrete(self._count)
-        if self.kind == "box":
-            return spaces.Box(-1.0, 1.0, shape=(4 * self.components + 1,), dtype=np.float32)
-        return spaces.Dict(
-            patterns=spaces.MultiDiscrete(patterns),
-            speed=spaces.Box(-1.0, 1.0, shape=(1,), dtype=np.float32),
-        )
 
     def decode(self, action: Any) -> tuple[tuple[str, ...], float]:
         """Return the faces of each component, and the speed [m/s].
@@ -290,23 +342,14 @@ class ActionTable(Actions):
         ValueError
             If one of `actions` is not in the space, or there are not `count`.
         """
-        if self.kind in ("multidiscrete", "discrete"):
-            if self.kind == "discrete":
-                number = self._digits(actions, (self._count,), count)
-                digits = np.stack(np.unravel_index(number, self.sizes), axis=-1)
-            else:
-                digits = self._digits(actions, self.sizes, count)
+        if self.kind != "box":
+            digits = self._digits(actions, count)
             levels = digits[:, -1]
             return self._built[digits[:, :-1]], self.speeds[levels], self._scaled[levels]
-        if self.kind == "dict":
-            given = self._parts(actions, {"patterns", "speed"})
-            patterns = self._digits(given["patterns"], self.sizes[:-1], count)
-            scaled = self._numbers(given["speed"], 1, count)[:, 0]
-        else:
-            numbers = self._numbers(actions, 4 * self.components + 1, count)
-            south = (numbers[:, :-1] <= 0.0).reshape(count, self.components, 4)
-            patterns, scaled = np.packbits(south, axis=2)[:, :, 0] >> 4, numbers[:, -1]
-        speeds = speeds_at(scaled)
+        numbers = self._numbers(actions, count)
+        south = (numbers[:, :-1] <= 0.0).reshape(count, self.components, 4)
+        patterns = np.packbits(south, axis=2)[:, :, 0] >> 4
+        speeds = speeds_at(numbers[:, -1])
         return self._built[patterns], speeds, scaled_speeds(speeds)
 
     def encode(self, faces: str | Sequence[str], speed: float) -> Any:
@@ -321,15 +364,10 @@ class ActionTable(Actions):
         """
         each = [faces] if isinstance(faces, str) else faces
         patterns = np.array([PATTERNS.index(letters) for letters in each], dtype=np.int64)
-        level = int(np.argmin(np.abs(np.log(self.speeds / speed))))
-        if self.kind == "multidiscrete":
-            return np.append(patterns, level)
-        if self.kind == "discrete":
-            return np.int64(np.ravel_multi_index((*patterns, level), self.sizes))
+        if self.kind != "box":
+            return self._written(np.append(patterns, _level(self.speeds, speed)))
         scaled = np.array([np.clip(scaled_speed(speed), -1.0, 1.0)], dtype=np.float32)
-        if self.kind == "box":
-            return np.append(SIGNS[patterns].astype(np.float32).ravel(), scaled)
-        return {"patterns": patterns, "speed": scaled}
+        return np.append(SIGNS[patterns].astype(np.float32).ravel(), scaled)
 
     def masks(self) -> NDArray[np.bool_]:
         """Return which actions ask for nothing but components that can be built.
@@ -360,11 +398,6 @@ class ActionTable(Actions):
         )
 
     @cached_property
-    def sizes(self) -> tuple[int, ...]:
-        """Number of patterns of each component, then number of speed levels."""
-        return (*[len(PATTERNS)] * self.components, self.levels)
-
-    @cached_property
     def _built(self) -> Ints:
         """For each pattern the nearest that can be built; the first of equally near ones."""
         built = np.array(self.catalogue, dtype=np.int64)
@@ -378,19 +411,16 @@ class ActionTable(Actions):
 
     @property
     def _allowed(self) -> str:
-        """What an action must be, in words."""
-        last, most = len(PATTERNS) - 1, self.levels - 1
-        whole = f"pattern 0..{last} of each of {self.components} components"
-        one = f"pattern 0..{last}"
-        patterns = one if self.components == 1 else whole
-        if self.kind == "multidiscrete":
-            size = "two" if self.components == 1 else str(self.components + 1)
-            return f"{size} integers, {patterns} and speed level 0..{most}"
-        if self.kind == "discrete":
-            return f"an integer, 0..{self._count - 1}"
-        if self.kind == "box":
-            return f"{4 * self.components + 1} numbers from -1 to 1"
-        return f"a mapping of patterns ({patterns}) and speed (one number from -1 to 1)"
+        patterns, most = f"pattern 0..{len(PATTERNS) - 1}", self.levels - 1
+        if self.components == 1:
+            return f"two integers, {patterns} and speed level 0..{most}"
+        patterns += f" of each of {self.components} components"
+        return f"{self.components + 1} integers, {patterns} and speed level 0..{most}"
+
+
+def _level(speeds: Floats, speed: float) -> int:
+    """Return the level nearest to a speed [m/s], on the log scale."""
+    return int(np.argmin(np.abs(np.log(speeds / speed))))
 
 
 @dataclass(frozen=True)
@@ -401,11 +431,10 @@ class SpeedTable(Actions):
     ----------
     levels : int
         Number of speed levels each way, log-spaced from `SLOWEST_LEVEL` to `FASTEST`.
-    kind : {"box", "discrete", "multidiscrete", "dict"}
+    kind : {"box", "discrete", "multidiscrete"}
         ``box``: one number x from −1 to 1, for the speed 0.6 m/s · x |x|, or standstill where that
         is slower than `DEAD_BAND`. ``discrete``: a number among the speeds of the table, ascending
         from −0.6 m/s; ``levels`` is standstill. ``multidiscrete``: the same as a list of one.
-        ``dict``: ``speed``, as in ``box``.
     """
 
     levels: int
@@ -418,21 +447,21 @@ class SpeedTable(Actions):
         whole("speeds", self.levels, 2)
         one_of("actions", self.kind, ActionKind)
 
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """Number of speeds of the table."""
+        return (2 * self.levels + 1,)
+
+    @property
+    def width(self) -> int:
+        """How many numbers an action has as a ``box``."""
+        return 1
+
     @cached_property
     def speeds(self) -> NDArray[np.float64]:
         """The levels back, standstill and the levels ahead [m/s], (2 levels + 1,), ascending."""
         ahead = np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, self.levels), 12)
         return np.concatenate([-ahead[::-1], [0.0], ahead])
-
-    @cached_property
-    def space(self) -> spaces.Space[Any]:
-        """Gymnasium's description of the actions."""
-        if self.kind == "discrete":
-            return spaces.Discrete(2 * self.levels + 1)
-        if self.kind == "multidiscrete":
-            return spaces.MultiDiscrete([2 * self.levels + 1])
-        box = spaces.Box(-1.0, 1.0, shape=(1,), dtype=np.float32)
-        return box if self.kind == "box" else spaces.Dict(speed=box)
 
     def decode(self, action: Any) -> float:
         """Return the speed [m/s] that `action` asks for.
@@ -446,18 +475,16 @@ class SpeedTable(Actions):
 
     def encode(self, speed: float) -> Any:
         """Return the action nearest to a speed [m/s]."""
-        actions = self.write((np.array([speed]),))
-        return {"speed": actions["speed"][0]} if self.kind == "dict" else actions[0]
+        return self.write((np.array([speed]),))[0]
 
     def write(self, choice: tuple[Floats]) -> Any:
         """Return the actions nearest to speeds [m/s], as Gymnasium batches them."""
         (speeds,) = choice
-        if self.kind in ("discrete", "multidiscrete"):
+        if self.kind != "box":
             levels = np.abs(self.speeds - speeds[:, None]).argmin(axis=1)
             return levels if self.kind == "discrete" else levels[:, None]
         shares = np.clip(speeds / FASTEST, -1.0, 1.0)
-        numbers = (np.sign(shares) * np.sqrt(np.abs(shares))).astype(np.float32)[:, None]
-        return numbers if self.kind == "box" else {"speed": numbers}
+        return (np.sign(shares) * np.sqrt(np.abs(shares))).astype(np.float32)[:, None]
 
     def read(self, actions: Any, count: int) -> tuple[Floats]:
         """Return the speeds [m/s] that `count` actions ask for, as Gymnasium batches them.
@@ -467,21 +494,118 @@ class SpeedTable(Actions):
         ValueError
             If one of `actions` is not in the space, or there are not `count`.
         """
-        if self.kind in ("discrete", "multidiscrete"):
-            levels = self._digits(actions, (2 * self.levels + 1,), count).reshape(count)
-            return (self.speeds[levels],)
-        values = self._parts(actions, {"speed"})["speed"] if self.kind == "dict" else actions
-        shares = self._numbers(values, 1, count)[:, 0]
+        if self.kind != "box":
+            return (self.speeds[self._digits(actions, count)[:, 0]],)
+        shares = self._numbers(actions, count)[:, 0]
         speeds = FASTEST * shares * np.abs(shares)
         return (np.where(np.abs(speeds) < DEAD_BAND, 0.0, speeds),)
 
     @property
     def _allowed(self) -> str:
-        """What an action must be, in words."""
-        level, number = f"an integer, 0..{2 * self.levels}", "one number from -1 to 1"
-        return {
-            "discrete": level,
-            "multidiscrete": f"a list of {level}",
-            "box": number,
-            "dict": f"a mapping of speed ({number})",
-        }[self.kind]
+        return f"a list of an integer, 0..{2 * self.levels}"
+
+
+@dataclass(frozen=True)
+class TrayTable(Actions):
+    """How a component of a tray, how it lies, and a speed are written.
+
+    Attributes
+    ----------
+    parts : int
+        Number of components on the tray at first.
+    levels : int
+        Number of speed levels, log-spaced from 0.03 to 0.6 m/s, both included.
+    kind : {"multidiscrete", "discrete"}
+        ``multidiscrete``: the component, the way to lie, the speed level, and 1 to draw back with
+        that speed instead. ``discrete``: the same as one number, the last digit 1 to draw back.
+    ways : int
+        Number of ways to go: 2, ahead and back, or 3, with which the last number, or digit, may be
+        2, to pull at the chain.
+    """
+
+    parts: int
+    levels: int
+    kind: ActionKind = "multidiscrete"
+    ways: int = 2
+
+    def __post_init__(self) -> None:
+        whole("speeds", self.levels, 2)
+        one_of("actions", self.kind, TrayKind)
+
+    @cached_property
+    def speeds(self) -> Floats:
+        """The speed levels [m/s], ascending."""
+        return np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, self.levels), 12)
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """Number of components, ways to lie, speed levels, and of ways to go."""
+        return self.parts, len(FACES), self.levels, self.ways
+
+    @property
+    def per_level(self) -> int:
+        """How many of the ``discrete`` actions a speed level makes."""
+        return self.count // self.levels
+
+    def read(self, actions: Any, count: int) -> TrayChoice:
+        """Return what `count` actions ask for, as Gymnasium batches them.
+
+        Raises
+        ------
+        ValueError
+            If one of `actions` is not in the space, or there are not `count`.
+        """
+        part, lie, level, way = self._digits(actions, count).T
+        return part, lie, self.speeds[level], way
+
+    def encode(self, part: int, lie: int, speed: float, *, back: bool = False) -> Any:
+        """Return the action for a component, a way to lie and the level next to a speed [m/s]."""
+        way = BACK if back else AHEAD
+        return self._written(np.array([part, lie, _level(self.speeds, speed), way]))
+
+    @property
+    def pull(self) -> Any:
+        """The action that pulls at the chain, where there is one."""
+        return self._written(np.array([0, 0, 0, PULL]))
+
+    def write(self, choice: TrayChoice) -> Any:
+        """Return the actions for components, ways to lie, levels next to speeds, and ways to go."""
+        part, lie, speeds, way = choice
+        level = np.abs(np.log(self.speeds / speeds[:, None])).argmin(axis=1)
+        return self._written(np.stack([part, lie, level, way], axis=1))
+
+    def masks(self, there: NDArray[np.bool_], back: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return which actions ask for what can be done, as sb3-contrib's ``MaskablePPO`` wants it.
+
+        Parameters
+        ----------
+        there : array of bool, shape (m, parts)
+            Which components are on the trays.
+        back : array of bool, shape (m,)
+            Whether a component can be drawn back.
+
+        Returns
+        -------
+        array of bool, shape (m, …)
+            One entry an action for ``discrete``, for ``multidiscrete`` the masks of its dimensions
+            one after another.
+        """
+        count = len(back)
+        go = np.ones((count, self.ways), dtype=np.bool_)
+        go[:, BACK] = back
+        if self.kind == "multidiscrete":
+            others = np.ones((count, len(FACES) + self.levels), dtype=np.bool_)
+            return np.concatenate([there, others, go], axis=1)
+        mask = np.ones((count, *self.sizes), dtype=np.bool_)
+        mask[..., AHEAD] = there[:, :, None, None]
+        mask[..., BACK] = back[:, None, None, None]
+        return mask.reshape(count, -1)
+
+    @property
+    def _allowed(self) -> str:
+        most = [size - 1 for size in self.sizes]
+        ways = "0 or 1, to draw back" if self.ways == PULL else "0, 1, to draw back, or 2, to pull"
+        return (
+            f"four integers, component 0..{most[0]}, way to lie 0..{most[1]}, speed level "
+            f"0..{most[2]} and {ways}"
+        )

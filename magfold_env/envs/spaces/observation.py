@@ -1,15 +1,14 @@
 """The flat observations of a chain that is being fed: their layouts and how they are filled."""
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from magfold_env.engine.compile.by_pointer import pointer
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.envs.chains.arrays import ChainArrays, Floats, Ints
 
@@ -28,6 +27,10 @@ HEADING_NOISE = np.pi / 180.0
 """Standard deviation of a heading in a frame [rad]."""
 
 
+MEASURED = ("joint", "heading", "rate", "position", "velocity", "seen", "force", "borne")
+"""Groups that have to be measured; the others are known."""
+
+
 @dataclass(frozen=True)
 class Layout:
     """Where each group of entries lies in the observation of a chain of `n` components.
@@ -43,13 +46,15 @@ class Layout:
     n: int
     side: float
 
-    measured: ClassVar[tuple[str, ...]]
-    """Groups that have to be measured; the others are known."""
-
     @property
     @abstractmethod
     def sizes(self) -> dict[str, int]:
         """Number of entries of each group, by name, in the order in which they lie."""
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """Names of the groups that have to be measured."""
+        return tuple(name for name in self.sizes if name in MEASURED)
 
     @cached_property
     def slices(self) -> dict[str, slice]:
@@ -73,7 +78,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class ObservationLayout(Layout):
-    """That of a chain whose components are chosen, of which all is seen.
+    """That of a chain whose components are chosen, of which all is seen; see `fill`.
 
     Attributes
     ----------
@@ -82,8 +87,6 @@ class ObservationLayout(Layout):
     """
 
     words: tuple[str, ...] = ("target",)
-
-    measured: ClassVar[tuple[str, ...]] = ("joint", "heading", "rate", "position", "velocity")
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -101,126 +104,55 @@ class ObservationLayout(Layout):
             "velocity": 2 * n,
         }
 
-    def fill(self, arrays: ChainArrays, words: Singles, out: Singles) -> None:
-        """Fill in observations.
 
-        Parameters
-        ----------
-        arrays : ChainArrays
-            The chains.
-        words : array, shape (m, words)
-            The entries of the words.
-        out : array, shape (m, size)
-            The observations.
-        """
-        _fill(self.side, pointer(arrays), words, out)
-
-
+@dataclass(frozen=True)
 class CameraLayout(Layout):
-    """That of a chain that is given, of which a camera sees what is outside the tube."""
+    """That of a chain of which a camera sees what is outside the tube; see `take_frames`.
 
-    measured: ClassVar[tuple[str, ...]] = ("seen", "heading", "position", "force")
+    Attributes
+    ----------
+    before, after : mapping
+        Number of entries of the groups before and after the camera's frame, by name.
+    """
+
+    before: Mapping[str, int] = field(default_factory=dict[str, int])
+    after: Mapping[str, int] = field(default_factory=dict[str, int])
 
     @property
     def sizes(self) -> dict[str, int]:
         """Number of entries of each group, by name, in the order in which they lie."""
-        n = self.n
-        return {
-            "target": 3 * (n - 1),
-            "magnets": 4 * n,
-            "direction": 1,
-            **self.frame_sizes,
-            "advance": 1,
-            "speed": 1,
-            "force": 1,
-            "time": 1,
-        }
+        return {**self.before, **self.frame_sizes, **self.after}
 
     @property
     def frame_sizes(self) -> dict[str, int]:
         """Those groups that a frame of the camera holds."""
         return {"seen": self.n, "heading": 2 * self.n, "position": 2 * self.n}
 
-    @property
+    @cached_property
     def frame(self) -> slice:
         """Where a frame lies."""
         return slice(self.slices["seen"].start, self.slices["position"].stop)
-
-    def take(self, rows: Ints, arrays: ChainArrays, noise: Floats, frames: Floats) -> None:
-        """Take frames of some chains.
-
-        Parameters
-        ----------
-        rows : array of int
-            Which.
-        arrays : ChainArrays
-            The chains.
-        noise : array, shape (rows, 3 n)
-            Standard normal numbers: for each component its heading, x and y.
-        frames : array, shape (m, 5 n)
-            Frames of all chains, those of `rows` to be filled in.
-        """
-        take_frames(self.side, rows, pointer(arrays), noise, frames)
-
-
-class StageLayout(CameraLayout):
-    """The same where there are three things to do, one after the other."""
-
-    @property
-    def sizes(self) -> dict[str, int]:
-        """Number of entries of each group, by name, in the order in which they lie."""
-        return {**super().sizes, "stage": 3}
-
-
-@dataclass(frozen=True)
-class TrayLayout(CameraLayout):
-    """The same where components are chosen from a tray.
-
-    Attributes
-    ----------
-    parts : int
-        Number of components on the tray at first.
-    """
-
-    parts: int
-
-    @property
-    def sizes(self) -> dict[str, int]:
-        """Number of entries of each group, by name, in the order in which they lie."""
-        n, parts = self.n, self.parts
-        return {
-            "target": 3 * (n - 1),
-            "tray": 4 * parts,
-            "place": parts,
-            "lie": 3 * parts,
-            "returned": parts,
-            "magnets": 4 * n,
-            "direction": 1,
-            **self.frame_sizes,
-            "speed": 1,
-            "force": 1,
-            "time": 1,
-        }
-
-
-class AnchorLayout(TrayLayout):
-    """The same where no fold is given, but a pull that it must bear."""
-
-    measured: ClassVar[tuple[str, ...]] = (*TrayLayout.measured, "borne")
-
-    @property
-    def sizes(self) -> dict[str, int]:
-        """Number of entries of each group, by name, in the order in which they lie."""
-        sizes = super().sizes
-        del sizes["target"]
-        return {"pull": 2, **sizes, "borne": 1}
 
 
 @kernel
 def take_frames(
     side: float, rows: Ints, arrays: ChainArrays, noise: Floats, frames: Floats
 ) -> None:
-    """See `CameraLayout.take`."""
+    """Take frames of some chains.
+
+    Parameters
+    ----------
+    side : float
+        Edge length of a casing [m].
+    rows : array of int
+        Which chains.
+    arrays : ChainArrays
+        All chains.
+    noise : array, shape (rows, 3 n)
+        Standard normal numbers: for each component its heading, x and y.
+    frames : array, shape (m, 5 n)
+        Frames of all chains, those of `rows` to be filled in.
+    """
     n = arrays.angles.shape[1]
     pitch = np.sqrt(2.0) * side
     length = n * pitch
@@ -249,7 +181,11 @@ def take_frames(
 
 
 @kernel
-def _fill(side: float, arrays: ChainArrays, words: Singles, out: Singles) -> None:
+def fill(side: float, arrays: ChainArrays, words: Singles, out: Singles) -> None:
+    """Fill in observations (m, size) of an `ObservationLayout`.
+
+    ``side`` is the edge length of a casing [m], ``words`` are the entries of the words (m, words).
+    """
     count, first = words.shape
     for k in range(count):
         for j in range(first):

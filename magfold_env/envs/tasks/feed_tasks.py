@@ -3,17 +3,21 @@
 import math
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Literal, TypedDict, Unpack, cast
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, cast
+
+import numpy as np
+from numpy.typing import NDArray
 
 from magfold_env.envs.baselines.baseline import chain_name
 from magfold_env.envs.chains.lattice import LatticeFeed
-from magfold_env.envs.spaces.actions import ActionKind, SpeedTable
-from magfold_env.envs.spaces.observation import CameraLayout, StageLayout
-from magfold_env.envs.tasks.checks import one_of, refuse_unknown, share_of
-from magfold_env.envs.tasks.draws import Randomisation, randomised
+from magfold_env.envs.spaces.actions import PATTERNS, ActionKind
+from magfold_env.envs.spaces.observation import CameraLayout
+from magfold_env.envs.tasks.checks import refuse_unknown, share_of
+from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.goals import Match
-from magfold_env.envs.tasks.reward import RewardKind, RewardRule, Shaping
+from magfold_env.envs.tasks.reward import RewardKind, Shaping
 from magfold_env.envs.tasks.targets import is_target
 from magfold_env.envs.tasks.world import World
 from magfold_env.files import configs_dir
@@ -21,6 +25,9 @@ from magfold_env.scene import Problem, Scene, SceneError, load_scene
 from magfold_env.scene.io import parse_yaml
 from magfold_env.scene.parts import Part
 from magfold_env.scene.scene import Component
+
+if TYPE_CHECKING:
+    from magfold_env.envs.camera_track import CameraEpisodes
 
 
 class Task(Part):
@@ -51,9 +58,14 @@ class Task(Part):
         return (self.target,)
 
     @property
+    def aim(self) -> str:
+        """What is to be reached, in a word."""
+        return "-".join(self.words)
+
+    @property
     def name(self) -> str:
         """What its baseline is kept under."""
-        return chain_name(self.parts, self.direction, "-".join(self.words))
+        return chain_name(self.parts, self.direction, self.aim)
 
 
 class FeedTask(Task):
@@ -168,9 +180,8 @@ class FeedOptions(TypedDict, total=False):
     free."""
     actions: ActionKind
     """How actions are written. ``box`` (default): a number from −1 to 1. ``discrete``: the number
-    of a speed level. ``multidiscrete``: that in a list. ``dict``: what ``box`` has, as ``speed``.
-    With a tray ``multidiscrete`` (default): component, way to lie, speed level and way to go; or
-    ``discrete``: these as one number."""
+    of a speed level. ``multidiscrete``: that in a list. With a tray ``multidiscrete`` (default):
+    component, way to lie, speed level and way to go; or ``discrete``: these as one number."""
     reward: RewardKind
     """``score`` (default), ``relative`` or ``sparse``; see `magfold_env.envs.tasks.reward`."""
     shaping: bool | Shaping
@@ -184,10 +195,13 @@ class TaskWorld(World):
 
     Parameters
     ----------
+    episodes : type
+        The class of the episodes: it says what a task is, how actions are written and what is
+        observed.
     scene : str, Path or Scene
         A tube scene; sequence, direction and speeds come from the tasks and the agent.
     **options
-        See `FeedOptions`.
+        See `FeedOptions`; ``tasks`` must be given.
 
     Raises
     ------
@@ -196,15 +210,14 @@ class TaskWorld(World):
     """
 
     option = ("task", int)
-    fidelity = "dynamics"
-
-    kind: ClassVar[type[Task]]
-    shipped: ClassVar[str]
-    """Name of the list of tasks that there is by default."""
-
     layout: CameraLayout
 
-    def __init__(self, scene: str | Path | Scene, **options: Unpack[FeedOptions]) -> None:
+    def __init__(
+        self,
+        episodes: "type[CameraEpisodes]",
+        scene: str | Path | Scene,
+        **options: Unpack[FeedOptions],
+    ) -> None:
         refuse_unknown(options, FeedOptions)
         if options.get("fidelity", "dynamics") != "dynamics":
             raise ValueError(
@@ -214,20 +227,12 @@ class TaskWorld(World):
         scene = scene if isinstance(scene, Scene) else load_scene(scene)
         if scene.mount != "tube":
             raise ValueError(f"scene.mount: {scene.mount!r} is not allowed; must be 'tube'")
-        found = read_tasks(options.get("tasks", self.shipped), self.kind)
+        found = read_tasks(options.get("tasks", ()), episodes.task_kind)
         share = share_of("difficulty", options.get("difficulty", 1.0))
         self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
         self.words = tuple(task.target for task in self.tasks)
-        self.scene = randomised(
-            scene.replace(sequence=found[0].parts[: found[0].n], start_angles=None),
-            options.get("randomisation", "scene"),
-        )
-        self.match = one_of("match", options.get("match", "word"), Match)
-        self.rule = RewardRule.of(
-            options.get("reward", "score"),
-            options.get("shaping", False),
-            options.get("gamma", 1.0),
-        )
+        scene = scene.replace(sequence=found[0].parts[: found[0].n], start_angles=None)
+        super().__init__(scene, options, randomisation="scene")
         directions = dict.fromkeys(task.direction for task in self.tasks)
         self.templates: tuple[Scene, ...] = tuple(
             self.scene.replace(feed={"direction": direction}) for direction in directions
@@ -239,11 +244,12 @@ class TaskWorld(World):
         """Which of the templates each task has."""
         # No functools.cache: environments are pickled.
         self._lattices: dict[int, LatticeFeed] = {}
-        self._set_spaces(**options)
+        self.actions, self.layout = episodes.spaces(self, options)
 
-    @abstractmethod
-    def _set_spaces(self, **options: Unpack[FeedOptions]) -> None:
-        """Say how actions are written, and what is observed."""
+    @cached_property
+    def patterns(self) -> NDArray[np.int64]:
+        """Numbers of the patterns of the components that there are, (tasks, parts)."""
+        return np.array([[PATTERNS.index(faces) for faces in task.parts] for task in self.tasks])
 
     def number_of(self, value: int) -> int:
         """Return the number of a task; see `World.number_of`."""
@@ -253,36 +259,9 @@ class TaskWorld(World):
             )
         return int(value)
 
-    def lattice(self, number: int) -> LatticeFeed:
+    def lattice_of(self, number: int) -> LatticeFeed:
         """Return what energy minimisation needs to know of the chain of a task."""
         kind = self.kinds[number]
         if kind not in self._lattices:
             self._lattices[kind] = LatticeFeed(self.templates[kind])
         return self._lattices[kind]
-
-
-class FeedWorld(TaskWorld):
-    """The same where only the feed's speed is free; parameters are those of `TaskWorld`."""
-
-    tasks: tuple[FeedTask, ...]
-    kind = FeedTask
-    shipped = "two-folds-6"
-    camera: ClassVar[type[CameraLayout]] = CameraLayout
-
-    def _set_spaces(self, **options: Unpack[FeedOptions]) -> None:
-        self.actions = SpeedTable(options.get("speeds", 5), options.get("actions", "box"))
-        self.layout = self.camera(self.scene.n, self.scene.casing.side)
-
-
-class ChamberWorld(FeedWorld):
-    """The same for chains that fold in a chamber; parameters are those of `FeedWorld`."""
-
-    shipped = "chamber-6"
-
-
-class RefoldWorld(FeedWorld):
-    """The same for tasks of two folds; parameters are those of `FeedWorld`."""
-
-    kind = RefoldTask
-    shipped = "two-words-6"
-    camera = StageLayout

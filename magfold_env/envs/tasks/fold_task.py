@@ -1,21 +1,16 @@
 """A folding task: scene, targets, actions, observation and reward, put together from options."""
 
-from functools import cached_property
 from itertools import cycle, islice
 from pathlib import Path
 from typing import Literal, Unpack
 
 from magfold_env.designer.suites import Suite, load_suite, suite_names
 from magfold_env.envs.baselines.baseline import Baseline, BaselineStore, unknown_baseline
-from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import ActionTable, read_catalogue
 from magfold_env.envs.spaces.observation import ObservationLayout
-from magfold_env.envs.tasks.checks import one_of, refuse_unknown, whole
-from magfold_env.envs.tasks.draws import randomised
-from magfold_env.envs.tasks.goals import Match
-from magfold_env.envs.tasks.reward import RewardRule
-from magfold_env.envs.tasks.targets import easiest, pick_target, resolve_targets
-from magfold_env.envs.tasks.world import Fidelity, FoldOptions, World
+from magfold_env.envs.tasks.checks import refuse_unknown, whole
+from magfold_env.envs.tasks.targets import easiest, resolve_targets
+from magfold_env.envs.tasks.world import FoldOptions, World
 from magfold_env.scene import Scene, load_scene
 
 
@@ -30,7 +25,7 @@ class FoldTask(World):
         what the target suite is meant for, fed as `usual` is.
     usual : str
         The shipped scene that the environment has by default.
-    at_a_time : {"component", "chain"}
+    action_scope : {"component", "chain"}
         What one action describes.
     **options
         See `FoldOptions`.
@@ -41,13 +36,11 @@ class FoldTask(World):
         For any option that is not allowed; the message names it and what is.
     """
 
-    option = ("target", str)
-
     def __init__(
         self,
         scene: str | Path | Scene | None,
         usual: str,
-        at_a_time: Literal["component", "chain"],
+        action_scope: Literal["component", "chain"],
         **options: Unpack[FoldOptions],
     ) -> None:
         refuse_unknown(options, FoldOptions)
@@ -59,26 +52,19 @@ class FoldTask(World):
             scene = _scene_of(suite, load_scene(usual)) if scene is None else scene
         scene = usual if scene is None else scene
         given = scene if isinstance(scene, Scene) else load_scene(scene)
-        given = feedable(lengthened(given, components), at_a_time)
-        self.at_a_time = at_a_time
-        self.fidelity = one_of("fidelity", options.get("fidelity", "dynamics"), Fidelity)
-        self.match = one_of("match", options.get("match", "word"), Match)
-        self.scene = randomised(given, options.get("randomisation", "nominal"))
+        given = feedable(lengthened(given, components), action_scope)
+        self.action_scope = action_scope
+        super().__init__(given, options, reward="relative")
         self.words = easiest(
             self.scene, resolve_targets(targets, given.n), options.get("difficulty", 1.0)
         )
         self.actions = ActionTable(
             options.get("speeds", 9),
-            1 if at_a_time == "component" else given.n,
+            1 if action_scope == "component" else given.n,
             options.get("actions", "multidiscrete"),
             read_catalogue(options.get("catalogue")),
         )
         self.layout = ObservationLayout(given.n, given.casing.side)
-        self.rule = RewardRule.of(
-            options.get("reward", "relative"),
-            options.get("shaping", False),
-            options.get("gamma", 1.0),
-        )
         baseline = options.get("baseline", "auto")
         if baseline not in ("auto", None):
             raise ValueError(f"baseline: {baseline!r} is not allowed; must be 'auto' or None")
@@ -93,15 +79,6 @@ class FoldTask(World):
             self._baselines = BaselineStore(self.scene, self.match)
         if self.fidelity == "quasistatic" or self.rule.shaping == "energy":
             _ = self.lattice
-
-    @cached_property
-    def lattice(self) -> LatticeFeed:
-        """What energy minimisation needs to know of the chain."""
-        return LatticeFeed(self.scene)
-
-    def number_of(self, value: str) -> int:
-        """Return the number of a target; see `World.number_of`."""
-        return self.words.index(pick_target(value, self.words))
 
     def baseline_of(self, target: str) -> Baseline:
         """Return the energy minimiser's result for `target`; flagged where there is none.
@@ -127,7 +104,7 @@ def lengthened(scene: Scene, components: int | None) -> Scene:
     return scene.replace(sequence=sequence, start_angles=None)
 
 
-def feedable(scene: Scene, at_a_time: Literal["component", "chain"]) -> Scene:
+def feedable(scene: Scene, action_scope: Literal["component", "chain"]) -> Scene:
     """Return `scene` if the magnets of its chain can be chosen, and the chain fed.
 
     Raises
@@ -138,7 +115,7 @@ def feedable(scene: Scene, at_a_time: Literal["component", "chain"]) -> Scene:
     """
     if scene.mount != "tube":
         raise ValueError(f"scene.mount: {scene.mount!r} is not allowed; must be 'tube'")
-    if at_a_time == "component" and scene.feed.loading != "at_mouth":
+    if action_scope == "component" and scene.feed.loading != "at_mouth":
         raise ValueError(
             f"scene.feed.loading: {scene.feed.loading!r} is not allowed; must be 'at_mouth', "
             "or magnets would act before they are chosen"

@@ -11,7 +11,6 @@ much. The mean of the angles' errors would have all of this but one: a single wr
 middle moves half the chain, and counts there like one at the end.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Literal
@@ -22,7 +21,7 @@ from numpy.typing import NDArray
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.envs.chains.arrays import FAILED, FOLDED, STATUSES, Floats, Ints
 from magfold_env.fold import FoldStatus
-from magfold_env.shapes import LETTERS, headings, outline, word_to_angles, words_of_outline
+from magfold_env.shapes import headings, outline, word_to_angles, words_of_outline
 
 Match = Literal["word", "outline"]
 
@@ -108,81 +107,6 @@ def goal_of(word: str, match: Match) -> Goal:
     return Goal(word, match)
 
 
-class Goals:
-    """Goals of chains side by side.
-
-    Parameters
-    ----------
-    words : sequence of str
-        What may be wanted, all of one length.
-    match : {"word", "outline"}
-        What will do for a word; see `Goal`.
-    count : int
-        Number of chains.
-
-    Attributes
-    ----------
-    names : array of str, shape (m,)
-        The words that are wanted.
-    one_hot : array, shape (m, 3 (n − 1))
-        The same as entries of an observation.
-    """
-
-    def __init__(self, words: Sequence[str], match: Match, count: int) -> None:
-        joints = len(words[0])
-        self._words, self._match = words, match
-        self._all_names = np.array(words, dtype=object)
-        letters = np.array([list(word) for word in words]).reshape(len(words), joints)
-        self._one_hots = (letters[:, :, None] == list(LETTERS)).reshape(len(words), -1)
-        self._counts = np.ones(count, dtype=np.int64)
-        self._angles = np.zeros((count, 1, joints))
-        self._folds = np.zeros((count, 1, joints + 1))
-        self._scratch = np.zeros((5, joints + 1))
-        self.names = np.full(count, None, dtype=object)
-        self.one_hot = np.zeros((count, 3 * joints), dtype=np.float32)
-
-    @property
-    def turns(self) -> Floats:
-        """Joint angles of the words themselves [rad], (m, n − 1)."""
-        return self._angles[:, 0]
-
-    def want(self, rows: Ints, numbers: Ints) -> None:
-        """Set the goals of some chains, by their numbers among the words."""
-        self.names[rows] = self._all_names[numbers]
-        self.one_hot[rows] = self._one_hots[numbers]
-        for row, number in zip(rows.tolist(), numbers.tolist(), strict=True):
-            goal = goal_of(self._words[number], self._match)
-            count = len(goal.words)
-            if count > self._angles.shape[1]:
-                more = ((0, 0), (0, count - self._angles.shape[1]), (0, 0))
-                self._angles, self._folds = np.pad(self._angles, more), np.pad(self._folds, more)
-            self._counts[row] = count
-            self._angles[row, :count], self._folds[row, :count] = goal.angles, goal.headings
-
-    def judge(self, rows: Ints, status: Ints, angles: Floats) -> Floats:
-        """Return how near some chains are to their goals.
-
-        Parameters
-        ----------
-        rows : array of int
-            Which.
-        status : array of int, shape (m,)
-            How all chains ended, by number among `STATUSES`; others are neither folded nor failed.
-        angles : array, shape (m, n)
-            Headings of all chains [rad].
-
-        Returns
-        -------
-        array, shape (3, rows)
-            `Goal.potential`, `Goal.score`, and 1 where `Goal.is_reached`, else 0.
-        """
-        out = np.empty((3, len(rows)))
-        headings = angles[rows]
-        joints = headings[:, 1:] - headings[:, :-1]
-        judge(rows, status, joints, self._counts, self._angles, self._folds, self._scratch, out)
-        return out
-
-
 @kernel
 def judge(
     rows: Ints,
@@ -194,7 +118,7 @@ def judge(
     scratch: Floats,
     out: Floats,
 ) -> None:
-    """See `Goals.judge`: ``joints`` (rows, n − 1); a chain has ``counts`` words."""
+    """See `magfold_env.envs.episodes.Goals.judge`; a chain has ``counts`` words."""
     n = joints.shape[1] + 1
     turned = scratch[4]
     for j in range(rows.size):

@@ -1,13 +1,16 @@
 """What all episodes of an environment share, and the options that say so."""
 
-from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any, ClassVar, Literal, TypedDict
 
+from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import ActionKind
-from magfold_env.envs.tasks.draws import Randomisation
+from magfold_env.envs.tasks.checks import one_of
+from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardKind, RewardRule, Shaping
+from magfold_env.envs.tasks.targets import pick_target
 from magfold_env.scene import Scene
 
 Fidelity = Literal["dynamics", "quasistatic"]
@@ -15,6 +18,16 @@ Fidelity = Literal["dynamics", "quasistatic"]
 
 class World:
     """Scene, targets, actions, observations and rewards, and no chain itself.
+
+    Parameters
+    ----------
+    scene : Scene
+        A tube scene.
+    options : mapping
+        Those of the environment: ``fidelity``, ``match``, ``randomisation``, ``reward``,
+        ``shaping`` and ``gamma`` are read here, see `FoldOptions`.
+    randomisation, reward : str
+        What these two options are if they are left out.
 
     Attributes
     ----------
@@ -24,6 +37,8 @@ class World:
         The words that `reset` draws from, or those of its tasks.
     match : {"word", "outline"}
         What will do for a word.
+    randomisation : {"none", "nominal", "strong", "scene"}
+        How much physics is drawn.
     fidelity : {"dynamics", "quasistatic"}
         Whether chains are simulated.
     actions : ActionTable or SpeedTable
@@ -34,23 +49,38 @@ class World:
         How episodes are rewarded.
     """
 
-    option: ClassVar[tuple[str, type]]
+    option: ClassVar[tuple[str, type]] = ("target", str)
     """The option of `reset` that fixes what is drawn, and the type of its value."""
 
-    scene: Scene
     words: tuple[str, ...]
-    match: Match
-    fidelity: Fidelity
     actions: Any
     layout: Any
-    rule: RewardRule
+
+    def __init__(
+        self,
+        scene: Scene,
+        options: Mapping[str, Any],
+        randomisation: Randomisation = "nominal",
+        reward: RewardKind = "score",
+    ) -> None:
+        self.fidelity: Fidelity = one_of("fidelity", options.get("fidelity", "dynamics"), Fidelity)
+        self.match: Match = one_of("match", options.get("match", "word"), Match)
+        self.randomisation: Randomisation = options.get("randomisation", randomisation)
+        self.scene = randomised(scene, self.randomisation)
+        self.rule = RewardRule.of(
+            options.get("reward", reward), options.get("shaping", False), options.get("gamma", 1.0)
+        )
 
     @property
     def in_field(self) -> bool:
         """Whether an external field acts, of which energy minimisation knows nothing."""
         return self.scene.field is not None and self.scene.field.any
 
-    @abstractmethod
+    @cached_property
+    def lattice(self) -> LatticeFeed:
+        """What energy minimisation needs to know of the chain."""
+        return LatticeFeed(self.scene)
+
     def number_of(self, value: Any) -> int:
         """Return the number of what a value of `option` fixes.
 
@@ -59,6 +89,7 @@ class World:
         ValueError
             If there is none.
         """
+        return self.words.index(pick_target(value, self.words))
 
 
 class ChainOptions(TypedDict, total=False):
@@ -89,8 +120,7 @@ class ChainOptions(TypedDict, total=False):
     actions: ActionKind
     """How actions are written. ``multidiscrete`` (default): the patterns of magnets, then the speed
     level. ``discrete``: these as one number, up to a million. ``box``: four numbers from −1 to 1 a
-    component, above 0 is N, then the speed on a log scale from −1 to 1. ``dict``: ``patterns`` by
-    number and ``speed`` as in ``box``."""
+    component, above 0 is N, then the speed on a log scale from −1 to 1."""
     catalogue: Sequence[str] | None
     """Components that can be built, such as ``["NSNS", "NNSS"]``; all 16 by default. Others are
     replaced by the nearest that can, and `action_masks` leaves them out."""

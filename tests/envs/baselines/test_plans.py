@@ -4,10 +4,12 @@ from functools import partial
 from typing import Any
 
 import gymnasium
+import numpy as np
 import pytest
 
 import magfold_env.envs  # noqa: F401
 from magfold_env.envs.baselines import baseline, constant_speed, three_speeds, tray_order
+from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scoring.track import TRACKS, TRAYS
 
@@ -45,3 +47,35 @@ def test_those_of_shipped_tasks_are_shipped(env_id: str, tmp_path: Any, monkeypa
             assert task.order_of(each.sequence or ()) is not None
         assert len(each.later) == (2 if env_id == "MagFold/Reprogram-v0" else 0)
         assert env_id != "MagFold/Lumen-v0" or 0.0 < each.score < 1.0
+
+
+@pytest.mark.medium
+@pytest.mark.parametrize("env_id", TRACKS)
+def test_one_that_is_computed_is_what_its_schedule_scores(
+    env_id: str, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
+    for module in (constant_speed, three_speeds, tray_order):
+        monkeypatch.setattr(module, "SELECTION_DRAWS", 3)
+        monkeypatch.setattr(module, "SCORING_DRAWS", 4)
+    monkeypatch.setattr(constant_speed, "SPEEDS", (0.1, 0.3))
+    monkeypatch.setattr(three_speeds, "PUSHES", (0.1, 0.4))
+    options = {"reward": "relative", "difficulty": 0.05, "speeds": 2}
+    env: Any = gymnasium.make(env_id, **options).unwrapped
+    found, row = env.baseline_of(0), np.array([0])
+    assert found.speed is not None
+    scores = []
+    for seed in episode_seeds("scoring", 4):
+        env.reset(seed=seed, options={"task": 0})
+        episodes, plan = env.episodes, env.plan_of([0])
+        rewards, ends, before, time = np.zeros(1), {}, 0.0, 0.0
+        while not ends:
+            rewards, ends = episodes.step(row, plan(episodes, row))
+            before, (time,) = time, episodes.times(row)
+        scores.append(ends["score"][0])
+        assert ends["baseline"] == found.score
+        assert not ends["baseline_flagged"]
+        cost = TIME_COST * (time - before)
+        assert rewards == pytest.approx(scores[-1] - found.score - cost)
+    assert found.score == pytest.approx(np.mean(scores))
+    assert gymnasium.make(env_id, **options).unwrapped.baseline_of(0) == found  # pyright: ignore[reportAttributeAccessIssue]

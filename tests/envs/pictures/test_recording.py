@@ -11,8 +11,7 @@ import pytest
 
 from magfold_env.envs.anchor import AnchorEnv
 from magfold_env.envs.pictures.recording import EMPTY
-from magfold_env.envs.spaces.actions import SIGNS, letters_of
-from magfold_env.envs.spaces.tray_actions import BACK, LYING
+from magfold_env.envs.spaces.actions import BACK, LYING, SIGNS, letters_of
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from tests.envs.pictures.test_rendering import QUICK, VARIANTS
 

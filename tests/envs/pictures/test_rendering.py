@@ -12,16 +12,11 @@ import gymnasium
 import numpy as np
 import pygame
 import pytest
-from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import RecordVideo
-from gymnasium.wrappers.vector import RecordVideo as VectorRecordVideo
 from moviepy import VideoFileClip
-from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
-from magfold_env.envs import ENTRY_POINTS
 from magfold_env.envs.pictures import viewer
 from magfold_env.envs.pictures.play import Game
-from magfold_env.envs.pictures.viewer import text_of
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.wrappers import record_video
 from magfold_env.render import style
@@ -39,7 +34,6 @@ VARIANTS = [
     pytest.param("MagFold/Tray-v0", {}, id="tray"),
     pytest.param("MagFold/Anchor-v0", {}, id="anchor"),
 ]
-every_variant = pytest.mark.parametrize(("env_id", "options"), VARIANTS)
 # A track has hundreds of steps, each of which is drawn.
 TRACKS = VARIANTS[4:]
 every_variant_slowly = pytest.mark.parametrize(
@@ -76,31 +70,6 @@ def episode(env: Any, seed: int = 0) -> Iterator[tuple]:
 
 def count(picture: np.ndarray, colour: style.Colour) -> int:
     return int((picture == np.array(colour[:3])).all(axis=-1).sum())
-
-
-@every_variant
-def test_both_checkers_pass_with_pictures(env_id: str, options: dict) -> None:
-    env = made(env_id, "rgb_array", options)
-    check_env(env)
-    sb3_check_env(env)
-    env.close()
-
-
-@every_variant
-def test_a_picture_changes_with_the_chain_and_only_then(env_id: str, options: dict) -> None:
-    env = made(env_id, "rgb_array", options)
-    env.reset(seed=0)
-    before, again = env.render(), env.render()
-    for picture in (before, again):
-        assert picture.shape == (600, 800, 3)
-        assert picture.dtype == np.uint8
-    np.testing.assert_array_equal(before, again)
-    env.action_space.seed(1)
-    moving = [env.action_space.sample() for _ in range(2)] if "Floor" not in env_id else [[1.0]] * 5
-    for action in moving[: 1 if "Design" in env_id else None]:
-        env.step(action)
-    # Of the part that shows the chain, left of the panel.
-    assert (before[:, :540] != env.render()[:, :540]).any()
 
 
 def after(*faces: str) -> TubeFeedEnv:
@@ -165,16 +134,6 @@ def test_the_prediction_is_the_minimisers() -> None:
         assert dynamic.snapshot().predicted == info["word"]
         assert static.snapshot().predicted is None
     assert dict(dynamic.snapshot().rows)["as predicted"] == dict(static.snapshot().rows)["energy"]
-
-
-@every_variant
-def test_text_names_the_target_and_every_component(env_id: str, options: dict) -> None:
-    env = made(env_id, "ansi", options)
-    for _ in episode(env):
-        lines = env.render().splitlines()
-        assert lines[0].startswith(f"target {env.snapshot().target}, ")
-        assert sum(" out" in line or " in the tube" in line for line in lines) >= env.scene.n
-    assert text_of(env.snapshot()) == env.render()
 
 
 @pytest.mark.medium
@@ -283,24 +242,6 @@ def test_copies_have_windows_of_their_own() -> None:
     env.close()
 
 
-@every_variant
-@pytest.mark.parametrize("mode", ["human", "rgb_array", "rgb_array_list", "ansi"])
-def test_rendering_needs_a_reset(env_id: str, options: dict, mode: str) -> None:
-    env = made(env_id, mode, options)
-    with pytest.raises(gymnasium.error.ResetNeeded, match=r"call reset\(\) first"):
-        env.render()
-    env.close()
-    env.close()
-
-
-@pytest.mark.parametrize("env_id", list(ENTRY_POINTS))
-def test_modes_are_told(env_id: str) -> None:
-    spec = gymnasium.spec(env_id)
-    env: Any = spec.make()
-    assert env.metadata["render_modes"] == ["human", "rgb_array", "rgb_array_list", "ansi"]
-    assert env.metadata["render_fps"] > 0
-
-
 # All film the pictures that `render` returns.
 @pytest.mark.parametrize(
     ("env_id", "options"),
@@ -344,22 +285,6 @@ def test_videos_have_the_motion_and_gymnasiums_the_decisions(tmp_path: Path) -> 
     with VideoFileClip(str(path)) as clip:
         assert clip.fps == viewer.FILM_FPS
         assert clip.duration == pytest.approx(frames / viewer.FILM_FPS, abs=0.1)
-
-
-@pytest.mark.medium
-def test_vector_envs_can_be_filmed(tmp_path: Path) -> None:
-    single = [lambda: gymnasium.make("MagFold/TubeFeed-v0", render_mode="rgb_array", **QUICK)] * 2
-    env = VectorRecordVideo(
-        gymnasium.vector.SyncVectorEnv(single),
-        str(tmp_path / "films"),
-        episode_trigger=lambda _: True,
-    )
-    env.reset(seed=0)
-    env.action_space.seed(0)
-    for _ in range(5):
-        env.step(env.action_space.sample())
-    env.close()
-    assert list(tmp_path.glob("films/*.mp4"))
 
 
 def test_a_game_needs_a_window() -> None:

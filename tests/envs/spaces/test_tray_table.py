@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from magfold_env.envs.spaces.actions import PATTERNS
-from magfold_env.envs.spaces.tray_actions import FACES, LYING, PULL, AnchorTable, TrayTable
+from magfold_env.envs.spaces.actions import FACES, LYING, PATTERNS, PULL, TrayTable
 
 CORNERS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 """Where front-left, back-left, back-right and front-right are: along the chain, and to the left."""
@@ -58,7 +57,7 @@ def test_masks_leave_out_what_cannot_be_done(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["multidiscrete", "discrete"])
 def test_an_anchor_can_always_be_pulled_at(kind: str) -> None:
-    table = AnchorTable(3, 2, kind)  # pyright: ignore[reportArgumentType]
+    table = TrayTable(3, 2, kind, ways=3)  # pyright: ignore[reportArgumentType]
     assert table.read_one(table.pull)[3] == [PULL]
     mask = table.masks(np.array([[False, False, True]]), np.array([False]))[0]
     assert mask[table.pull if kind == "discrete" else -1]
