@@ -2,16 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, target
-from hypothesis import strategies as st
+from hypothesis import given
 
 from magfold_env.engine.contact import boxes, jacobian
-from magfold_env.scene import Magnets, Scene
-from magfold_env.simulation.pack import pack
 from tests.engine import reference
 from tests.engine.contact.box_case import RADIUS, ROCKS, SIDE, Boxes, layouts, pairs, seeds
-
-right_angle = st.floats(-np.pi / 2, np.pi / 2)
 
 
 def end_separation(joints):
@@ -22,13 +17,6 @@ def end_separation(joints):
         reference.square(places[0], headings[0], 0.5),
         reference.square(places[-1], headings[-1], 0.5),
     )
-
-
-@given(joints=st.lists(right_angle, min_size=1, max_size=3))
-def test_near_components_cannot_overlap(joints):
-    gap = end_separation(joints)
-    target(-gap)
-    assert gap >= -1e-12
 
 
 def test_near_components_cannot_overlap_on_a_grid():
@@ -45,15 +33,6 @@ def test_near_components_cannot_overlap_next_to_the_stops():
         joints = stops * (1.0 - 10 ** rng.uniform(-12, -1, 3))
         assert end_separation(joints) >= -1e-12
         assert end_separation(joints[:2]) >= -1e-12
-
-
-def test_components_four_apart_can_overlap():
-    assert end_separation([np.pi / 2] * 4) < -0.5
-
-
-@pytest.mark.parametrize(("lo", "first"), [(0, 0), (1, 0), (2, 0), (3, 1), (6, 4)])
-def test_the_two_held_components_next_to_the_mouth_are_in_the_way(lo, first):
-    assert boxes.first_box(lo) == first
 
 
 def test_a_corner_beside_the_one_in_the_mouth_meets_the_next():
@@ -185,8 +164,3 @@ def test_gaps_are_those_of_corners_and_negative_inside(seed, layout):
                 expected = case.row_gap(box, other, k, q)
                 found = boxes.corner_gap(case.model, case.work, box, other, k)
                 assert found == pytest.approx(expected, abs=1e-12)
-
-
-def test_magnets_do_not_move_the_boxes():
-    with_magnets = pack(Scene(sequence=("NNNN",) * 2, magnets=Magnets()))
-    assert (with_magnets.side, with_magnets.rounding) == (SIDE, RADIUS)

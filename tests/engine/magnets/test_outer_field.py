@@ -52,11 +52,6 @@ def in_field(sequence, field, **changes):
     return Scene(sequence=sequence).replace(field=field, **changes)
 
 
-def recorded(fold):
-    assert fold.trajectory is not None
-    return fold.trajectory
-
-
 def random_sequence(rng, n, letters="NS"):
     return tuple("".join(rng.choice(list(letters), 4)) for _ in range(n))
 
@@ -155,95 +150,6 @@ def test_public_forces_and_energy_contain_the_field():
     assert mf.energy(scene, angles) - mf.energy(bare, angles) == pytest.approx(outer, rel=1e-9)
 
 
-def test_a_needle_swings_in_an_even_field_with_the_period_of_a_compass():
-    # One component with its moment along the heading, hinged at a corner, without friction.
-    angle, density = 1e-3, 0.05
-    field = {"uniform": (density * np.cos(angle), density * np.sin(angle))}
-    scene = in_field(
-        ("NSSN",), field, mount="pinned", friction=0.0, duration=0.2, solver={"tolerance": 1e-10}
-    )
-    moment = 4 * Magnets().charge * THICKNESS / np.sqrt(2)
-    inertia = scene.inertias[0] + scene.masses[0] * SIDE**2 / 2
-    path = recorded(mf.simulate(scene, seed=0, frame_rate=1000))
-    phase = np.sqrt(moment * density / inertia) * path.time
-    assert phase[-1] > 20
-    np.testing.assert_allclose(
-        path.angles[:, 0], angle * (1 - np.cos(phase)), rtol=0, atol=1e-4 * angle
-    )
-
-
 def mass(scene, angles):
     q = np.append(angles, [0.0, 0.0])
     return reference.mass_matrix(q, SIDE, scene.masses, scene.inertias)[: scene.n, : scene.n]
-
-
-@pytest.mark.laws
-def test_energy_is_kept_in_the_field():
-    # Beyond the chain's reach, without friction, stops and contact.
-    magnet = {**MAGNET, "position": (0.056, 0.01)}
-    scene = in_field(
-        ("NSSN", "NNSS"), {"magnet": magnet, **EVEN}, mount="pinned", friction=0.0, contact=False,
-        start_angles=(0.5,), duration=0.3, solver={"tolerance": 1e-8},
-    )  # fmt: skip
-    path = recorded(mf.simulate(scene, frame_rate=200))
-    potential = np.array([mf.energy(scene, angles) for angles in path.angles])
-    kinetic = [
-        0.5 * rates @ mass(scene, angles) @ rates
-        for angles, rates in zip(path.angles, path.rates, strict=True)
-    ]
-    total = potential + kinetic
-    assert np.ptp(potential) > 1e-4
-    # Energies that are looked up are summed here: they differ by the magnets' accuracy.
-    assert np.ptp(total) <= 2e-3 * np.ptp(potential)
-
-
-@pytest.mark.parametrize("heading", [0.1, 1.2])
-@pytest.mark.parametrize("friction", [0.0, 0.35])
-def test_a_casing_runs_into_the_fixed_magnet_and_not_through_it(heading, friction):
-    magnet = {**MAGNET, "position": (0.05, 0.004), "heading": heading}
-    scene = in_field(("NSSN",), {"magnet": magnet}, mount="free", friction=friction, duration=1.0)
-    fold = mf.simulate(scene, seed=3, frame_rate=500)
-    assert fold.status in (mf.FoldStatus.FOLDED, mf.FoldStatus.MISFOLDED, mf.FoldStatus.UNSETTLED)
-    turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
-    block = reference.rectangle(np.zeros(2), 0.004, 0.01) @ turn.T + magnet["position"]
-    path, gaps = recorded(fold), []
-    for base, angle in zip(path.base, path.angles[:, 0], strict=True):
-        centre = base + SIDE / np.sqrt(2) * np.array([np.cos(angle), np.sin(angle)])
-        gaps.append(reference.separation(reference.square(centre, angle, SIDE / 2), block))
-    # Corners are rounded: sharp ones would stick out by 0.41 of their radius.
-    assert min(gaps) >= -2e-4 * SIDE - 0.42 * scene.casing.corner_radius
-    assert min(gaps) <= 1e-3 * SIDE  # they have met
-    if friction:
-        assert fold.status is not mf.FoldStatus.UNSETTLED
-
-
-def test_what_is_absent_is_skipped():
-    bare = pack(Scene(sequence=("NSSN",)))
-    assert not bare.field.present
-    assert not pack(in_field(("NSSN",), {})).field.present
-    assert not pack(in_field(("NSSN",), EVEN, magnets=None)).field.present
-    assert not pack(in_field(("----",), EVEN)).field.present
-    even = pack(in_field(("NSSN",), EVEN)).field
-    assert even.present
-    assert even.strip_q.size == 0
-
-
-@pytest.mark.parametrize("magnets", [None, {}])
-def test_a_fixed_magnet_is_in_the_way_of_a_chain_without_magnets(magnets):
-    # A pendulum swings down onto the magnet's upper side, 14 mm below its pin.
-    magnet = {**MAGNET, "position": (0.003, -0.018), "heading": np.pi / 2}
-    scene = in_field(
-        ("----",), {"magnet": magnet}, magnets=magnets, friction=0.0, duration=0.2, mount="pinned",
-        gravity={"in_plane": (0.0, -9.8)},
-    )  # fmt: skip
-    model = pack(scene)
-    assert len(model.obstacles) == 1
-    assert not model.field.present
-    stopped, free = (
-        recorded(mf.simulate(each, frame_rate=1000)) for each in (scene, scene.replace(field=None))
-    )
-    tip = SIDE * np.sqrt(2) * np.array([np.cos(stopped.angles[:, 0]), np.sin(stopped.angles[:, 0])])
-    above = np.abs(tip[0] - 0.003) <= 0.010
-    assert above.any()
-    assert (tip[1, above] >= -0.014 - 1e-3 * SIDE).all()
-    assert stopped.angles.min() > -np.pi / 2 > free.angles.min()
