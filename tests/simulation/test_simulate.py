@@ -111,3 +111,13 @@ def test_rates_whose_squares_are_no_numbers_are_named():
 def test_wrong_angles_are_an_error_that_names_them(function, angles):
     with pytest.raises(SceneError, match="angles"):
         function(load_scene("paper/sequence-1"), angles)
+
+
+def test_a_chain_on_which_only_gravity_acts_moves_as_others_do():
+    # A recursion of its own finds its accelerations; friction too weak to be felt keeps it off.
+    swinging = load_scene("pendulum-3").replace(
+        sequence=("----",) * 5, gravity={"in_plane": (0.5, -3.0)}, duration=0.3
+    )
+    short, general = simulate(swinging), simulate(swinging.replace(friction=1e-12))
+    assert short.evaluations == general.evaluations
+    assert short.angles == pytest.approx(general.angles, abs=1e-8)
