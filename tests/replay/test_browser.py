@@ -196,16 +196,6 @@ def test_nothing_sticks_out_sideways(
     assert (light < 384) == dark
 
 
-@pytest.mark.parametrize("size", [(1600, 900), (1000, 640)])
-def test_what_plays_the_fold_is_in_sight(page: chromium.Page, size: tuple[int, int]) -> None:
-    page.resize(*size)
-    page.until(f"innerWidth == {size[0]}")
-    for place in (0, 300, 10_000):
-        page.value(f"scrollTo(0, {place})")
-        lowest = "document.getElementById('controls').getBoundingClientRect().bottom"
-        assert page.value(f"{lowest} <= innerHeight")
-
-
 def test_everything_to_press_has_a_name(page: chromium.Page) -> None:
     tree = page.call("Accessibility.getFullAXTree")["nodes"]
     pressed = [
@@ -231,16 +221,3 @@ def test_a_tube_a_fixed_magnet_and_a_field_are_drawn(
     assert "0.02 mT" in page.value("document.getElementById('arrow').textContent")
     # Component 4 has no magnets behind: two letters fewer.
     assert page.value("document.querySelectorAll('.magnet').length") == 22
-
-
-def test_magnets_that_are_not_loaded_yet_are_bare(browser: chromium.Page, tmp_path: Path) -> None:
-    page = _opened(browser, recorded("LRLLL", mf.load_scene("tube-feed")), tmp_path)
-    assert page.value("document.querySelectorAll('.bare').length") == 6
-    page.key("End")
-    assert page.value("document.querySelectorAll('.bare').length") == 0
-
-
-def test_one_component_needs_no_diagram_of_joints(browser: chromium.Page, tmp_path: Path) -> None:
-    page = _opened(browser, recorded("", mf.Scene(sequence=("NSNS",))), tmp_path)
-    assert page.complaints() == []
-    assert page.value("document.getElementById('joints').hidden")

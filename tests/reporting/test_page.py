@@ -1,3 +1,6 @@
+"""Pages of reports, and the intervals and diagrams on them."""
+
+import math
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -5,6 +8,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from magfold_env.reporting.intervals import share
 from magfold_env.reporting.page import (
     Details,
     Entries,
@@ -17,7 +21,7 @@ from magfold_env.reporting.page import (
     render,
     write_page,
 )
-from magfold_env.reporting.plotting import DPI
+from magfold_env.reporting.plotting import DPI, WIDEST, panels
 from magfold_env.reporting.tables import Cell, Table, cell_text
 
 VOID = {"meta", "link", "img"}
@@ -172,3 +176,36 @@ def test_a_page_is_one_file(picture: Path, tmp_path: Path) -> None:
     picture.unlink()
     found = read((tmp_path / "page.html").read_text(encoding="utf-8"))
     assert any(each.startswith("data:image/png;base64,") for each in found.addresses)
+
+
+Z = 1.959963984540054
+
+
+@pytest.mark.parametrize(("successes", "trials"), [(0, 10), (10, 10), (3, 7), (200, 520)])
+def test_the_interval_is_wilsons(successes: int, trials: int) -> None:
+    result = share(successes, trials)
+    # The ends solve (p - rate)² = z² p (1 - p) / trials.
+    for p in (result.low, result.high):
+        assert (p - result.rate) ** 2 == pytest.approx(Z**2 * p * (1 - p) / trials, abs=1e-12)
+    assert 0 <= result.low <= result.rate <= result.high <= 1
+    assert not math.isclose(result.low, result.high)
+
+
+def test_a_share_in_a_dictionary_tells_its_interval() -> None:
+    assert repr({"LRLLL": share(3, 4)}) == "{'LRLLL': <Share 3 of 4: 75 % (30–95)>}"
+
+
+pytest.importorskip("matplotlib.figure")
+
+
+@pytest.mark.medium
+@pytest.mark.parametrize("count", range(1, 7))
+@pytest.mark.parametrize("shared", [True, False])
+def test_no_row_of_panels_is_wider_than_a_page(count: int, shared: bool) -> None:
+    figure, axes = panels(count, "title", 5.2, 4.6, shared=shared)
+    assert figure.get_size_inches()[0] <= WIDEST
+    assert len(axes) == len(figure.axes) == count
+    for axis in axes:
+        axis.plot([1, 2], [3, 4])
+    figure.canvas.draw()
+    assert all(tick.label1.get_visible() for axis in axes for tick in axis.xaxis.get_major_ticks())
