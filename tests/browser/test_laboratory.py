@@ -4,7 +4,6 @@ import base64
 import json
 import os
 import re
-import time
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -64,6 +63,7 @@ def same_fold(page: chromium.Page, path: Path) -> mf.Fold:
     return fold
 
 
+@pytest.mark.medium
 def test_it_opens_with_a_fold_that_python_repeats(page: chromium.Page, tmp_path: Path) -> None:
     fold = same_fold(page, tmp_path / "mine.yaml")
     assert fold.word == "LRLLL"
@@ -134,20 +134,6 @@ def test_a_link_gives_the_same_bits(page: chromium.Page) -> None:
     page.value(f"location.hash = '{before[0]}'")
     page.until(f"location.hash === '{before[0]}'")
     assert page.value("laboratory.chain.headings()") == before[1]
-
-
-@pytest.mark.medium
-def test_the_address_is_not_written_more_often_than_browsers_allow(page: chromium.Page) -> None:
-    page.value("laboratory.setLength(2)")
-    page.value("for (let k = 0; k < 500; k++) laboratory.change({ friction: k / 500 })")
-    page.until("location.hash === `#${toLink(laboratory.scene, laboratory.wanted)}`")
-
-
-def test_a_link_may_leave_out_what_has_a_default(page: chromium.Page, tmp_path: Path) -> None:
-    page.value("location.hash = toLink({ sequence: 'SNNS NNSN SSSN', feed: {} }, '')")
-    page.until("laboratory.scene.sequence.length === 3")
-    assert page.value("byId('problem').hidden")
-    same_fold(page, tmp_path / "mine.yaml")
 
 
 @pytest.mark.medium
@@ -230,36 +216,6 @@ def test_tube_feed_is_played_against_a_policy(page: chromium.Page) -> None:
 
 
 @pytest.mark.medium
-def test_unknown_floor_is_played_by_hand(page: chromium.Page) -> None:
-    open_game(page, "unknown_floor")
-    page.call("Input.dispatchKeyEvent", type="keyDown", key="d", text="d")
-    page.until("laboratory.play.game.steps >= 3")
-    assert page.value("laboratory.play.game.driven") > 0.0
-    page.call("Input.dispatchKeyEvent", type="keyUp", key="d")
-    steps = page.value("laboratory.play.game.steps")
-    page.until(f"laboratory.play.game.steps > {steps}")  # time goes on
-    page.value("byId('watch').click()")
-    page.until("byId('scores').rows.length === 1")
-    ((who, _, _, score, reward),) = scores(page)
-    assert who == "the policy"
-    assert float(score) >= float(reward)
-    open_game(page, "")
-
-
-@pytest.mark.medium
-def test_a_game_may_be_left_while_it_runs(page: chromium.Page) -> None:
-    for first, then in (("unknown_floor", ""), ("", "tube_feed")):
-        open_game(page, first)
-        page.call("Input.dispatchKeyEvent", type="keyDown", key="d", text="d")
-        page.value("new Promise(requestAnimationFrame)")
-        open_game(page, then)
-        page.call("Input.dispatchKeyEvent", type="keyUp", key="d")
-        time.sleep(0.2)  # frames that were asked for before
-        assert page.complaints() == []
-    open_game(page, "")
-
-
-@pytest.mark.medium
 def test_feeding_by_hand(page: chromium.Page) -> None:
     page.call("Input.dispatchKeyEvent", type="keyDown", key="d", text="d")
     page.until("laboratory.chain.released >= 1")
@@ -294,13 +250,6 @@ def test_the_assembly_sheet_is_one_page_that_shows_the_end(page: chromium.Page, 
     assert [page.value(f"({shows})('{name}')") for name in names] == [False] * 4 + [True] * 2
     page.call("Emulation.setEmulatedMedia", media="")
     assert [page.value(f"({shows})('{name}')") for name in names] == [True] * 4 + [False] * 2
-
-
-@pytest.mark.medium
-def test_nothing_is_cut_off_on_a_phone(page: chromium.Page) -> None:
-    page.resize(390, 844, dark=True)
-    assert page.value("document.documentElement.scrollWidth") <= 390
-    page.resize(1400, 900)
 
 
 def ends_in(page: chromium.Page, scene: mf.Scene) -> Any:
