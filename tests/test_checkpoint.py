@@ -151,12 +151,6 @@ def test_a_damaged_file_is_refused(damage: Callable[[bytes], bytes], tmp_path: P
     assert loaded(tmp_path) == []
 
 
-def test_files_of_an_older_version_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "part-000000.json").write_text("{}")
-    with pytest.raises(CheckpointError, match=r"holds part-\*.json, of a version that .* another"):
-        loaded(tmp_path)
-
-
 def test_records_that_cannot_be_used_are_refused_with_their_number(tmp_path: Path) -> None:
     written(tmp_path, ["1", "2"], ["three"])
     with (

@@ -1,9 +1,7 @@
 """The laboratory in a headless Chromium: what is set by hand folds as `mf.simulate` says."""
 
-import base64
 import json
 import os
-import re
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -115,17 +113,6 @@ def test_the_page_does_not_wait_for_long_folds(page: chromium.Page, tmp_path: Pa
 
 
 @pytest.mark.medium
-def test_keys_on_a_face(page: chromium.Page) -> None:
-    page.value("document.querySelector('#poles [data-component=\"0\"]').focus()")  # back left: N
-    page.key("s")
-    assert page.value("laboratory.scene.sequence[0]") == "SSNS"
-    page.key("ArrowRight")
-    page.key("-")
-    assert page.value("laboratory.scene.sequence[0]") == "-SNS"
-    assert page.value("document.activeElement.ariaLabel") == "component 1, front left: no magnet"
-
-
-@pytest.mark.medium
 def test_a_link_gives_the_same_bits(page: chromium.Page) -> None:
     page.value("byId('random').click()")
     page.value("byId('link').click()")
@@ -224,32 +211,6 @@ def test_feeding_by_hand(page: chromium.Page) -> None:
     page.value("byId('let-go').click()")
     assert text(page, "status") == "held"
     assert page.value("laboratory.player.motion.last") > 10  # it was recorded
-
-
-@pytest.mark.medium
-@pytest.mark.parametrize("n", [6, 12])
-def test_the_assembly_sheet_is_one_page_that_shows_the_end(page: chromium.Page, n: int) -> None:
-    page.value(f"laboratory.setLength({n})")
-    page.until("laboratory.chain.status !== null && laboratory.player.playing")
-    page.value("laboratory.player.play(), laboratory.player.camera.zoom(4)")
-    size = {"paperWidth": 8.27, "paperHeight": 11.69}
-    sheet = base64.b64decode(page.call("Page.printToPDF", preferCSSPageSize=True, **size)["data"])
-    assert len(re.findall(rb"/Type\s*/Page\b", sheet)) == 1
-    assert page.value("laboratory.player.time === laboratory.player.motion.end")
-    assert not page.value("laboratory.player.playing")
-    poles = page.value("laboratory.scene.sequence.join('')")
-    magnets = "[...document.querySelectorAll('#straight .magnet')]"
-    assert page.value(f"{magnets}.map((each) => each.textContent).join('')") == poles
-    north, south = poles.count("N"), poles.count("S")
-    assert f"{north + south} magnets" in text(page, "pieces")
-    assert f"{north} with N out, {south} with S out" in text(page, "pieces")
-    shows = "(name) => getComputedStyle(byId(name)).display !== 'none'"
-    names = ("settings", "poles", "controls", "plots", "assembly", "code")
-    page.value("byId('code').hidden = true")
-    page.call("Emulation.setEmulatedMedia", media="print")
-    assert [page.value(f"({shows})('{name}')") for name in names] == [False] * 4 + [True] * 2
-    page.call("Emulation.setEmulatedMedia", media="")
-    assert [page.value(f"({shows})('{name}')") for name in names] == [True] * 4 + [False] * 2
 
 
 def ends_in(page: chromium.Page, scene: mf.Scene) -> Any:

@@ -62,13 +62,6 @@ def test_objectives_of_energy_are_met(objective: Any, search: Any) -> None:
     assert design.score == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.medium
-def test_cross_entropy_needs_no_energies() -> None:
-    design = mf.design("LR", SMALL, search="cross-entropy", runs=20, budget=600)
-    assert design.reached
-    assert set(design.calls) == {"releases", "ground states"}  # the latter for the evidence
-
-
 @pytest.mark.parametrize(
     ("target", "objective", "message"),
     [
@@ -86,14 +79,6 @@ def test_what_cannot_be_is_certified(target: str, objective: Any, message: str) 
     assert message in design.certificate
     with pytest.raises(ValueError, match=message):
         _ = design.sequence
-
-
-def test_where_energies_propose_nothing_releases_decide() -> None:
-    bare = SMALL.replace(magnets=None, sequence=("----",) * 3)
-    design = mf.design("LR", bare, budget=1, runs=5)
-    assert not design.reached
-    assert design.score == 0.0
-    assert design.calls["releases"] > 0
 
 
 @pytest.mark.parametrize(

@@ -119,17 +119,6 @@ def test_cross_entropy_keeps_to_its_budget_and_its_speeds() -> None:
     assert all(0.02 <= (evaluation.choice.speed or 0.0) <= 0.3 for evaluation in found)
 
 
-def test_cross_entropy_begins_where_it_is_told() -> None:
-    first = Choice(("NSSN", "NNSS"), 0.1)
-    trials = Known(lambda _: 1.0)
-    cross_entropy(trials, 8, (0.01, 1.0), np.random.default_rng(1), budget=240, first=first)
-    drawn = {choice for choice, _ in trials.asked}
-    alike = np.mean(
-        [[a == b for a, b in zip("".join(c.sequence), "NSSNNNSS", strict=True)] for c in drawn]
-    )
-    assert alike > 0.75
-
-
 SCENE = release(mf.load_scene("design"), "forward")
 
 

@@ -72,13 +72,6 @@ def test_without_contact_there_are_no_stops() -> None:
     assert abs(np.diff(found.angles)[0]) > np.pi / 2 + 0.1
 
 
-def test_a_state_in_which_nothing_turns_stays() -> None:
-    scene = Scene(sequence=("NSSN",) * 3)
-    found = descend(scene, np.zeros(3))
-    assert (found.converged, found.steps, found.word) == (True, 0, "SS")
-    assert descend(scene.replace(magnets=None), [0.0, 0.5, 0.1]).steps == 0
-
-
 def test_overlap_of_two_squares() -> None:
     headings_ = np.full(5, 0.25 * np.pi) - 0.5 * np.pi  # faces along x and y
     places = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0], [0.9, 0.3]])

@@ -83,19 +83,6 @@ def test_limits_leave_a_gap_that_holds() -> None:
     assert stopped.lower_bound <= exact.best.energy <= stopped.best.energy
 
 
-def test_limits_count_the_same_nodes_every_time() -> None:
-    scene = random_scene(10, 14)
-    one, two = (ground_state(scene, top=4, node_limit=2000) for _ in range(2))
-    assert one == two
-
-
-def test_progress_rises_to_1() -> None:
-    shares: list[float] = []
-    ground_state(random_scene(11, 12), progress=shares.append)
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
-
-
 def test_ties_are_listed() -> None:
     # Its own mirror image: mirrored words have equal energies.
     found = ground_state(scene_of(("NSSN",) * 6, "strips"), top=2)

@@ -36,12 +36,6 @@ def test_cells_and_poses_are_centres_and_headings() -> None:
             assert turned / 4 == pytest.approx(round(turned / 4))
 
 
-def test_overlaps_are_those_of_the_3_mm_filter() -> None:
-    words = ["LLL", "LLLL", "LLLR", "RRRRS", "LLSLL", "LSLSLS", "LLSLLSS"]
-    for word in words:
-        assert from_words([word]).overlapping()[0] == reference.overlaps(word, 1.0)
-
-
 Feed = Literal["forward", "backward"]
 
 
@@ -111,13 +105,6 @@ def test_without_magnets_everything_ties() -> None:
     assert [state.word for state in found.states] == ["SS", "SL"]
     assert len(found.states[0].tied) == 8
     assert found.best.energy == 0.0
-
-
-def test_a_single_component_has_one_state() -> None:
-    for mode in ("free", "forward", "backward"):
-        found = minimise(scene_of(("NSNS",), "strips"), mode)
-        assert found.best.word == ""
-        assert found.best.energy == 0.0
 
 
 def test_long_chains_are_searched_by_branch_and_bound() -> None:

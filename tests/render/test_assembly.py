@@ -21,7 +21,6 @@ from magfold_env.render.assembly import (
 )  # fmt: skip
 from magfold_env.render.parts import (
     GRADES,
-    casing_texts,
     grade_text,
     kind_text,
     kinds,
@@ -166,12 +165,6 @@ def test_long_chains_flow_onto_more_pages(count: int, pages: int, tmp_path: Path
     assert {entry.name for entry in tmp_path.iterdir()} == {"sheet.pdf", "sheet.PNG"}
 
 
-def test_a_sheet_is_a_pdf_or_a_png(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"sheet.txt' is not allowed; must end in .pdf or .png"):
-        save_sheet(FREE, _fold(FREE, "LRLLL"), tmp_path / "sheet.txt")
-    assert not list(tmp_path.iterdir())
-
-
 def test_every_magnet_is_counted_once_and_where_it_is() -> None:
     found, where = kinds(ANCHOR)
     empty = np.array([[pole == "-" for pole in faces] for faces in ANCHOR.sequence])
@@ -188,23 +181,6 @@ def test_every_magnet_is_counted_once_and_where_it_is() -> None:
     assert kind_text(found[0]) == (
         "12 pieces, 4 × 4 × 2 mm, inset 0.5 mm: remanence 1.2 T (NdFeB N35, 1.17–1.22 T)"
     )
-
-
-def test_equal_magnets_are_one_kind_unless_their_strengths_differ() -> None:
-    scene = mf.Scene(sequence=("NSNS", "SNSN"))
-    assert [kind.pieces for kind in kinds(scene)[0]] == [8]
-    rows = ((1.0, 1.0, 1.0, 1.0), (2.0, 1.0, 1.0, 1.0))
-    found, where = kinds(scene.replace(magnets={"pole_charge": rows}))
-    assert [kind.pieces for kind in found] == [7, 1]
-    assert where[1, 0] == 1
-    assert kind_text(found[1]).endswith("pole charge 2 A·m")
-
-
-def test_casings_and_release_are_told_in_workshop_units() -> None:
-    scene = mf.Scene(sequence=("NSNS",) * 2).replace(casing={"mass": (0.003, 0.004)})
-    assert "side 12.5 mm, 3 to 4 g each" in casing_texts(scene)[0]
-    assert casing_texts(scene)[1].startswith("Joints stop at ±90°")
-    assert casing_texts(scene.replace(contact=False))[1].startswith("No joint stops")
 
 
 @pytest.mark.parametrize(("direction", "first"), [("forward", 1), ("backward", 6)])

@@ -1,18 +1,13 @@
 """Charts of ensembles and sweeps, and pictures of what a fold withstands."""
 
-from dataclasses import replace
-from pathlib import Path
-
 import numpy as np
 import pytest
-from PIL import Image
 
 import magfold_env as mf
 from magfold_env.ensembles.releases import Run, bars
 from magfold_env.ensembles.sweeps import scenes
-from magfold_env.render import draw_ensemble, draw_holding, draw_sweep, style
 from magfold_env.render.ensembles import SLOTS, bar_chart
-from magfold_env.render.sweeps import LINES, chart
+from magfold_env.render.sweeps import chart
 from magfold_env.shapes import headings, word_to_angles
 
 pytest.importorskip("matplotlib.figure")
@@ -46,16 +41,7 @@ def test_a_panel_shows_the_most_frequent_and_the_rest_together() -> None:
     assert legend == ["folded", "misfolded", "others"]
 
 
-@pytest.mark.parametrize("words", [WORDS, ("LRL",)])
-def test_the_chart_is_a_png(words: tuple[str, ...], tmp_path: Path) -> None:
-    draw_ensemble(made_of(*words), tmp_path / "bars.png")
-    with Image.open(tmp_path / "bars.png") as image:
-        assert image.format == "PNG"
-        assert np.asarray(image.convert("L")).std() > 5.0
-
-
 pytest.importorskip("matplotlib.figure")
-MANY = ("LRL", "LRR", "RLL", "RLR", "RRL", "RRR", "LLR", "LSL")
 
 
 def swept(over: dict[str, tuple[float, ...]], *words: str) -> mf.Sweep:
@@ -85,18 +71,6 @@ def test_lines_are_the_shares_with_their_intervals() -> None:
         assert {getattr(share, end) for share in shares} <= set(ends.tolist())
 
 
-def test_the_rarest_share_a_line() -> None:
-    figure = chart(swept({"friction": (0.1, 0.2, 0.3)}, *MANY))
-    (axis,) = figure.axes
-    assert axis.get_xscale() == "linear"
-    labels = [line.get_label() for line in axis.lines]
-    assert labels[LINES:] == ["others"]
-    total = sum(line.get_ydata() for line in axis.lines)
-    np.testing.assert_allclose(total, 1.0)
-    colours = [line.get_color() for line in axis.lines[:LINES]]
-    assert len(set(colours)) == LINES
-
-
 def test_a_map_has_the_first_parameter_across() -> None:
     sweep = swept({"friction": (0.1, 0.2, 0.4), "feed.speed": (0.1, 0.2)}, "LRL", "LSL")
     panels = chart(sweep).axes
@@ -108,32 +82,3 @@ def test_a_map_has_the_first_parameter_across() -> None:
         assert [text.get_text() for text in axis.texts[:3]] == [
             f"{100 * rate:.0f}" for rate in rates[:, 0]
         ]
-
-
-@pytest.mark.parametrize(
-    "over", [{"friction": (0.1, 0.2)}, {"friction": (0, 1), "duration": (1, 2)}]
-)
-def test_the_chart_is_a_picture(over: dict[str, tuple[float, ...]], tmp_path: Path) -> None:
-    sweep = swept(over, *MANY)
-    draw_sweep(sweep, tmp_path / "sweep.png")
-    with Image.open(tmp_path / "sweep.png") as image:
-        assert image.format == "PNG"
-        assert np.asarray(image.convert("L")).std() > 5.0
-    draw_sweep(sweep, tmp_path / "sweep.svg")
-    assert "<svg" in (tmp_path / "sweep.svg").read_text()
-
-
-FOUND = mf.holding(mf.simulate(mf.load_scene("paper/sequence-3")))
-
-
-def _count(path: Path, colour: style.Colour) -> int:
-    with Image.open(path) as image:
-        return int((np.asarray(image) == np.array(colour[:3])).all(axis=-1).sum())
-
-
-@pytest.mark.parametrize("pull", [0.3, 0.0, np.inf])
-def test_any_pull_can_be_drawn(pull: float, tmp_path: Path) -> None:
-    path = tmp_path / "holding.png"
-    draw_holding(replace(FOUND, pull=np.full(24, pull), opening=np.full((5, 2), pull)), path)
-    assert _count(path, style.MARKED) > 100
-    assert [entry.name for entry in tmp_path.iterdir()] == ["holding.png"]

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env import shapes
 from magfold_env.render import frame, style
 from magfold_env.render.canvas import Canvas, View
 from magfold_env.render.chain import touches
-from magfold_env.render.frames import chain_view, with_magnets
+from magfold_env.render.frames import with_magnets
 from magfold_env.shapes import centres, headings, word_to_angles
 
 FREE = mf.load_scene("paper/sequence-3")
@@ -31,14 +30,6 @@ def test_a_canvas_is_true_to_scale_and_points_up() -> None:
     assert dark.sum() == pytest.approx(50 * 50, rel=0.05)
     assert (rows.min(), rows.max()) == pytest.approx((50, 100), abs=1)
     assert (columns.min(), columns.max()) == pytest.approx((150, 200), abs=1)
-
-
-def test_a_frame_is_an_rgb_array_of_the_asked_size() -> None:
-    picture = frame(FREE, np.zeros(6), np.zeros(2), 6, target="LRLLL", caption="x", size=(320, 200))
-    assert picture.shape == (200, 320, 3)
-    assert picture.dtype == np.uint8
-    again = frame(FREE, np.zeros(6), np.zeros(2), 6, target="LRLLL", caption="x", size=(320, 200))
-    np.testing.assert_array_equal(picture, again)
 
 
 def test_poles_have_their_colours() -> None:
@@ -95,22 +86,6 @@ def test_a_fixed_magnet_is_a_bar_of_two_poles() -> None:
     assert _count(frame(bare, np.zeros(6), [0.0, 0.0], 6), style.NORTH) == 0
 
 
-@pytest.mark.parametrize("field", [(0.0, 0.02), (0.02, 0.0), (-0.02, 0.0), (0.0, -0.02)])
-def test_an_even_field_is_an_arrow_along_it(field: tuple[float, float]) -> None:
-    scene = FREE.replace(magnets=None, field={"uniform": field})
-    picture = frame(scene, np.zeros(6), [0.0, 0.0], 6)
-    rows, columns = np.nonzero((picture == np.array(style.FIELD[:3])).all(axis=-1))
-    arrow = rows < 450  # the number stands below it
-    y, x = -rows[arrow], columns[arrow]
-    extent = np.array([np.ptp(x), np.ptp(y)])
-    assert extent @ np.abs(np.sign(field)) > 3.0 * extent @ np.abs(np.sign(field[::-1]))
-    # The head is wide: the mean lies beyond the middle of the extent.
-    lean = np.array([x.mean() - (x.min() + x.max()) / 2, y.mean() - (y.min() + y.max()) / 2])
-    assert lean @ np.sign(field) > 0.02 * extent.max()
-    still = FREE.replace(magnets=None, field={})
-    assert _count(frame(still, np.zeros(6), [0.0, 0.0], 6), style.FIELD) == 0
-
-
 def test_front_left_lies_to_the_left_of_the_heading() -> None:
     scene = mf.Scene(sequence=("NSSS",))
     picture = frame(scene, [0.0], [0.0, 0.0], 1)
@@ -140,17 +115,6 @@ def test_components_in_the_tube_show_no_poles_until_they_are_loaded(direction: s
     every = frame(preloaded, angles, base, 2)
     assert _count(some, style.TUBE) > 500
     assert _count(some, style.NORTH) < _count(every, style.NORTH)
-
-
-def test_a_chain_view_holds_every_casing() -> None:
-    angles = shapes.headings(shapes.word_to_angles("LRRLS"), first=0.4)
-    view = chain_view(FREE, angles, np.array([0.1, -0.2]), 6)
-    place = shapes.centres(angles, side=FREE.casing.side, base=[0.1, -0.2])
-    half = DIAGONAL / 2
-    assert view.left < place[:, 0].min() - half
-    assert view.right > place[:, 0].max() + half
-    assert view.bottom < place[:, 1].min() - half
-    assert view.top > place[:, 1].max() + half
 
 
 SIDE = 0.0125

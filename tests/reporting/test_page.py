@@ -21,7 +21,6 @@ from magfold_env.reporting.page import (
     render,
     write_page,
 )
-from magfold_env.reporting.plotting import DPI, WIDEST, panels
 from magfold_env.reporting.tables import Cell, Table, cell_text
 
 VOID = {"meta", "link", "img"}
@@ -103,13 +102,6 @@ def test_everything_given_is_on_the_page_and_nothing_comes_from_elsewhere(pictur
     assert all(each.startswith(("data:", "#")) for each in found.addresses)
 
 
-def test_the_contents_lead_to_the_sections() -> None:
-    found = read(render(Page("T", [Section("Same", []), Section("Same", []), Section("§", [])])))
-    links = [each[1:] for each in found.addresses if each.startswith("#")]
-    assert links == found.anchors
-    assert len(set(links)) == 3
-
-
 def test_text_stays_text() -> None:
     nasty = '</title><script>alert("1")</script> & {{ page }}'
     table = Table(nasty, [{nasty: nasty}])
@@ -139,19 +131,6 @@ def test_what_is_folded_away_is_so_until_it_is_asked_for() -> None:
         (" open", "open"),
         ("", "How it was made"),
     ]
-
-
-def test_a_picture_is_never_shown_too_small_to_read(tmp_path: Path) -> None:
-    path = tmp_path / "wide.png"
-    Image.new("RGB", (13 * DPI, 2 * DPI), "white").save(path)
-    text = render(Page("T", [Section("S", [Picture(path)])]))
-    # An inch of a diagram, whose text has 9 points, is never less than 76 pixels wide.
-    assert 'width="1248" height="192"' in text
-    assert int(re.findall(r"min-width: (\d+)px", text)[0]) / 13 >= 76
-
-
-def test_an_empty_table_says_so() -> None:
-    assert "A table: nothing." in render(Page("T", [Section("S", [Table("A table", [])])]))
 
 
 @pytest.mark.parametrize(
@@ -191,21 +170,4 @@ def test_the_interval_is_wilsons(successes: int, trials: int) -> None:
     assert not math.isclose(result.low, result.high)
 
 
-def test_a_share_in_a_dictionary_tells_its_interval() -> None:
-    assert repr({"LRLLL": share(3, 4)}) == "{'LRLLL': <Share 3 of 4: 75 % (30–95)>}"
-
-
 pytest.importorskip("matplotlib.figure")
-
-
-@pytest.mark.medium
-@pytest.mark.parametrize("count", range(1, 7))
-@pytest.mark.parametrize("shared", [True, False])
-def test_no_row_of_panels_is_wider_than_a_page(count: int, shared: bool) -> None:
-    figure, axes = panels(count, "title", 5.2, 4.6, shared=shared)
-    assert figure.get_size_inches()[0] <= WIDEST
-    assert len(axes) == len(figure.axes) == count
-    for axis in axes:
-        axis.plot([1, 2], [3, 4])
-    figure.canvas.draw()
-    assert all(tick.label1.get_visible() for axis in axes for tick in axis.xaxis.get_major_ticks())

@@ -163,14 +163,6 @@ def test_the_same_seed_bumps_alike_and_another_otherwise() -> None:
     assert again.time == one.time
 
 
-def test_bumps_left_to_chance_move_no_other_draw() -> None:
-    scene = mf.Scene(sequence=SEQUENCE, spreads={"friction": 0.1, "magnet": 0.1})  # type: ignore[arg-type]
-    rngs = np.random.default_rng(4), np.random.default_rng(4)
-    plain = scene.draw(rngs[0])
-    bumped = scene.replace(bumps={"rate": 1.0, "speed": 0.1}).draw(rngs[1])
-    assert bumped.replace(bumps=None) == plain
-
-
 def test_a_chain_at_rest_waits_for_what_is_still_to_come() -> None:
     # A floor that holds it from the first, and a table that is knocked hard for half a second.
     scene = mf.Scene(sequence=SEQUENCE, friction=20.0)

@@ -41,18 +41,6 @@ def test_the_peak_is_the_largest_mean_over_whole_milliseconds(seed: int, directi
     assert push[np.abs(push).argmax()] == pytest.approx(fold.push_peak, rel=1e-6)
 
 
-def test_a_start_at_speed_is_no_push() -> None:
-    scene = mf.Scene(sequence=("----",) * 3, magnets=None, mount="tube", friction=0.0)
-    fold = mf.simulate(scene.replace(feed={"speed": 0.5}, start_angle_spread=0.0))
-    assert fold.push_peak == 0.0
-
-
-def test_a_drive_that_slips_for_a_millisecond_pushes_with_its_limit() -> None:
-    scene = drawn(OWN.replace(friction=0.6, feed={"force_limit": 0.05}), 0)
-    fold = mf.simulate(scene)
-    assert abs(fold.push_peak) == pytest.approx(0.05, rel=0.05)
-
-
 def there_and_back(seed: int, limit: float | None) -> mf.Scene:
     """A chain that is pulled back from far outside, where it often wedges in the mouth."""
     legs = {"advance": ((4.2, 0.05), (1.0, 0.05))}

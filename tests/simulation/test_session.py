@@ -54,19 +54,6 @@ def test_recording_in_pieces_changes_nothing(monkeypatch):
     assert (np.diff(path.time) > 0.0).all()
 
 
-def test_pushed_for_a_time_a_chain_goes_as_it_is_fed():
-    fed, pushed = session_of("forward"), session_of("forward")
-    for _ in range(6):
-        fed.feed_one()
-    pushed.push(np.full(6, 0.1), fed.time)
-    assert pushed.time == fed.time
-    assert pushed.released == 6
-    np.testing.assert_allclose(pushed.angles, fed.angles, atol=1e-9)
-    still = session_of("forward")
-    still.push(np.zeros(6), 0.1)
-    assert (still.time, still.released) == (0.1, 0)
-
-
 @pytest.mark.parametrize("speeds", [1e9, -21.0, np.nan, [0.1] * 5 + [30.0]])
 def test_no_session_is_fed_faster_than_a_drive_can(speeds):
     with pytest.raises(SceneError, match=r"^speeds: .* must be numbers from -20 to 20 m/s$"):
@@ -195,20 +182,6 @@ def test_given_angles_are_kept_and_lie_along_the_axis(direction: str) -> None:
     np.testing.assert_allclose(across, hinge_offsets(scene), atol=1e-17)
     assert across.max() == pytest.approx(-across.min())
     assert across.max() < scene.play
-
-
-def test_a_wider_bore_holds_the_chain_less_straight() -> None:
-    tight, wide = (
-        tube(start_angle_spread=0.4, feed={"bore": bore * mf.Casing().diagonal})
-        for bore in (1.01, 1.5)
-    )
-    for scene, most in ((tight, tight.play), (wide, 0.1 * wide.casing.diagonal)):
-        drawn = [scene.draw(np.random.default_rng(seed)) for seed in range(200)]
-        offsets = np.abs([hinge_offsets(each) for each in drawn])
-        assert 0.95 * most < offsets.max() <= most
-        joints = np.abs([np.diff(Session(each).angles) for each in drawn[:20]])
-        assert joints.max() <= 4.1 * most / scene.casing.diagonal
-    assert mf.simulate(tight, seed=1).time != mf.simulate(wide, seed=1).time
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])

@@ -134,19 +134,6 @@ def test_all_threads_take_part() -> None:
     queue.close()
 
 
-def test_threads_end() -> None:
-    before = set(threading.enumerate())
-    queue = WorkQueue(4)
-    work, _ = worker(8, together=4)
-    queue.run(work, (), 8)
-    helpers = set(threading.enumerate()) - before
-    assert len(helpers) == 3
-    queue.close()
-    for helper in helpers:
-        helper.join(PATIENCE)
-        assert not helper.is_alive()
-
-
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
 @pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
 def test_a_forked_process_has_threads_of_its_own() -> None:

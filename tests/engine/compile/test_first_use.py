@@ -85,14 +85,3 @@ def test_ctrl_c_is_not_lost_in_a_callback_that_swallows_it():
                 listener.on_end(kernel)
         assert listener.compiling_since is None
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-
-
-def test_a_program_keeps_its_own_answer_to_ctrl_c(monkeypatch):
-    pressed = []
-    before = signal.signal(signal.SIGINT, lambda *_: pressed.append(True))
-    try:
-        with first_use.interruptible():
-            signal.raise_signal(signal.SIGINT)
-    finally:
-        signal.signal(signal.SIGINT, before)
-    assert pressed == [True]

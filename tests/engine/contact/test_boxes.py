@@ -47,20 +47,6 @@ def test_a_corner_beside_the_one_in_the_mouth_meets_the_next():
     assert {(1, 5), (5, 1)} & {tuple(row[:2]) for row in work.rows.id[:rows].tolist()}
 
 
-@given(seed=seeds, layout=layouts)
-def test_gap_is_the_distance_of_the_rounded_boxes(seed, layout):
-    rng = np.random.default_rng(seed)
-    case = Boxes(**layout)
-    q = case.random_q(rng)
-    for i, j in pairs(case):
-        if reference.separation(case.polygon(i, q), case.polygon(j, q)) <= 0.0:
-            continue
-        case.place(q)
-        gaps = [boxes.corner_gap(case.model, case.work, i, j, k) for k in range(4)]
-        gaps += [boxes.corner_gap(case.model, case.work, j, i, k) for k in range(4)]
-        assert min(gaps) == pytest.approx(case.gap(i, j, q), abs=1e-15)
-
-
 def test_corners_face_each_other_only_where_no_side_is_nearer():
     rng, case, seen = np.random.default_rng(5), Boxes(6), 0
     for _ in range(500):

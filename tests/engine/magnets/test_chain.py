@@ -126,32 +126,6 @@ def crosses(scene, before, after):
     return casings.crosses_an_edge(*zip(places, headings, strict=True))
 
 
-@pytest.mark.laws
-@given(seed=seeds)
-def test_mirrored_and_reversed_chains_feel_the_same(seed):
-    rng = np.random.default_rng(seed)
-    sequence = random_sequence(rng, 6)
-    joints = open_joints(rng, 6)
-    joints[0] = 0.0
-    stops = rng.random(6) < 0.3
-    joints[1:] = np.where(stops, np.copysign(np.pi / 2, joints), joints)[1:]
-    mirrored = tuple(word[::-1] for word in sequence)
-    turned_round = tuple(word[2:] + word[:2] for word in sequence[::-1])
-    torque = joint_torques(sequence, joints)
-    size = np.abs(torque).max()
-    np.testing.assert_allclose(joint_torques(mirrored, -joints), -torque, rtol=0, atol=1e-10 * size)
-    other = np.append(0.0, -joints[:0:-1])
-    np.testing.assert_allclose(
-        joint_torques(turned_round, other), -torque[::-1], rtol=0, atol=1e-10 * size
-    )
-
-
-def joint_torques(sequence, joints):
-    """Torques (n − 1,) that turn the joints [N·m]."""
-    headings = Chain(Scene(sequence=sequence)).forces(joints)[: len(sequence)]
-    return np.cumsum(headings[::-1])[::-1][1:]
-
-
 def test_what_is_kept_does_not_depend_on_what_came_before():
     rng = np.random.default_rng(36)
     scene = Scene(sequence=random_sequence(rng, 6))

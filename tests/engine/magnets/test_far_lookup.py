@@ -134,17 +134,3 @@ def test_what_is_kept_is_a_function_of_charges_and_cell():
         again = pair.acts(*pose, kept=True)
         assert all((a == b).all() for a, b in zip(fresh[:2], again[:2], strict=True))
         assert again[2] == fresh[2]
-
-
-@pytest.mark.parametrize(
-    "magnets",
-    [
-        {"accuracy": 1e-4},
-        {"nodes": 4},
-        {"width": [0.006, 0.006, 0.006, 0.005]},
-        {"height": [0.006, 0.006, 0.006, 0.005]},
-    ],
-)
-def test_finer_bounds_and_unequal_magnets_are_summed(magnets):
-    scene = Scene(sequence=("NSNS", "NNSS")).replace(magnets=magnets)
-    assert pack(scene).magnets.tables.far.end == 0.0
