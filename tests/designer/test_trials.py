@@ -52,6 +52,8 @@ def test_the_best_goes_furthest() -> None:
     assert [evaluation.releases for evaluation in ranks] == [40, 12, 12, 12, *[4] * 8, *[1] * 4]
     assert trials.count == 16 + 12 * 3 + 4 * 8 + 28
     assert sorted(evaluation.choice for evaluation in ranks) == sorted(rates)
+    order = [(-each.releases, -each.successes, -each.mean) for each in ranks]
+    assert order == sorted(order)
 
 
 def test_finalists_follow_each_other_until_one_does() -> None:

@@ -5,7 +5,7 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.minimiser import Landscape, minimise, sequence_of
-from magfold_env.minimiser.energies import signs
+from magfold_env.minimiser.energies import internal_energy, signs
 from magfold_env.minimiser.every_sequence import best_words
 from magfold_env.shapes import folded_words, headings, word_to_angles
 from tests.minimiser import reference
@@ -58,9 +58,12 @@ def test_the_minimiser_is_brute_force(
             assert found[0].word == words[order[0]]
 
 
-def test_only_folded_words_on_request() -> None:
-    landscape = Landscape(mf.load_scene("paper/sequence-1"), "folded")
+def test_only_folded_words_on_request_and_scores_have_the_pairs_inside_components_in() -> None:
+    scene = mf.load_scene("paper/sequence-1-literal")
+    landscape = Landscape(scene, "folded")
     assert sorted(landscape.words) == folded_words(6)
+    inside = landscape.coulomb_scores() - landscape.energies()
+    assert inside == pytest.approx(np.full(26, internal_energy(scene)))
 
 
 def test_torques_are_slopes_of_the_energy() -> None:

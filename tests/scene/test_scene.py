@@ -91,6 +91,18 @@ def test_speeds_and_magnets_are_drawn_one_by_one_after_all_else(scene: mf.Scene)
     np.testing.assert_allclose(strengths.ravel(), 0.1 * unit[3:], atol=1e-12)
 
 
+def test_a_schedule_is_drawn_as_fast_as_the_feed(scene: mf.Scene) -> None:
+    legs = {"advance": [[2.0, 0.1], [0.5, 0.2]]}
+    fed = scene.replace(mount="tube", feed={"schedule": legs}, spreads={"feed_speed": 0.3})
+    drawn = fed.draw(np.random.default_rng(3)).feed
+    assert drawn.schedule is not None
+    assert drawn.schedule.advance is not None
+    pace = float(np.max(drawn.speed)) / 0.05
+    assert pace != 1.0
+    assert [goal for goal, _ in drawn.schedule.advance] == [2.0, 0.5]
+    assert [v for _, v in drawn.schedule.advance] == pytest.approx([0.1 * pace, 0.2 * pace])
+
+
 def test_a_spread_of_friction_multiplies_all_of_a_floor(scene: mf.Scene) -> None:
     floor = scene.replace(friction=[0.1, 0.2, 0.4], spreads={"friction": 0.2})
     one = scene.replace(friction=1.0, spreads={"friction": 0.2})
@@ -109,6 +121,15 @@ def test_a_floor_tilts_evenly_up_to_its_spread_and_in_all_directions(scene: mf.S
     # Kolmogorov's bound at 1e-6, as a share of the width.
     assert np.abs(angles - np.linspace(0.0, 2.0, 300)).max() <= 0.16 * 2.0
     assert np.abs(ways - np.linspace(-np.pi, np.pi, 300)).max() <= 0.16 * 2.0 * np.pi
+
+
+def test_a_tilt_comes_on_top_of_what_pulls_along_the_floor(scene: mf.Scene) -> None:
+    pulled = scene.replace(gravity={"in_plane": (1.0, -2.0)}, spreads={"tilt": 2.0})
+    flat = pulled.replace(gravity={"in_plane": (0.0, 0.0)})
+    mine, other = (
+        np.array(each.draw(np.random.default_rng(8)).gravity.in_plane) for each in (pulled, flat)
+    )
+    np.testing.assert_allclose(mine - other, [1.0, -2.0], rtol=1e-12)
 
 
 def test_a_tilt_is_drawn_last(scene: mf.Scene) -> None:

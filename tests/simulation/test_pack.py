@@ -81,10 +81,10 @@ def test_what_a_scene_lacks_is_switched_off():
 
 def test_grip_and_lengths_follow_the_casing():
     casing = Casing(side=0.02, mass=(0.001, 0.004))
-    scene = Scene(sequence=("NSNS",) * 2, casing=casing, friction=0.5, mount="tube")
+    scene = Scene(sequence=("NSNS",) * 2, casing=casing, friction=(0.25, 0.5), mount="tube")
     model = pack(scene.replace(gravity={"normal": 3.7}))
     # Forward feed: the last component comes first.
-    np.testing.assert_allclose(model.grip, 0.5 * 3.7 * np.array([0.004, 0.001]))
+    np.testing.assert_allclose(model.grip, 3.7 * np.array([0.5 * 0.004, 0.25 * 0.001]))
     np.testing.assert_allclose(model.bodies.inertia, np.array([0.004, 0.001]) * 0.02**2 / 6)
     np.testing.assert_allclose(model.bodies.length, 0.02 * np.sqrt(2))
     np.testing.assert_allclose(model.bodies.reach, 0.01 * np.sqrt(2))
@@ -123,6 +123,13 @@ def test_gravity_alone_gives_the_rate_of_a_pendulum():
     expected = math.sqrt(5.0 / scene.casing.diagonal)
     assert rate_of(scene) == pytest.approx(expected, rel=1e-12)
     assert rate_of(scene, mass=1e-6) == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_rate_is_of_the_order_that_touching_faces_make_of_a_component():
+    angles = np.zeros(SCENE.n)
+    angles[1:] = np.pi / 2.0
+    push = np.abs(mf.forces(SCENE, angles)[0]).max() / SCENE.casing.mass
+    assert 0.1 < rate_of(SCENE) / math.sqrt(push / SCENE.casing.diagonal) < 10.0
 
 
 def test_light_components_set_the_scale_of_times_and_the_mean_mass_that_of_errors():

@@ -40,6 +40,15 @@ def test_headings_in_the_tube_stay(direction, heading):
         assert (session.rates[held] == 0.0).all()
 
 
+@pytest.mark.parametrize(("direction", "first"), [("forward", 0), ("backward", 5)])
+def test_each_component_is_fed_at_its_own_speed(direction, first):
+    speeds = np.full(6, 0.1)
+    speeds[first] = 0.2
+    session = session_of(direction, speed=tuple(speeds))
+    session.feed_one()
+    assert session.time == pytest.approx(session.scene.casing.diagonal / 0.2, rel=1e-2)
+
+
 def test_recording_in_pieces_changes_nothing(monkeypatch):
     monkeypatch.setattr(frames, "ROOM", 4)
     scene = session_of("backward", loading="at_mouth").scene
