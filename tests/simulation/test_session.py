@@ -44,9 +44,11 @@ def test_headings_in_the_tube_stay(direction, heading):
 def test_each_component_is_fed_at_its_own_speed(direction, first):
     speeds = np.full(6, 0.1)
     speeds[first] = 0.2
-    session = session_of(direction, speed=tuple(speeds))
-    session.feed_one()
-    assert session.time == pytest.approx(session.scene.casing.diagonal / 0.2, rel=1e-2)
+    fed, pushed = session_of(direction, speed=tuple(speeds)), session_of(direction)
+    fed.feed_one()
+    assert fed.time == pytest.approx(fed.scene.casing.diagonal / 0.2, rel=1e-2)
+    pushed.push(speeds, 0.01)
+    assert pushed.advance == pytest.approx(0.2 * 0.01)
 
 
 def test_recording_in_pieces_changes_nothing(monkeypatch):
