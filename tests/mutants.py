@@ -1,8 +1,9 @@
 """Plant one error at a time and see that the tests notice: ``python -m tests.mutants [PART …]``.
 
-``mutants.yaml`` says which errors, and which tests are to fail. Each is planted in a copy of the
-tree; its tests must pass without it and fail with it. ``PART`` is a part of the names of mutants,
-or of files, to plant only those. The exit code is 1 if one survives.
+``mutants.yaml`` lists the errors and the tests that must notice them. Each error is planted in a
+copy of the tree. Its tests must pass without it; with it, an assertion of one of them must fail.
+An error in a fixture, at collection or in the code under test does not count. ``PART`` is a part
+of the names of mutants, or of files, and selects those. The exit code is 1 unless all are killed.
 
 A server that has loaded the libraries is forked for each mutant, which saves most of the time.
 Errors of kernels are tried without compiling where the table says ``interpreted``.
@@ -22,7 +23,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import redirect_stderr, redirect_stdout
 from functools import partial
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import platformdirs
 import yaml
@@ -35,6 +36,7 @@ LIMIT = 1800.0
 """Longest time that the tests of a mutant may take [s]: some errors make loops endless."""
 
 INTERNAL_ERROR = 3  # of pytest
+NOTICED = 32  # none of pytest's codes
 ANSWER = 64  # added to its codes: a process that dies otherwise says nothing of a mutant
 tell = partial(print, flush=True)
 
@@ -78,10 +80,27 @@ def plant(mutant: Mutant, tree: Path) -> None:
     path.write_text(text.replace(mutant.old, mutant.new), encoding="utf-8")
 
 
-def run_tests(tree: Path, tests: Iterable[str], interpreted: bool) -> int | None:
-    """Return pytest's exit code for some tests of a tree, None if they take too long.
+class Notices:
+    """A plugin of pytest that ends a run at the first assertion of a test that fails."""
 
-    What they say is in a file beside it.
+    noticed = False
+
+    def pytest_exception_interact(self, node: Any, call: Any, report: Any) -> None:
+        """Look at an exception, wherever it was raised."""
+        if report.when == "call" and _is_failed_assertion(call.excinfo.value):
+            self.noticed, node.session.shouldstop = True, "an assertion failed"
+
+
+def _is_failed_assertion(error: BaseException) -> bool:
+    if isinstance(error, BaseExceptionGroup):  # hypothesis raises several at once
+        return any(map(_is_failed_assertion, error.exceptions))
+    return isinstance(error, AssertionError | importlib.import_module("pytest").fail.Exception)
+
+
+def run_tests(tree: Path, tests: Iterable[str], interpreted: bool) -> int | None:
+    """Return `NOTICED` if an assertion of some tests of a tree fails, else pytest's exit code.
+
+    Returns None if they take too long. What they print is in a file beside the tree.
     """
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(LIBRARIES)
@@ -118,8 +137,9 @@ def _in_the_tree(tree: str, tests: list[str], interpreted: bool) -> None:
     ):
         try:
             importlib.import_module("numba.core.config").reload_config()
-            options = ["-x", "-q", "-m", "", "-p", "no:cacheprovider"]
-            code = importlib.import_module("pytest").main([*options, *tests])
+            options, notices = ["-q", "-m", "", "-p", "no:cacheprovider"], Notices()
+            code = importlib.import_module("pytest").main([*options, *tests], plugins=[notices])
+            code = NOTICED if notices.noticed else code
         except Exception:
             traceback.print_exc()
     os._exit(ANSWER + int(code))
@@ -132,7 +152,7 @@ def fate(mutant: Mutant, sound: Path) -> tuple[Fate, str]:
         shutil.copytree(sound, tree, copy_function=os.link)
         plant(mutant, tree)
         code = run_tests(tree, mutant.tests, mutant.interpreted)
-        if code == 1:
+        if code == NOTICED:
             return "killed", ""
         said = _said(tree) if code is not None else f"took longer than {LIMIT:g} s"
         return "survived" if code == 0 else "broken", said

@@ -1,4 +1,4 @@
-"""Folds: geometry and files."""
+"""Folds: geometry, files, and what results say of themselves in a line."""
 
 import json
 import re
@@ -29,44 +29,12 @@ def _fold(word: str, trajectory: mf.Trajectory | None = None, energy: float = -1
     )
 
 
-def test_joint_angles_give_the_word_back() -> None:
-    assert shapes.angles_to_word(_fold("LRLLR").joint_angles) == "LRLLR"
-
-
 def test_hinges_of_neighbours_meet_halfway_between_their_headings() -> None:
     fold = _fold("LSR")
     half = 0.0125 * np.sqrt(0.5) * np.stack([np.cos(fold.angles), np.sin(fold.angles)], axis=1)
     centres = fold.centres()
     np.testing.assert_allclose(centres[0] - half[0], fold.base, atol=1e-15)
     np.testing.assert_allclose((centres + half)[:-1], (centres - half)[1:], atol=1e-15)
-
-
-def test_folded_neighbours_are_one_side_apart() -> None:
-    gaps = np.linalg.norm(np.diff(_fold("LLRLR").centres(), axis=0), axis=1)
-    np.testing.assert_allclose(gaps, 0.0125, rtol=1e-12)
-
-
-def test_json_holds_the_scene_and_the_trajectory(tmp_path: Path) -> None:
-    motion = mf.Trajectory(
-        time=np.array([0.0, 0.5]),
-        angles=np.zeros((2, 3)),
-        base=np.zeros((2, 2)),
-        rates=np.zeros((2, 3)),
-        released=np.array([3, 3]),
-        base_velocity=np.zeros((2, 2)),
-        push=np.zeros(2),
-    )
-    assert len(motion) == 2
-    path = tmp_path / "fold.json"
-    fold = _fold("LR", motion)
-    fold.to_json(path)
-    data = json.loads(path.read_text(encoding="utf-8"))
-    assert data["status"] == "folded"
-    assert data["word"] == "LR"
-    assert data["trajectory"]["released"] == [3, 3]
-    assert mf.Scene(**data["scene"]) == fold.scene
-    np.testing.assert_array_equal(data["angles"], fold.angles)
-    assert [entry.name for entry in tmp_path.iterdir()] == ["fold.json"]
 
 
 def test_a_fold_is_read_back(tmp_path: Path) -> None:
@@ -108,11 +76,6 @@ def test_a_motion_is_finite_up_to_where_numbers_broke_down() -> None:
         mf.Trajectory(*arrays).finite()
 
 
-def test_numbers_that_broke_down_are_null(tmp_path: Path) -> None:
-    _fold("LR", energy=np.nan).to_json(tmp_path / "fold.json")
-    assert json.loads((tmp_path / "fold.json").read_text(encoding="utf-8"))["energy"] is None
-
-
 def test_an_interrupted_write_leaves_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "fold.json"
     path.write_text("old", encoding="utf-8")
@@ -143,3 +106,33 @@ def test_notebooks_play_what_was_recorded() -> None:
     assert replace(fold, trajectory=None)._repr_html_() is None
     nothing = {name: value[:0] for name, value in vars(fold.trajectory).items()}
     assert "0 frames" in repr(mf.Trajectory(**nothing))
+
+
+SCENE = mf.load_scene("paper/sequence-3")
+
+
+def test_a_state_says_what_keeps_it_from_being_stable() -> None:
+    best, second = mf.minimise(SCENE, top=2).states
+    assert repr(best) == f"<State LRLLL: {1e3 * best.energy:.4g} mJ, stable>"
+    assert repr(second).endswith(", not folded>")
+    (alike,) = mf.minimise(mf.Scene(sequence=("NNNN", "NNNN")), top=1, among="folded").states
+    assert repr(alike).endswith("equal poles of 1 and 2 touch, tied with 1>")
+
+
+@pytest.mark.parametrize(
+    ("result", "begin"),
+    [
+        (mf.minimise(SCENE), "<Minimum: LRLLL -11.39 mJ, SRLLL"),
+        (mf.ground_state(SCENE), "<GroundStates: LRLLL -11.39 mJ>"),
+        (mf.ensemble(SCENE, 3), "<Ensemble, runs=3: LRLLL folded 100 % (44–100)>"),
+        (
+            mf.sweep(SCENE, {"friction": [0.1, 0.2]}, runs=1),
+            "<Sweep over friction (2 values), runs=1>",
+        ),
+        (mf.design("L", budget=10, runs=2), "<Design of L, forward: "),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_results_fit_into_a_line(result: object, begin: str) -> None:
+    assert repr(result).startswith(begin)
+    assert len(repr(result)) < 200

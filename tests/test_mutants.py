@@ -28,15 +28,30 @@ def test_a_mutant_can_be_planted_and_names_tests_that_exist(mutant: Mutant, tmp_
         assert f"def {name.partition('[')[0]}" in (ROOT / path).read_text(encoding="utf-8")
 
 
+FATES = {
+    "def test():\n    assert one() == 1": "killed",
+    "def test():\n    with pytest.raises(ZeroDivisionError):\n        1 / (one() - 1)": "killed",
+    "def test():\n    assert one() > 0": "survived",
+    "def test():\n    'ab'[one()]": "broken",
+    "@pytest.fixture\ndef given():\n    assert one() == 1\ndef test(given):\n    pass": "broken",
+    "assert one() == 1\ndef test():\n    pass": "broken",
+}
+"""Tests, and what becomes of a mutant in which `one` returns 2."""
+
+
 @pytest.mark.medium
-@pytest.mark.parametrize(
-    ("test", "end"),
-    [("assert one() == 1", "killed"), ("assert one() > 0", "survived"), ("1 +", "broken")],
-)
-def test_who_survives_is_told(test: str, end: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("test", "end"), FATES.items())
+def test_only_a_failed_assertion_of_a_test_kills_a_mutant(
+    test: str, end: str, tmp_path: Path
+) -> None:
     (tmp_path / "tiny.py").write_text("def one():\n    return 1\n")
-    (tmp_path / "test_tiny.py").write_text(f"from tiny import one\ndef test():\n    {test}\n")
+    (tmp_path / "test_tiny.py").write_text(f"import pytest\nfrom tiny import one\n{test}\n")
     mutant = Mutant("physics", "", "tiny.py", "return 1", "return 2", ["test_tiny.py"])
     assert fate(mutant, tmp_path)[0] == end
+
+
+def test_what_a_mutant_replaces_must_be_there_once(tmp_path: Path) -> None:
+    (tmp_path / "tiny.py").write_text("return 1")
+    mutant = Mutant("physics", "", "tiny.py", "return 3", "return 2", [])
     with pytest.raises(ValueError, match=r"tiny.py: must hold 'return 3' once, not 0 times"):
-        plant(mutant._replace(old="return 3"), tmp_path)
+        plant(mutant, tmp_path)

@@ -1,6 +1,5 @@
 """One function over many tasks: every result once, whatever works and whatever is lost."""
 
-import importlib.util
 import os
 import sys
 import threading
@@ -11,12 +10,11 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
-import joblib
 import pytest
 from joblib.parallel import ThreadingBackend, register_parallel_backend
 
 from magfold_env import parallel
-from magfold_env.parallel import LOSSES, Workers, connected, finished
+from magfold_env.parallel import LOSSES, Workers, finished
 from magfold_env.scene import SceneError
 
 
@@ -95,12 +93,6 @@ def test_what_is_broken_off_warns_of_nothing() -> None:
     assert not told
 
 
-def test_processes_are_taken_where_threads_would_wait_for_each_other() -> None:
-    assert Workers(4).kind(10_000) == Workers(64).kind(10) == "threads"
-    assert Workers(5).kind(10_000) == "processes"
-    assert Workers(5, "threads").kind(10_000) == "threads"
-
-
 @pytest.mark.parametrize(
     ("entries", "message"),
     [
@@ -174,18 +166,6 @@ def test_ray_is_started_where_it_is_not_running(
     assert outer == ([] if running else [("init", "there:1"), ("shutdown", None)])
 
 
-def test_a_connection_lasts_from_call_to_call(monkeypatch: pytest.MonkeyPatch) -> None:
-    cluster = FakeCluster(monkeypatch)
-    workers = Workers(2, "ray", "there:1")
-    with connected(workers):
-        for _ in range(3):
-            assert len(list(finished(square, range(9), workers))) == 9
-    outer = [call for call in cluster.calls if call[0] != "options"]
-    assert outer == [("init", "there:1"), ("shutdown", None)]
-    with connected(Workers(2)):  # nothing to connect to
-        assert not cluster.running
-
-
 def test_tasks_of_a_lost_node_are_run_again(monkeypatch: pytest.MonkeyPatch) -> None:
     FakeCluster(monkeypatch)
     found = list(finished(lose(LOSSES - 1), range(9), Workers(1, "ray")))
@@ -194,32 +174,7 @@ def test_tasks_of_a_lost_node_are_run_again(monkeypatch: pytest.MonkeyPatch) -> 
         list(finished(lose(LOSSES), range(9), Workers(1, "ray")))
 
 
-def test_waves_grow_while_they_are_short(monkeypatch: pytest.MonkeyPatch) -> None:
-    FakeCluster(monkeypatch)
-    sizes: list[int] = []
-    real = joblib.Parallel.__call__
-
-    def counted(self: Any, calls: list[Any]) -> Any:
-        sizes.append(len(calls))
-        return real(self, calls)
-
-    monkeypatch.setattr(joblib.Parallel, "__call__", counted)
-    assert len(list(finished(square, range(200), Workers(2, "ray")))) == 200
-    assert sizes[:3] == [4, 16, 64]
-    assert sum(sizes) == 200
-
-
 def test_without_ray_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(ImportError, match=r"install the extra, pip install -e '\.\[ray\]'"):
         list(finished(square, range(2), Workers(2, "ray")))
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("default")  # Ray's own
-@pytest.mark.skipif(importlib.util.find_spec("ray") is None, reason="needs Ray")
-def test_a_ray_cluster_runs_tasks_of_a_lost_actor_again(tmp_path: Path) -> None:
-    tasks = [(x, str(tmp_path / "died")) for x in range(30)]
-    found = list(finished(die_once, tasks, Workers(2, "ray")))
-    assert (tmp_path / "died").exists()
-    assert sorted(found) == [(k, k * k) for k in range(30)]

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 from magfold_env import shapes
@@ -47,13 +47,6 @@ def test_wrong_words_are_named() -> None:
     with pytest.raises(ValueError, match=r"word: 'LR' is not allowed; must have 5 letters for 6"):
         shapes.parse_word("LR", n=6)
     assert shapes.parse_word("LRLLL", n=6) == "LRLLL"
-
-
-@given(words)
-def test_mirror_and_reverse_are_commuting_involutions(word: str) -> None:
-    assert shapes.mirror(shapes.mirror(word)) == word
-    assert reverse(reverse(word)) == word
-    assert shapes.mirror(reverse(word)) == reverse(shapes.mirror(word))
 
 
 @given(words)
@@ -136,45 +129,6 @@ def test_a_drawing_is_covered_by_the_words_of_its_outline(word: str, turns: int)
 def test_what_is_no_drawing_is_refused(drawing: str) -> None:
     with pytest.raises(ValueError, match=r"drawing: .* is not allowed; must be lines of # for"):
         shapes.drawn_outline(drawing)
-
-
-@given(angle_lists)
-def test_a_shape_is_fully_like_itself_alone(angles: list[float]) -> None:
-    assert shapes.similarity(angles, angles) == 1.0
-    turned = np.array(angles)
-    for k in range(len(angles)):
-        other = turned.copy()
-        other[k] += 0.01
-        assert shapes.similarity(angles, other) < 1.0
-
-
-@given(angle_lists, st.randoms(use_true_random=False))
-def test_similarity_is_symmetric_bounded_and_continuous(
-    angles: list[float], random: object
-) -> None:
-    rng = np.random.default_rng(len(angles))
-    other = np.array(angles) + rng.normal(scale=0.5, size=len(angles))
-    value = shapes.similarity(angles, other)
-    assert 0.0 < value <= 1.0
-    assert value == pytest.approx(shapes.similarity(other, angles), rel=1e-12)
-    # Centres of n components move by at most n² sides a radian, and exp(-x²) has slope below 1.
-    step = 1e-5 * rng.uniform(-1, 1, size=len(angles))
-    assert abs(shapes.similarity(angles, other + step) - value) <= 1e-5 * (len(angles) + 1) ** 2
-
-
-@given(angle_lists)
-def test_similarity_tells_mirror_images_apart(angles: list[float]) -> None:
-    mirrored = -np.array(angles)
-    assume(any(abs(angle) > 0.05 for angle in angles))
-    assert shapes.similarity(angles, mirrored) < 1.0
-
-
-@given(angle_lists)
-def test_mirroring_or_reversing_both_changes_nothing(angles: list[float]) -> None:
-    first, second = np.array(angles), np.array(angles[::-1])
-    value = shapes.similarity(first, second)
-    assert shapes.similarity(-first, -second) == pytest.approx(value, rel=1e-12)
-    assert shapes.similarity(-first[::-1], -second[::-1]) == pytest.approx(value, rel=1e-12)
 
 
 @given(angle_lists, st.floats(-4, 4), st.floats(-1, 1), st.floats(-1, 1))

@@ -1,10 +1,7 @@
 """The laboratory in a headless Chromium: what is set by hand folds as `mf.simulate` says."""
 
-import base64
 import json
 import os
-import re
-import time
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -64,6 +61,7 @@ def same_fold(page: chromium.Page, path: Path) -> mf.Fold:
     return fold
 
 
+@pytest.mark.medium
 def test_it_opens_with_a_fold_that_python_repeats(page: chromium.Page, tmp_path: Path) -> None:
     fold = same_fold(page, tmp_path / "mine.yaml")
     assert fold.word == "LRLLL"
@@ -115,17 +113,6 @@ def test_the_page_does_not_wait_for_long_folds(page: chromium.Page, tmp_path: Pa
 
 
 @pytest.mark.medium
-def test_keys_on_a_face(page: chromium.Page) -> None:
-    page.value("document.querySelector('#poles [data-component=\"0\"]').focus()")  # back left: N
-    page.key("s")
-    assert page.value("laboratory.scene.sequence[0]") == "SSNS"
-    page.key("ArrowRight")
-    page.key("-")
-    assert page.value("laboratory.scene.sequence[0]") == "-SNS"
-    assert page.value("document.activeElement.ariaLabel") == "component 1, front left: no magnet"
-
-
-@pytest.mark.medium
 def test_a_link_gives_the_same_bits(page: chromium.Page) -> None:
     page.value("byId('random').click()")
     page.value("byId('link').click()")
@@ -134,20 +121,6 @@ def test_a_link_gives_the_same_bits(page: chromium.Page) -> None:
     page.value(f"location.hash = '{before[0]}'")
     page.until(f"location.hash === '{before[0]}'")
     assert page.value("laboratory.chain.headings()") == before[1]
-
-
-@pytest.mark.medium
-def test_the_address_is_not_written_more_often_than_browsers_allow(page: chromium.Page) -> None:
-    page.value("laboratory.setLength(2)")
-    page.value("for (let k = 0; k < 500; k++) laboratory.change({ friction: k / 500 })")
-    page.until("location.hash === `#${toLink(laboratory.scene, laboratory.wanted)}`")
-
-
-def test_a_link_may_leave_out_what_has_a_default(page: chromium.Page, tmp_path: Path) -> None:
-    page.value("location.hash = toLink({ sequence: 'SNNS NNSN SSSN', feed: {} }, '')")
-    page.until("laboratory.scene.sequence.length === 3")
-    assert page.value("byId('problem').hidden")
-    same_fold(page, tmp_path / "mine.yaml")
 
 
 @pytest.mark.medium
@@ -230,36 +203,6 @@ def test_tube_feed_is_played_against_a_policy(page: chromium.Page) -> None:
 
 
 @pytest.mark.medium
-def test_unknown_floor_is_played_by_hand(page: chromium.Page) -> None:
-    open_game(page, "unknown_floor")
-    page.call("Input.dispatchKeyEvent", type="keyDown", key="d", text="d")
-    page.until("laboratory.play.game.steps >= 3")
-    assert page.value("laboratory.play.game.driven") > 0.0
-    page.call("Input.dispatchKeyEvent", type="keyUp", key="d")
-    steps = page.value("laboratory.play.game.steps")
-    page.until(f"laboratory.play.game.steps > {steps}")  # time goes on
-    page.value("byId('watch').click()")
-    page.until("byId('scores').rows.length === 1")
-    ((who, _, _, score, reward),) = scores(page)
-    assert who == "the policy"
-    assert float(score) >= float(reward)
-    open_game(page, "")
-
-
-@pytest.mark.medium
-def test_a_game_may_be_left_while_it_runs(page: chromium.Page) -> None:
-    for first, then in (("unknown_floor", ""), ("", "tube_feed")):
-        open_game(page, first)
-        page.call("Input.dispatchKeyEvent", type="keyDown", key="d", text="d")
-        page.value("new Promise(requestAnimationFrame)")
-        open_game(page, then)
-        page.call("Input.dispatchKeyEvent", type="keyUp", key="d")
-        time.sleep(0.2)  # frames that were asked for before
-        assert page.complaints() == []
-    open_game(page, "")
-
-
-@pytest.mark.medium
 def test_feeding_by_hand(page: chromium.Page) -> None:
     page.call("Input.dispatchKeyEvent", type="keyDown", key="d", text="d")
     page.until("laboratory.chain.released >= 1")
@@ -268,39 +211,6 @@ def test_feeding_by_hand(page: chromium.Page) -> None:
     page.value("byId('let-go').click()")
     assert text(page, "status") == "held"
     assert page.value("laboratory.player.motion.last") > 10  # it was recorded
-
-
-@pytest.mark.medium
-@pytest.mark.parametrize("n", [6, 12])
-def test_the_assembly_sheet_is_one_page_that_shows_the_end(page: chromium.Page, n: int) -> None:
-    page.value(f"laboratory.setLength({n})")
-    page.until("laboratory.chain.status !== null && laboratory.player.playing")
-    page.value("laboratory.player.play(), laboratory.player.camera.zoom(4)")
-    size = {"paperWidth": 8.27, "paperHeight": 11.69}
-    sheet = base64.b64decode(page.call("Page.printToPDF", preferCSSPageSize=True, **size)["data"])
-    assert len(re.findall(rb"/Type\s*/Page\b", sheet)) == 1
-    assert page.value("laboratory.player.time === laboratory.player.motion.end")
-    assert not page.value("laboratory.player.playing")
-    poles = page.value("laboratory.scene.sequence.join('')")
-    magnets = "[...document.querySelectorAll('#straight .magnet')]"
-    assert page.value(f"{magnets}.map((each) => each.textContent).join('')") == poles
-    north, south = poles.count("N"), poles.count("S")
-    assert f"{north + south} magnets" in text(page, "pieces")
-    assert f"{north} with N out, {south} with S out" in text(page, "pieces")
-    shows = "(name) => getComputedStyle(byId(name)).display !== 'none'"
-    names = ("settings", "poles", "controls", "plots", "assembly", "code")
-    page.value("byId('code').hidden = true")
-    page.call("Emulation.setEmulatedMedia", media="print")
-    assert [page.value(f"({shows})('{name}')") for name in names] == [False] * 4 + [True] * 2
-    page.call("Emulation.setEmulatedMedia", media="")
-    assert [page.value(f"({shows})('{name}')") for name in names] == [True] * 4 + [False] * 2
-
-
-@pytest.mark.medium
-def test_nothing_is_cut_off_on_a_phone(page: chromium.Page) -> None:
-    page.resize(390, 844, dark=True)
-    assert page.value("document.documentElement.scrollWidth") <= 390
-    page.resize(1400, 900)
 
 
 def ends_in(page: chromium.Page, scene: mf.Scene) -> Any:

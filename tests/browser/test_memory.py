@@ -51,7 +51,3 @@ def test_addresses_lie_in_their_block(images: tuple[Any, dict[int, Any]]) -> Non
                 (address,) = np.frombuffer(block, "i8", 1, place)
                 assert 0 <= address < end
         assert len({*image.own, *image.shared}) == len(image.own) + len(image.shared)
-
-
-def test_packing_twice_gives_the_same_bytes(images: tuple[Any, dict[int, Any]]) -> None:
-    assert memory.images() == images

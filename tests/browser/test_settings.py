@@ -64,12 +64,6 @@ def test_obstacles_are_those_of_a_scene(mount: str) -> None:
     check(random_scene(np.random.default_rng(3), mount, **WALLED))
 
 
-@pytest.mark.slow
-def test_a_chain_of_settings_is_a_packed_scene_in_many_cases() -> None:
-    for seed in range(1000):
-        check(random_scene(np.random.default_rng(seed)))
-
-
 @pytest.mark.parametrize("mount", ["free", "tube"])
 def test_a_start_is_drawn_as_a_scene_draws_it(mount: str) -> None:
     scene = random_scene(np.random.default_rng(0), mount)

@@ -57,19 +57,12 @@ def test_states_are_those_of_the_minimiser() -> None:
     compare(mf.Scene(sequence=("----",) * 5).draw(rng))
 
 
-@pytest.mark.slow
-def test_states_of_the_longest_chains_are_those_of_the_minimiser() -> None:
-    rng = np.random.default_rng(12)
-    for n in (9, 10, 11, 12):
-        for _ in range(3):
-            compare(random_scene(rng, n=n))
-
-
 def test_a_search_may_be_cut_into_parts() -> None:
     scene = random_scene(np.random.default_rng(1), n=5)
     assert ranked(scene, 1) == ranked(scene, 7) == ranked(scene)
 
 
+@pytest.mark.medium
 def test_a_page_finds_the_same_bits() -> None:
     rng = np.random.default_rng(6)
     scenes = [random_scene(rng, n=n) for n in (2, 4, 6, 9)]

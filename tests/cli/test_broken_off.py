@@ -11,8 +11,6 @@ import magfold_env as mf
 from tests.command_line import run
 from tests.killed import ENDS, records_in, run_until
 
-pytestmark = pytest.mark.slow
-
 COMMAND = "import sys; from magfold_env.cli.app import app; app()"
 TOLD = {
     "kill": (-signal.SIGKILL, ""),
@@ -39,27 +37,32 @@ def result(name: str, out: Path) -> dict[str, Any]:
     return {key: value for key, value in found.items() if key not in {"seconds", "machine"}}
 
 
+@pytest.mark.parametrize(
+    "end",
+    [
+        pytest.param(end, marks=pytest.mark.medium if end == "kill" else pytest.mark.slow)
+        for end in ENDS
+    ],
+)
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_that_was_broken_off_finds_the_same_in_the_end(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     mf.save_scene(mf.Scene(sequence=("NSNS", "SN-N"), mount="free", duration=0.01), "scene.yaml")
     arguments, state = COMMANDS[name]
     run(name, *arguments, "--out", "whole")
-    whole = result(name, Path("whole"))
-    for end in ENDS:
-        out = Path(end)
-        done = run_until(end, 4, COMMAND, name, *arguments, "--out", str(out))
-        code, message = TOLD[end]
-        message = message.format(file=out / state / "records.sqlite")
-        assert (done.returncode, done.stderr) == (code, message)
-        assert not (out / f"{name}.json").exists()
-        # A worker may have had one ready that was not written yet.
-        kept = records_in(out / state)
-        assert len(kept) in {4, 5}
-        run(name, *arguments, "--out", end)
-        assert result(name, out) == whole
-        everything = records_in(out / state)
-        assert everything.items() >= kept.items()
-        assert len(everything) == len(records_in(Path("whole") / state))
+    out = Path(end)
+    done = run_until(end, 4, COMMAND, name, *arguments, "--out", str(out))
+    code, message = TOLD[end]
+    message = message.format(file=out / state / "records.sqlite")
+    assert (done.returncode, done.stderr) == (code, message)
+    assert not (out / f"{name}.json").exists()
+    # A worker may have had one ready that was not written yet.
+    kept = records_in(out / state)
+    assert len(kept) in {4, 5}
+    run(name, *arguments, "--out", end)
+    assert result(name, out) == result(name, Path("whole"))
+    everything = records_in(out / state)
+    assert everything.items() >= kept.items()
+    assert len(everything) == len(records_in(Path("whole") / state))

@@ -27,21 +27,9 @@ def test_it_is_opened(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.medium
-def test_where_no_browser_is_the_file_is_named(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(webbrowser, "open", lambda _: False)
-    result = run("lab")
-    assert result.exit_code == 0
-    assert str(page) in result.stdout.replace("\n", "")
-
-
-@pytest.mark.medium
 def test_it_is_written_to_a_folder(page: Path, tmp_path: Path) -> None:
     assert run("lab", "--out", tmp_path / "site").exit_code == 0
     assert (tmp_path / "site" / "index.html").read_bytes() == page.read_bytes()
-
-
-def test_a_folder_that_is_a_file_is_refused(page: Path) -> None:
-    fails_in_one_line(run("lab", "--out", page), "--out")
 
 
 def test_what_is_missing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

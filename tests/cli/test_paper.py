@@ -8,12 +8,6 @@ from magfold_bench.paper.run import PARTS
 from tests.command_line import fails_in_one_line, run
 
 
-def test_help_names_every_part() -> None:
-    said = " ".join(run("paper", "--help").stdout.split())
-    *others, last = PARTS
-    assert f"{', '.join(others)} or {last}; may repeat." in said
-
-
 def test_an_unknown_part_is_told_with_those_there_are(tmp_path: Path) -> None:
     result = run("paper", "--only", "figure-99", "--out", tmp_path / "out")
     fails_in_one_line(result, "--only: 'figure-99' is not allowed", *PARTS)

@@ -22,26 +22,6 @@ def test_it_plays_the_given_target(monkeypatch: pytest.MonkeyPatch) -> None:
     assert game.env.task.fidelity == "quasistatic"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--target", "LXL"), "LXL"),
-        (
-            ("--target", ""),
-            "targets: '' is not allowed; must be a fully folded word of 6 components",
-        ),
-        (("--target", "lrl"), "; did you mean LRL?"),
-        (("--target", "LRL", "--components", "5"), "--components: 5 is not allowed; must be 4"),
-        (("--scene", "pendulum-3"), "scene.mount: 'pinned' is not allowed; must be 'tube'"),
-        (("--fidelity", "exact"), "fidelity: 'exact' is not allowed"),
-    ],
-)
-def test_wrong_options_are_named(arguments: tuple[str, ...], message: str) -> None:
-    result = run("play", *arguments)
-    assert result.exit_code == 2
-    assert message in result.stderr
-
-
 def test_a_window_that_nobody_would_see_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)

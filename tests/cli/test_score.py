@@ -52,12 +52,6 @@ def test_a_zip_file_is_not_read(tmp_path: Path) -> None:
     assert "agents.training.policy_files.save" in told.stderr
 
 
-def test_an_environment_that_is_no_track_is_told_before_the_file_is_read(tmp_path: Path) -> None:
-    path = tmp_path / "none.safetensors"
-    told = run("score", path, "--env", "MagFold/TubeFeed-v0")
-    fails_in_one_line(told, "python -m agents.evaluate plays the policies of other environments")
-
-
 def test_a_file_of_actions_says_itself_what_it_is_for(tmp_path: Path) -> None:
     path = tmp_path / "mine.json"
     path.write_text(json.dumps(changed()), encoding="utf-8")

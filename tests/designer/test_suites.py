@@ -24,10 +24,6 @@ from magfold_env.shapes import folded_words, is_fully_folded
 NAMES = suite_names()
 
 
-def test_suites_are_shipped() -> None:
-    assert [f"n{n}" for n in LENGTHS] == NAMES
-
-
 @pytest.mark.medium
 @pytest.mark.parametrize("name", NAMES)
 def test_every_target_has_all_witnesses(name: str) -> None:
@@ -73,20 +69,6 @@ def test_witnesses_of_release_fold(name: str, mode: Mode) -> None:
     shown = witness.probability
     assert shown is not None
     assert made.probability(word, "folded").high >= shown.low
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES[2:])
-def test_long_witnesses_of_release_fold(name: str) -> None:
-    suite = load_suite(name)
-    for word in suite.targets[::17]:
-        witness = suite.words[word]["free"]
-        assert witness.sequence is not None
-        scene = Choice(witness.sequence, None).applied(release(suite.scene(), "free"))
-        made = mf.ensemble(scene, 10, seed=99)
-        shown = witness.probability
-        assert shown is not None
-        assert made.probability(word, "folded").high >= shown.low
 
 
 def test_a_suite_is_written_and_read(tmp_path: Path) -> None:

@@ -14,7 +14,6 @@ from magfold_env.ensembles import releases
 from magfold_env.ensembles.releases import generator, release
 from magfold_env.parallel import Backend
 from magfold_env.scene import Spreads
-from tests.killed import records_in, run_until_killed
 
 FREE = mf.load_scene("paper/sequence-1").replace(
     spreads=Spreads(friction=0.3, feed_speed=0.3, feed_jitter=0.2, magnet=0.1)
@@ -57,27 +56,6 @@ def test_every_run_can_be_repeated_by_itself(made: mf.Ensemble) -> None:
     assert recorded.angles.tobytes() == made.angles[-1].tobytes()
 
 
-def test_runs_differ_and_seeds_differ(made: mf.Ensemble) -> None:
-    assert len(np.unique(made.angles, axis=0)) == RUNS
-    other = mf.ensemble(TUBE, RUNS, seed=4)
-    assert not (other.angles == made.angles).any()
-
-
-def test_more_runs_begin_with_the_same(made: mf.Ensemble) -> None:
-    assert bits(mf.ensemble(TUBE, 5, seed=3)) == tuple(
-        column[:5].tobytes()
-        for column in (made.word, made.status, made.energy, made.time, made.angles)
-    )
-
-
-def test_progress_is_told(tmp_path: Path) -> None:
-    told: list[tuple[int, int]] = []
-    mf.ensemble(FREE, 3, state=tmp_path, progress=lambda *count: told.append(count))
-    assert told == [(1, 3), (2, 3), (3, 3)]
-    mf.ensemble(FREE, 5, state=tmp_path, progress=lambda *count: told.append(count))
-    assert told[3:] == [(4, 5), (5, 5)]
-
-
 def test_what_was_made_is_not_made_again(
     made: mf.Ensemble, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -103,26 +81,6 @@ def test_an_interrupted_ensemble_keeps_what_it_has(tmp_path: Path) -> None:
     assert again == [5, 6, 7, 8]
 
 
-KILLED = """
-import sys
-from magfold_env import Scene, ensemble
-ensemble(Scene.model_validate_json(sys.argv[1]), 400, seed=3, workers=2, state=sys.argv[2])
-"""
-
-
-@pytest.mark.medium
-def test_a_killed_ensemble_goes_on_and_ends_the_same(tmp_path: Path) -> None:
-    state = tmp_path / "state"
-    run_until_killed(10, KILLED, TUBE.model_dump_json(), str(state))
-    kept = len(records_in(state))
-    assert kept == 10
-    counts: list[int] = []
-    runs = kept + 5
-    resumed = mf.ensemble(TUBE, runs, seed=3, state=state, progress=lambda k, _: counts.append(k))
-    assert len(counts) < 5 + 8  # two workers may have finished out of order, not by much
-    assert bits(resumed) == bits(mf.ensemble(TUBE, runs, seed=3))
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -136,17 +94,6 @@ def test_a_state_of_another_ensemble_is_refused(
     mf.ensemble(TUBE, 1, seed=3, state=tmp_path)
     with pytest.raises(CheckpointError, match=message):
         mf.ensemble(**{"scene": TUBE, "runs": 1, "seed": 3, **changes}, state=tmp_path)
-
-
-def test_a_state_of_other_physics_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    mf.ensemble(TUBE, 1, state=tmp_path)
-    monkeypatch.setattr(releases, "physics_digest", lambda: "other")
-    with pytest.raises(
-        CheckpointError, match=r"whose physics is '\w+' where this one's is 'other'"
-    ):
-        mf.ensemble(TUBE, 1, state=tmp_path)
 
 
 @pytest.mark.medium
@@ -167,21 +114,6 @@ def test_the_digest_follows_the_sources(tmp_path: Path, monkeypatch: pytest.Monk
     assert digest() == first
     kernel.write_text(source + "x = 2.0 # shown\n")
     assert digest() not in {first, changed}
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"runs": 0}, "runs: 0 is not allowed; must be from 1 to 10000000"),
-        ({"seed": -1}, "seed: -1 is not allowed; must be at least 0"),
-        ({"workers": 0}, "workers: 0 is not allowed; must be from 1 to 4096"),
-        ({"backend": "gpu"}, "backend: 'gpu' is not allowed; must be one of threads, processes"),
-        ({"address": "auto"}, "address: 'auto' is not allowed; must be left out"),
-    ],
-)
-def test_wrong_arguments_are_told(arguments: dict[str, Any], message: str) -> None:
-    with pytest.raises(mf.SceneError, match=message):
-        mf.ensemble(TUBE, **arguments)
 
 
 # --- releases ------------------------------------------------------------------------------------

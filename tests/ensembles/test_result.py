@@ -1,11 +1,8 @@
 """Ensemble: its probabilities, its columns and its files, for made-up runs."""
 
 import csv
-import json
 import math
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -61,23 +58,6 @@ def test_any_word_and_status_has_a_probability() -> None:
         made.probability(status="gone")
 
 
-def test_the_most_frequent_word_may_be_several() -> None:
-    assert made_of(ENDS).most_frequent() == ("LR",)
-    assert made_of(ENDS).most_frequent(MISFOLDED) == ("LR", "SL")
-    assert made_of(ENDS).most_frequent("unsettled") == ()
-
-
-def test_columns_have_an_entry_a_run() -> None:
-    made = made_of(ENDS)
-    columns = made.columns()
-    assert list(columns) == [
-        *("run", "word", "status", "energy", "time"),
-        *("angle_1", "angle_2", "angle_3"),
-    ]
-    assert {len(column) for column in columns.values()} == {len(made)}
-    np.testing.assert_array_equal(columns["angle_2"], made.angles[:, 1])
-
-
 @pytest.mark.parametrize("broken", [False, True])
 def test_a_written_ensemble_is_read_bit_for_bit(broken: bool, tmp_path: Path) -> None:
     made = made_of(ENDS, broken=broken)
@@ -92,17 +72,6 @@ def test_a_written_ensemble_is_read_bit_for_bit(broken: bool, tmp_path: Path) ->
     assert read.outcomes == made.outcomes
 
 
-def test_the_json_says_what_is_in_it(tmp_path: Path) -> None:
-    made = made_of(ENDS, broken=True)
-    made.to_json(tmp_path / "ensemble.json")
-    data = json.loads((tmp_path / "ensemble.json").read_text())
-    assert data == made.to_dict()
-    first = data["outcomes"][0]
-    assert (first["word"], first["status"], first["successes"]) == ("LR", "folded", 2)
-    assert first["low"] < first["probability"] == 2 / 6 < first["high"]
-    assert data["runs"][-1][3:] == [None, 0.5, None, 0.1, None]
-
-
 def test_the_csv_has_a_line_a_run(tmp_path: Path) -> None:
     made = made_of(ENDS)
     made.to_csv(tmp_path / "runs.csv")
@@ -111,25 +80,3 @@ def test_the_csv_has_a_line_a_run(tmp_path: Path) -> None:
     assert [(row["word"], row["status"]) for row in rows] == ENDS
     assert [float(row["energy"]) for row in rows] == made.energy.tolist()
     assert [float(row["angle_3"]) for row in rows] == made.angles[:, 2].tolist()
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda data: data.pop("runs"), "is not an ensemble; 'runs'"),
-        (lambda data: data.update(format="x"), "format: 'x' is not allowed; must be 'magfold_env"),
-        (lambda data: data["scene"].update(friction=-1), "friction: -1 is not allowed"),
-    ],
-)
-def test_a_file_that_is_no_ensemble_is_refused(
-    change: Callable[[dict[str, Any]], Any], message: str, tmp_path: Path
-) -> None:
-    path = tmp_path / "ensemble.json"
-    data = made_of(ENDS).to_dict()
-    change(data)
-    path.write_text(json.dumps(data))
-    with pytest.raises(ValueError, match=message):
-        mf.Ensemble.from_json(path)
-    path.write_text("not JSON")
-    with pytest.raises(ValueError, match="is not an ensemble"):
-        mf.Ensemble.from_json(path)

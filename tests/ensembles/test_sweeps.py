@@ -3,22 +3,14 @@
 import csv
 import json
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.checkpoint import CheckpointError
 from magfold_env.ensembles import sweeps
 from magfold_env.ensembles.releases import release
-from magfold_env.ensembles.sweeps import Outcome
-from magfold_env.simulation import pack
-from tests.killed import run_until_killed
 
 SCENE = release(mf.load_scene("paper/sequence-1"), "backward", 0.1).replace(
     spreads={"friction": 0.3, "magnet": 0.1}
@@ -48,21 +40,6 @@ def test_every_point_is_the_ensemble_of_its_scene(made: mf.Sweep) -> None:
     ]
 
 
-def test_one_number_does_not_stand_for_the_strengths_of_single_magnets() -> None:
-    rows = [[0.6] * 4] * 5 + [[0.3] * 4]
-    uneven = SCENE.replace(magnets={"remanence": rows})
-    allowed = r"magnets\.remanence: .* must not stand for the several that the scene has"
-    with pytest.raises(mf.SceneError, match=allowed):
-        mf.sweep(uneven, OVER, RUNS)
-
-
-def test_all_points_draw_the_same(made: mf.Sweep) -> None:
-    drawn = [each.scene.draw(each.generator(2)) for each in made.ensembles]
-    for scene, point in zip(drawn, made.points, strict=True):
-        assert scene.start_offsets == drawn[0].start_offsets
-        assert scene.frictions[0] / point["friction"] == pytest.approx(drawn[0].frictions[0] / 0.1)
-
-
 @pytest.mark.medium
 @pytest.mark.parametrize("backend", ["threads", "processes"])
 def test_a_sweep_does_not_depend_on_who_makes_it(made: mf.Sweep, backend: Any) -> None:
@@ -82,77 +59,10 @@ def test_progress_is_told_and_more_runs_add_to_what_is_there(
     assert again.to_dict() == made.to_dict()
 
 
-KILLED = """
-import json, sys
-from magfold_env import Scene, sweep
-scene, over, state = sys.argv[1:]
-sweep(Scene.model_validate_json(scene), json.loads(over), 4, seed=3, workers=2, state=state)
-"""
-
-
-@pytest.mark.medium
-def test_a_killed_sweep_goes_on_and_ends_in_the_same_file(made: mf.Sweep, tmp_path: Path) -> None:
-    state = tmp_path / "state"
-    run_until_killed(9, KILLED, SCENE.model_dump_json(), json.dumps(OVER), str(state))
-    told: list[int] = []
-    again = mf.sweep(SCENE, OVER, RUNS, seed=3, state=state, progress=lambda k, _: told.append(k))
-    assert told == list(range(10, 25))
-    for name, each in (("again", again), ("made", made)):
-        each.to_json(tmp_path / name)
-    assert (tmp_path / "again").read_bytes() == (tmp_path / "made").read_bytes()
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"seed": 4}, "whose seed is 0 where this one's is 4"),
-        ({"over": {"friction": [0.1, 0.3]}}, r"whose over is \[\['friction', \[0.1, 0.2\]\]\] w"),
-        ({"scene": SCENE.replace(duration=1.0)}, "whose scene.duration is 5.0 where this one's"),
-    ],
-)
-def test_a_state_of_another_sweep_is_refused(
-    changes: dict[str, Any], message: str, tmp_path: Path
-) -> None:
-    given: dict[str, Any] = {"scene": SCENE, "over": {"friction": [0.1, 0.2]}, "runs": 1}
-    mf.sweep(**given, state=tmp_path)
-    with pytest.raises(CheckpointError, match=message):
-        mf.sweep(**given | changes, state=tmp_path)
-    with pytest.raises(CheckpointError, match="whose kind is 'sweep' where this one's is 'ensem"):
-        mf.ensemble(SCENE, 1, state=tmp_path)
-
-
 # --- tables of magnets ----------------------------------------------------------------------------
 
 
-@pytest.mark.medium
-@pytest.mark.parametrize(
-    ("side", "over", "most"),  # sides that no other test has
-    [
-        (0.0126, {"friction": [0.1, 0.2, 0.3], "magnets.remanence": [0.6, 0.8]}, 1),
-        (0.0127, {"feed.speed": [0.1, 0.2, 0.3], "casing.corner_radius": [1e-5, 1e-4]}, 1),
-        (0.0128, {"magnets.inset": [0.0003, 0.0005, 0.0007], "friction": [0.1, 0.2]}, 3),
-    ],
-)
-def test_tables_are_made_once_a_geometry(
-    side: float, over: dict[str, list[float]], most: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    built: list[object] = []
-    real = pack.build_tables
-    monkeypatch.setattr(pack, "build_tables", lambda *given: built.append(given) or real(*given))
-    mf.sweep(SCENE.replace(casing={"side": side}), over, 2, workers=2)
-    assert len(built) == most
-
-
 # --- what may be swept ----------------------------------------------------------------------------
-
-
-def test_every_number_of_a_scene_has_a_key() -> None:
-    keys = set(sweeps.keys())
-    assert keys >= {
-        *("friction", "start_angle_spread", "duration", "feed.speed", "casing.corner_radius"),
-        *("magnets.remanence", "magnets.nodes", "spreads.friction", "field.magnet.remanence"),
-    }
-    assert not keys & {"mount", "contact", "sequence", "magnets", "magnets.model", "start_angles"}
 
 
 @pytest.mark.parametrize("key", sorted(sweeps.keys()))
@@ -200,35 +110,7 @@ def test_what_cannot_be_swept_is_told(over: Any, message: str) -> None:
         mf.sweep(SCENE, over, 1)
 
 
-@pytest.mark.medium
-@given(
-    st.dictionaries(
-        st.sampled_from(["friction", "feed.speed", "solver.max_steps", "x", ""]),
-        st.lists(st.floats() | st.integers() | st.text(max_size=2), max_size=3) | st.none(),
-        max_size=3,
-    )
-)
-def test_any_grid_is_taken_or_refused(over: Any) -> None:
-    try:
-        values = sweeps._checked(over)
-    except mf.SceneError:
-        return
-    assert list(values) == list(over)
-    assert all(np.diff(each).min() > 0.0 for each in values.values())
-
-
 # --- outcomes -------------------------------------------------------------------------------------
-
-
-@given(st.lists(st.sampled_from(["LRLLL", "LSL", "folded", "misfolded", "x"]), max_size=3))
-def test_an_outcome_is_what_its_text_says(parts: list[str]) -> None:
-    text = " ".join(parts)
-    allowed = parts in (["LRLLL"], ["folded"], ["misfolded"], ["LRLLL", "folded"])
-    if allowed or parts == ["LRLLL", "misfolded"]:
-        assert str(Outcome.parse(text, 6)) == text
-    else:
-        with pytest.raises(mf.SceneError, match="is not allowed; must be a word of 5 letters"):
-            Outcome.parse(text, 6)
 
 
 def test_full_folds_count_by_word_and_others_by_status(made: mf.Sweep) -> None:
@@ -270,23 +152,3 @@ def test_the_csv_has_a_line_a_point_and_outcome(made: mf.Sweep, tmp_path: Path) 
         assert int(line["runs"]) == share.successes
         assert [float(line[key]) for key in ("low", "high")] == [share.low, share.high]
     assert sum(int(line["runs"]) for line in lines) == RUNS * len(made)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda data: data.pop("points"), "is not a sweep; 'points'"),
-        (lambda data: data["points"].pop(), r"is not a sweep; zip\(\) argument 2 is shorter"),
-        (lambda data: data.update(over={"friction": [2, 1]}), "each larger than the one before"),
-        (lambda data: data.update(over=[]), "is not a sweep; over:"),
-        (lambda data: data["points"][0]["runs"][0].pop(), "a run of 6 components is not"),
-    ],
-)
-def test_a_file_that_is_no_sweep_is_refused(
-    change: Callable[[dict[str, Any]], Any], message: str, made: mf.Sweep, tmp_path: Path
-) -> None:
-    data = made.to_dict()
-    change(data)
-    (tmp_path / "sweep.json").write_text(json.dumps(data))
-    with pytest.raises(ValueError, match=message):
-        mf.Sweep.from_json(tmp_path / "sweep.json")

@@ -317,10 +317,3 @@ def test_wrong_shapes_are_told(function: Callable[..., object], angles: object) 
     is_told(lambda: function(SCENE, angles=angles), "angles", np.shape(cast("Any", angles)))
     with pytest.raises(mf.SceneError, match=r"^rates: .* must have shape"):
         mf.accelerations(SCENE, [0.0] * SCENE.n, cast("Any", angles))
-
-
-def test_there_are_many() -> None:
-    scenes, settings = len(list(keys(mf.Scene))), len(list(keys(TrainSettings)))
-    options = sum(len(get_type_hints(kind)) for kind in ENVS.values())
-    assert len(CALLS) > 200
-    assert len(CASES) + 3 * scenes + settings + 2 * options + len(CALLS) > 700

@@ -5,9 +5,9 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.minimiser import Landscape, descend
-from magfold_env.minimiser.descent import overlaps, push
+from magfold_env.minimiser.descent import overlaps
 from magfold_env.scene import Scene
-from magfold_env.shapes import centres, headings, word_to_angles
+from magfold_env.shapes import headings, word_to_angles
 from tests.minimiser.scenes import scene_of
 
 SIDE = 0.0125
@@ -72,13 +72,6 @@ def test_without_contact_there_are_no_stops() -> None:
     assert abs(np.diff(found.angles)[0]) > np.pi / 2 + 0.1
 
 
-def test_a_state_in_which_nothing_turns_stays() -> None:
-    scene = Scene(sequence=("NSSN",) * 3)
-    found = descend(scene, np.zeros(3))
-    assert (found.converged, found.steps, found.word) == (True, 0, "SS")
-    assert descend(scene.replace(magnets=None), [0.0, 0.5, 0.1]).steps == 0
-
-
 def test_overlap_of_two_squares() -> None:
     headings_ = np.full(5, 0.25 * np.pi) - 0.5 * np.pi  # faces along x and y
     places = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0], [0.9, 0.3]])
@@ -88,43 +81,3 @@ def test_overlap_of_two_squares() -> None:
     np.testing.assert_allclose(corners[0].normal, [1.0, 0.0], atol=1e-12)
     assert overlaps(places + 0.2 * np.eye(5)[:, 4:], headings_, 1.0) == []
     assert overlaps(places[::-1], headings_[::-1], 1.0)[0].depth == pytest.approx(0.1)
-
-
-def test_springs_push_with_the_gradient_of_their_energy() -> None:
-    rng = np.random.default_rng(6)
-    checked = 0
-    for _ in range(40):
-        angles = headings(rng.uniform(0.9, 1.5, 7))
-        places = centres(angles, SIDE)
-        if not overlaps(places, angles, SIDE):
-            continue
-        checked += 1
-        force, moment = np.zeros((8, 2)), np.zeros(8)
-        push(overlaps(places, angles, SIDE), 1.0, force, moment)
-        # Move the last three components as a body along x, then turn them about the origin.
-        for kind in range(2):
-            energies: list[float] = []
-            for h in (1e-7, -1e-7):
-                moved, turned = places.copy(), angles.copy()
-                if kind == 0:
-                    moved[5:, 0] += h
-                else:
-                    turned[5:] += h
-                    c, s = np.cos(h), np.sin(h)
-                    moved[5:] = moved[5:] @ np.array([[c, s], [-s, c]])
-                unused = np.zeros((8, 2)), np.zeros(8)
-                energies.append(push(overlaps(moved, turned, SIDE), 1.0, *unused))
-            slope = (energies[0] - energies[1]) / 2e-7
-            acting = force[5:, 0].sum() if kind == 0 else moment[5:].sum()
-            assert acting == pytest.approx(-slope, rel=1e-3, abs=1e-9)
-    assert checked > 5
-
-
-def test_wrong_arguments_are_named() -> None:
-    scene, _ = random_scene(0, 3)
-    with pytest.raises(mf.SceneError, match=r"angles: .*must have shape \(3,\)"):
-        descend(scene, [0.0, 0.0])
-    with pytest.raises(mf.SceneError, match=r"angles: .*must be finite"):
-        descend(scene, [0.0, np.nan, 0.0])
-    with pytest.raises(ValueError, match="max_steps: 0 is not allowed; must be at least 1"):
-        descend(scene, np.zeros(3), max_steps=0)

@@ -1,15 +1,12 @@
 """Branch and bound against the full search, and what its certificates say."""
 
-from itertools import pairwise
-from typing import Any
-
 import numpy as np
 import pytest
 
 import magfold_env as mf
 from magfold_env.minimiser import Among, GroundStates, Landscape, arms, ground_state, minimise
 from magfold_env.minimiser.lattice import from_words
-from magfold_env.minimiser.search import LONGEST_CUT, MOST_ENTRIES
+from magfold_env.minimiser.search import LONGEST_CUT
 from magfold_env.scene import Scene
 from magfold_env.shapes import headings, word_to_angles
 from tests.minimiser.scenes import scene_of
@@ -70,18 +67,6 @@ def test_a_long_chain_read_from_its_other_end_has_the_same_ground_states(n: int)
         )
 
 
-@pytest.mark.medium
-def test_a_long_ground_state_lies_below_what_other_searches_find() -> None:
-    scene = random_scene(8, 20)
-    found = ground_state(scene, top=10)
-    energies = [state.energy for state in found.states]
-    assert all(low <= high for low, high in pairwise(energies))
-    assert len(set(words_of(found))) == 10
-    greedy = minimise(scene, "forward").best
-    assert greedy.energy >= found.best.energy
-    assert greedy.word in words_of(found) or greedy.energy >= energies[-1]
-
-
 def test_limits_leave_a_gap_that_holds() -> None:
     scene = random_scene(9, 18)
     exact = ground_state(scene)
@@ -98,19 +83,6 @@ def test_limits_leave_a_gap_that_holds() -> None:
     assert stopped.lower_bound <= exact.best.energy <= stopped.best.energy
 
 
-def test_limits_count_the_same_nodes_every_time() -> None:
-    scene = random_scene(10, 14)
-    one, two = (ground_state(scene, top=4, node_limit=2000) for _ in range(2))
-    assert one == two
-
-
-def test_progress_rises_to_1() -> None:
-    shares: list[float] = []
-    ground_state(random_scene(11, 12), progress=shares.append)
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
-
-
 def test_ties_are_listed() -> None:
     # Its own mirror image: mirrored words have equal energies.
     found = ground_state(scene_of(("NSSN",) * 6, "strips"), top=2)
@@ -122,39 +94,12 @@ def test_ties_are_listed() -> None:
     assert alone.best.word in words_of(found)
 
 
-def test_without_magnets_every_state_will_do() -> None:
-    found = ground_state(Scene(sequence=("NNNN",) * 9, magnets=None), top=3)
-    assert found.complete
-    assert [state.energy for state in found.states] == [0.0] * 3
-
-
-def test_more_states_than_there_are() -> None:
-    found = ground_state(random_scene(12, 3), top=20)
-    assert len(found.states) == 9
-    assert found.lower_bound == np.inf
-    assert found.complete
-
-
 def test_no_stable_state_is_no_error_until_it_is_asked_for() -> None:
     found = ground_state(scene_of(("NNNN",) * 14, "points"), among="stable")
     assert found.states == ()
     assert found.complete
     with pytest.raises(ValueError, match="no state"):
         _ = found.best
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"among": "some"}, "among: 'some' is not allowed; must be one of all, folded, stable"),
-        ({"top": 0}, "top: 0 is not allowed; must be from 1 to 10000000"),
-        ({"time_limit": -1.0}, "time_limit: -1.0 is not allowed; must be None or at least 0"),
-        ({"node_limit": -1}, "node_limit: -1 is not allowed"),
-    ],
-)
-def test_wrong_arguments_are_named(changes: dict[str, Any], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        ground_state(random_scene(0, 3), **changes)
 
 
 @pytest.mark.parametrize("among", ["all", "folded", "stable"])
@@ -166,19 +111,3 @@ def test_a_chain_that_is_too_long_is_refused_at_once(
     message = f"sequence: {longest + 1} components are not allowed; must be {longest} or fewer"
     with pytest.raises(ValueError, match=message):
         ground_state(random_scene(13, longest + 1, "points"), among=among)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("among", "letters"), [("all", "SLR"), ("folded", "LR")])
-def test_the_halves_of_the_longest_chain_are_as_large_as_may_be(among: Among, letters: str) -> None:
-    longest = LONGEST_CUT[among]
-    for n, fits in ((longest, True), (longest + 1, False)):
-        far = arms.far_arm(n // 2 - 1, n, letters)
-        assert (arms.count_entries(far, MOST_ENTRIES) < MOST_ENTRIES) == fits
-
-
-def test_a_full_search_of_a_long_chain_tells_how_far_it_is() -> None:
-    told: list[float] = []
-    minimise(random_scene(13, 13, "points"), progress=told.append)
-    assert told == sorted(told)
-    assert told[-1] == 1.0

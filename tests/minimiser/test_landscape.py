@@ -1,7 +1,5 @@
 """Landscapes against brute force from positions and against the engine's forces."""
 
-from typing import get_args
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,6 @@ import magfold_env as mf
 from magfold_env.minimiser import Landscape, minimise, sequence_of
 from magfold_env.minimiser.energies import internal_energy, signs
 from magfold_env.minimiser.every_sequence import best_words
-from magfold_env.minimiser.landscape import Words
 from magfold_env.shapes import folded_words, headings, word_to_angles
 from tests.minimiser import reference
 from tests.minimiser.scenes import MODELS, scene_of
@@ -61,36 +58,12 @@ def test_the_minimiser_is_brute_force(
             assert found[0].word == words[order[0]]
 
 
-def test_scores_have_the_pairs_inside_components_in() -> None:
+def test_only_folded_words_on_request_and_scores_have_the_pairs_inside_components_in() -> None:
     scene = mf.load_scene("paper/sequence-1-literal")
     landscape = Landscape(scene, "folded")
+    assert sorted(landscape.words) == folded_words(6)
     inside = landscape.coulomb_scores() - landscape.energies()
     assert inside == pytest.approx(np.full(26, internal_energy(scene)))
-
-
-def test_only_folded_words_on_request() -> None:
-    landscape = Landscape(mf.load_scene("paper/sequence-1"), "folded")
-    assert sorted(landscape.words) == folded_words(6)
-
-
-@pytest.mark.parametrize("name", ["paper/sequence-1", "paper/sequence-2-literal"])
-def test_torques_are_the_moments_of_the_engines_forces(name: str) -> None:
-    scene = mf.load_scene(name)
-    landscape = Landscape(scene, "folded")
-    torques = landscape.torques()
-    reach = scene.casing.diagonal / 2
-    for row, word in enumerate(landscape.words):
-        angles = headings(word_to_angles(word), first=0.4)
-        force, moment = mf.forces(scene, angles)
-        along = reach * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        centres = np.cumsum(2 * along, axis=0) - along
-        for joint in range(1, scene.n):
-            arm = centres[joint:] - (centres[joint] - along[joint])
-            turning = arm[:, 0] * force[joint:, 1] - arm[:, 1] * force[joint:, 0]
-            expected = np.sum(moment[joint:] + turning)
-            assert torques[row, joint - 1] == pytest.approx(
-                expected, abs=1e-10 * np.abs(torques).max()
-            )
 
 
 def test_torques_are_slopes_of_the_energy() -> None:
@@ -148,44 +121,9 @@ def test_every_sequence_is_each_one(n: int) -> None:
         np.testing.assert_allclose(landscape.every_energy(word), expected[:, row], atol=scale)
 
 
-@pytest.mark.medium
-def test_every_sequence_of_six_in_samples() -> None:
-    landscape = Landscape(mf.load_scene("paper/sequence-1"), "folded")
-    shares: list[float] = []
-    found = landscape.every_sequence(shares.append)
-    assert shares == sorted(shares)
-    assert shares[-1] == 1.0
-    numbers = np.random.default_rng(4).integers(0, 1 << 23, 300)
-    expected = np.sort(landscape.energies([sequence_of(int(k), 6) for k in numbers]), axis=1)
-    np.testing.assert_allclose(found.energy[numbers], expected[:, 0], atol=1e-14)
-    np.testing.assert_allclose(found.gap[numbers], expected[:, 1] - expected[:, 0], atol=1e-14)
-    one = landscape.every_energy("LRLLL")[numbers]
-    row = landscape.words.index("LRLLL")
-    flipped = [
-        tuple(c.translate(str.maketrans("NS", "SN")) for c in sequence_of(int(k), 6))
-        for k in numbers
-    ]
-    np.testing.assert_allclose(landscape.energies(flipped)[:, row], one, atol=1e-14)
-    # A word and its mirror image are the ground states of equally many sequences.
-    counts = found.counts()
-    assert counts["LRLLL"] == counts["RLRRR"]
-
-
-def test_one_component_has_one_word() -> None:
-    landscape = Landscape(scene_of(("NSNS",), "points"))
-    assert landscape.words == ("",)
-    assert landscape.energies().tolist() == [0.0]
-    assert landscape.torques().shape == (1, 0)
-    assert landscape.every_sequence().gap.tolist() == [np.inf] * 8
-
-
 def test_wrong_arguments_are_named() -> None:
     scene = mf.load_scene("paper/sequence-1")
     landscape = Landscape(scene, "folded")
-    words: str = "some"
-    assert words not in get_args(Words)
-    with pytest.raises(ValueError, match="among: 'some' is not allowed; must be one of all, fold"):
-        Landscape(scene, words)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ValueError, match=r"13 components are not allowed; .* at most 12"):
         Landscape(scene.replace(sequence=("NSNS",) * 13))
     with pytest.raises(ValueError, match="word: 'SSSSS' is not allowed"):
@@ -194,7 +132,5 @@ def test_wrong_arguments_are_named() -> None:
         landscape.energies([("NNNN", "SSSS")])
     with pytest.raises(mf.SceneError, match="sequence"):
         landscape.energies([("NNNX",) * 6])
-    with pytest.raises(ValueError, match="number: 256 is not allowed; must be from 0 to 255"):
-        sequence_of(256, 2)
     with pytest.raises(ValueError, match="7 components are not allowed"):
         best_words(np.zeros((1, 28, 28)), ("",), 0.0)

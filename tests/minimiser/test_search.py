@@ -1,5 +1,6 @@
-"""The minimiser against brute force over positions in plain NumPy."""
+"""Words and the minimiser against brute force over positions, and the paper's three sequences."""
 
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -8,13 +9,32 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.minimiser import ground_state, minimise
-from magfold_env.minimiser.energies import quadratic_forms, signs, word_energies
+from magfold_env.minimiser import Minimum, State, ground_state, minimise
 from magfold_env.minimiser.lattice import all_words, from_words
 from magfold_env.scene import Magnets, Scene
-from magfold_env.shapes import headings, word_to_angles
 from tests.minimiser import reference
 from tests.minimiser.scenes import MODELS, scene_of, sequences
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5, 6, 7])
+def test_all_words_without_overlap_in_the_order_slr(n: int) -> None:
+    lattice = all_words(n)
+    assert [lattice.word(row) for row in range(len(lattice))] == reference.words(n)
+
+
+def test_cells_and_poses_are_centres_and_headings() -> None:
+    words = ["LRSLR", "LLLLL", "SSSSS", "RSLSR"]
+    lattice = from_words(words)
+    for row, word in enumerate(words):
+        centres, headings = reference.centres_and_headings(word, side=np.sqrt(2.0))
+        np.testing.assert_allclose(lattice.cells[row], centres - centres[0], atol=1e-12)
+        for i, j, poses in lattice.pairs():
+            cos, sin = np.cos(headings[i]), np.sin(headings[i])
+            seen = np.array([[cos, sin], [-sin, cos]]) @ (centres[j] - centres[i])
+            np.testing.assert_allclose(poses[row, :2], seen, atol=1e-12)
+            turned = (headings[j] - headings[i]) / (np.pi / 2) - poses[row, 2]
+            assert turned / 4 == pytest.approx(round(turned / 4))
+
 
 Feed = Literal["forward", "backward"]
 
@@ -38,21 +58,6 @@ def test_full_search_is_brute_force(sequence: tuple[str, ...], model: str) -> No
         assert state.fully_folded == ("S" not in state.word)
     energies = [state.energy for state in found.states]
     assert np.all(np.diff(energies) >= -1e-9 * scale)
-
-
-@pytest.mark.medium
-@pytest.mark.parametrize("model", ["points", "strips"])
-def test_full_search_of_six_components(model: str) -> None:
-    rng = np.random.default_rng(6)
-    words = reference.words(6)
-    for _ in range(3):
-        sequence = tuple("".join(rng.choice(["N", "S"], 4)) for _ in range(6))
-        scene = scene_of(sequence, model)
-        found = minimise(scene, top=3)
-        expected = [reference.energy(sequence, w, 0.0125, MODELS[model]) for w in words]
-        order = np.argsort(expected)[:3]
-        assert [state.word for state in found.states] == [words[k] for k in order]
-        assert [s.energy for s in found.states] == pytest.approx([expected[k] for k in order])
 
 
 @given(sequence=sequences(2, 6), mode=st.sampled_from(["forward", "backward"]))
@@ -83,28 +88,6 @@ def test_one_joint_at_a_time_with_all_components_acting(
     assert found.best.word == "".join(letters)
 
 
-def test_the_energy_is_a_quadratic_form_in_the_signs() -> None:
-    sequence = mf.load_scene("paper/sequence-2").sequence
-    scene = scene_of(sequence, "strips")
-    lattice = all_words(6)
-    form = quadratic_forms(scene, lattice)
-    s = signs(sequence).ravel()
-    np.testing.assert_allclose(
-        np.einsum("a,wab,b->w", s, form, s), word_energies(scene, lattice), rtol=1e-11
-    )
-    np.testing.assert_array_equal(form, form.transpose(0, 2, 1))
-    for k in range(0, 24, 4):
-        assert not form[:, k : k + 4, k : k + 4].any(), "faces of one component do not couple"
-
-
-@pytest.mark.parametrize("name", ["paper/sequence-1", "paper/sequence-3-literal"])
-def test_a_state_has_the_energy_of_its_headings(name: str) -> None:
-    scene = mf.load_scene(name)
-    for state in minimise(scene, top=20).states:
-        angles = headings(word_to_angles(state.word), first=0.7)
-        assert state.energy == pytest.approx(mf.energy(scene, angles), rel=1e-12)
-
-
 def test_ties_are_reported_and_broken_in_the_order_slr() -> None:
     # Its own mirror image: mirrored words have equal energies.
     scene = scene_of(("NSSN",) * 3, "strips")
@@ -124,20 +107,6 @@ def test_without_magnets_everything_ties() -> None:
     assert found.best.energy == 0.0
 
 
-def test_a_single_component_has_one_state() -> None:
-    for mode in ("free", "forward", "backward"):
-        found = minimise(scene_of(("NSNS",), "strips"), mode)
-        assert found.best.word == ""
-        assert found.best.energy == 0.0
-
-
-def test_no_stable_state_is_no_error_until_it_is_asked_for() -> None:
-    found = minimise(scene_of(("NNNN",) * 3, "points"), among="stable")
-    assert found.states == ()
-    with pytest.raises(ValueError, match="no state"):
-        _ = found.best
-
-
 def test_long_chains_are_searched_by_branch_and_bound() -> None:
     scene = Scene(sequence=("NSNS", "SNNN") * 7, magnets=Magnets(nodes=2))
     found = minimise(scene, top=3)
@@ -151,14 +120,52 @@ def test_long_chains_are_searched_by_branch_and_bound() -> None:
         assert decided.energy >= found.best.energy
 
 
+STATES = {
+    1: "LRLLL -26.6765; LRRRL -25.0128 4-5; RRLLL -26.5601; LRLLR -24.6627; RRLLR -24.5481",
+    2: "LRLLL 0.9183; LRLRL 1.9552; LRRLL 2.0832; RRLLL 3.5892 1-2; LLRRL 4.5784 2-3",
+    3: "LRLLL -16.8109; RRLLL -13.3066 1-2; LRLRL -12.9388 4-5; LRLLR -12.8806 5-6; "
+    "LRRLL -12.2854 3-4",
+}
+
+
+@cache
+def search(k: int, mode: str = "free", among: str = "all", top: int = 300) -> Minimum:
+    scene = mf.load_scene(f"paper/sequence-{k}-literal")
+    return minimise(scene, mode, top=top, among=among)  # pyright: ignore[reportArgumentType]
+
+
+def states(k: int, among: str = "all") -> dict[str, State]:
+    return {state.word: state for state in search(k, among=among).states}
+
+
+@pytest.mark.parametrize("k", [1, 2, 3])
+def test_the_five_lowest_folded_states_and_their_scores(k: int) -> None:
+    expected = sorted((row.split() for row in STATES[k].split(";")), key=lambda row: float(row[1]))
+    found = search(k, among="folded", top=5).states
+    assert [state.word for state in found] == [row[0] for row in expected]
+    for state, (_, score, *conflicts) in zip(found, expected, strict=True):
+        assert round(state.coulomb_score * 1e3, 4) == float(score)
+        assert ["{}-{}".format(*pair) for pair in state.conflicts] == conflicts
+        assert state.fully_folded
+        assert state.stable == (not conflicts)
+
+
 @pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"mode": "sideways"}, "mode: 'sideways' is not allowed; must be one of free, forward"),
-        ({"among": "some"}, "among: 'some' is not allowed; must be one of all, folded, stable"),
-        ({"top": 0}, "top: 0 is not allowed; must be from 1 to 10000000"),
-    ],
+    ("k", "forward", "backward"),
+    [(1, "LRLLL", "LRLLR"), (2, "LRLRL", "LRLRL"), (3, "LRLLL", "LRLLL")],
 )
-def test_wrong_arguments_are_named(changes: dict[str, object], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        minimise(scene_of(("NSNS",) * 2, "points"), **changes)  # pyright: ignore[reportArgumentType]
+@pytest.mark.parametrize("suffix", ["", "-literal"])
+def test_table_1(k: int, forward: str, backward: str, suffix: str) -> None:
+    scene = mf.load_scene(f"paper/sequence-{k}{suffix}")
+    for mode, word in (("forward", forward), ("backward", backward)):
+        found = minimise(scene, mode)  # pyright: ignore[reportArgumentType]
+        assert found.best.word == word
+        assert found.best.stable
+
+
+def test_sequence_3_supports_one_stable_state() -> None:
+    stable = search(3, among="stable").states
+    assert [state.word for state in stable] == ["LRLLL"]
+    assert search(3).best.word == stable[0].word
+    assert stable[0].outline == states(1)["LRLLL"].outline
+    assert {(4, 5), (3, 6)} <= set(stable[0].contacts)

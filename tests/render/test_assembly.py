@@ -1,4 +1,4 @@
-"""Assembly sheets: what is drawn on them, where, and the files."""
+"""Assembly sheets and parts lists: what stands on them, where, and the files."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -16,11 +16,17 @@ from magfold_env.render.assembly import (
     LONGEST,
     card_scale,
     draw_card,
-    draw_fold,
-    holding_text,
     predicted,
     simulated,
 )  # fmt: skip
+from magfold_env.render.parts import (
+    GRADES,
+    grade_text,
+    kind_text,
+    kinds,
+    nearest_grade,
+    release_text,
+)
 from magfold_env.reporting.plotting import figure_class
 from magfold_env.shapes import headings, word_to_angles
 
@@ -98,26 +104,6 @@ def test_the_text_of_a_card_is_large_enough_and_apart(scene: mf.Scene, k: int) -
         assert not near, text
 
 
-def test_numbers_are_left_out_where_they_cannot_be_read() -> None:
-    for width, shown in ((50.0, 6), (8.0, 0)):
-        axis = _axis()
-        draw_fold(axis, (0.0, 0.0, width, width), FREE, headings(word_to_angles("LRLLL")))
-        assert len(axis.texts) == shown
-        assert all(text.get_fontsize() >= 6.0 for text in axis.texts)
-
-
-@pytest.mark.parametrize(("direction", "way"), [("forward", -1), ("backward", 1)])
-def test_the_arrow_points_where_the_feed_goes(direction: str, way: int) -> None:
-    axis = _axis()
-    scene = ANCHOR.replace(feed={"direction": direction})
-    draw_card(axis, (0.0, CARD[1]), scene, 0, [""] * 4)
-    (arrow,) = [text for text in axis.texts if getattr(text, "arrow_patch", None) is not None]
-    assert np.sign(arrow.xy[0] - arrow.get_position()[0]) == way
-    still = _axis()
-    draw_card(still, (0.0, CARD[1]), scene.replace(mount="free", field=None), 0, [""] * 4)
-    assert "feed" not in {text.get_text() for text in still.texts}
-
-
 def test_magnets_and_casings_are_true_to_scale() -> None:
     axis = _axis()
     draw_card(axis, (0.0, CARD[1]), ANCHOR, 0, [""] * 4)
@@ -136,16 +122,6 @@ def test_magnets_and_casings_are_true_to_scale() -> None:
         assert 1e3 * small.casing.diagonal * card_scale(small) <= 36.0
 
 
-def test_a_fold_is_drawn_inside_its_box() -> None:
-    axis = _axis()
-    box = (10.0, 20.0, 50.0, 40.0)
-    draw_fold(axis, box, FREE, headings(word_to_angles("LRLLS"), first=0.7))
-    corners = np.concatenate([p.get_xy() for p in axis.patches if hasattr(p, "get_closed")])
-    assert (corners >= [10.0, 20.0]).all()
-    assert (corners <= [60.0, 60.0]).all()
-    assert [text.get_text() for text in axis.texts] == list("123456")
-
-
 def test_predictions_stand_beside_the_simulation() -> None:
     tube = FREE.replace(mount="tube", feed={"direction": "backward"})
     free, one_by_one = predicted(tube, "LRLLL")
@@ -159,16 +135,6 @@ def test_predictions_stand_beside_the_simulation() -> None:
         assert "field" in outcome.note
     long = FREE.replace(sequence=("NSNS",) * (LONGEST + 1))
     assert "more than 24 components" in predicted(long, "")[0].note
-
-
-def test_what_the_simulated_fold_withstands_says_of_what_it_is() -> None:
-    fold = mf.simulate(FREE)
-    told = holding_text(fold)
-    assert told.startswith("As simulated: joints open at ")
-    assert str(mf.holding(fold)).split("; ")[-1] in told
-    drawn = holding_text(replace(fold, status=mf.FoldStatus.MISFOLDED), drawn=True)
-    assert drawn.startswith("As simulated, its numbers drawn within the scene's spreads: joints of")
-    assert "of what was simulated, misfolded, open at" in drawn
 
 
 def test_a_fold_that_broke_down_is_told_and_not_drawn() -> None:
@@ -199,7 +165,39 @@ def test_long_chains_flow_onto_more_pages(count: int, pages: int, tmp_path: Path
     assert {entry.name for entry in tmp_path.iterdir()} == {"sheet.pdf", "sheet.PNG"}
 
 
-def test_a_sheet_is_a_pdf_or_a_png(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"sheet.txt' is not allowed; must end in .pdf or .png"):
-        save_sheet(FREE, _fold(FREE, "LRLLL"), tmp_path / "sheet.txt")
-    assert not list(tmp_path.iterdir())
+def test_every_magnet_is_counted_once_and_where_it_is() -> None:
+    found, where = kinds(ANCHOR)
+    empty = np.array([[pole == "-" for pole in faces] for faces in ANCHOR.sequence])
+    np.testing.assert_array_equal(where == -1, empty)
+    assert [kind.name for kind in found] == ["A", "B"]
+    for index, kind in enumerate(found):
+        assert kind.pieces == (where == index).sum()
+    assert sum(kind.pieces for kind in found) == "".join(ANCHOR.sequence).count("N") + "".join(
+        ANCHOR.sequence
+    ).count("S")
+    # Front faces have the small strong blocks.
+    assert (where[:, [0, 3]] == 0).all()
+    assert found[0].width == found[0].height == 0.004
+    assert kind_text(found[0]) == (
+        "12 pieces, 4 × 4 × 2 mm, inset 0.5 mm: remanence 1.2 T (NdFeB N35, 1.17–1.22 T)"
+    )
+
+
+@pytest.mark.parametrize(("direction", "first"), [("forward", 1), ("backward", 6)])
+def test_who_leaves_the_tube_first_is_told(direction: str, first: int) -> None:
+    scene = mf.load_scene("tube-feed").replace(feed={"direction": direction, "speed": 0.08})
+    text = release_text(scene)
+    assert f"component {first} leaves first, at 80 mm/s" in text
+    assert "magnets are set at the mouth" in text
+    assert release_text(scene.replace(mount="free")) == "Free release."
+    assert "pinned" in release_text(scene.replace(mount="pinned"))
+
+
+def test_the_nearest_grade_is_named_and_where_there_is_none_it_is_said() -> None:
+    for grade in GRADES:
+        assert nearest_grade((grade.low + grade.high) / 2) is grade
+    assert grade_text(1.3) == "NdFeB N42, 1.28–1.32 T"
+    for remanence, nearest in ((0.9, "N30"), (0.8, "BN10"), (0.1, "BN2"), (1.6, "N52")):
+        text = grade_text(remanence)
+        assert text.startswith("no common grade; nearest ")
+        assert nearest in text

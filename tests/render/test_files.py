@@ -40,20 +40,6 @@ def test_gif_of_a_fold_plays_as_long_as_asked_and_is_small(tmp_path: Path) -> No
     assert path.stat().st_size < 2e6
 
 
-def test_gif_of_several_folds_is_one_sheet(tmp_path: Path) -> None:
-    path = tmp_path / "folds.gif"
-    folds = [recorded("LRLLL"), recorded("LRLRL", frames=5, time=0.1), recorded("LLRLL")]
-    save_gif(folds, path, fps=5, seconds=1.0, size=(600, 200))
-    with Image.open(path) as image:
-        assert image.size == (600, 200)
-        image.seek(getattr(image, "n_frames", 1) - 1)
-        last = np.asarray(image.convert("RGB"))
-    # All three have chains in their own third.
-    reds = [(last[:, k : k + 200, 0] > last[:, k : k + 200, 2] + 80).sum() for k in (0, 200, 400)]
-    assert min(reds) > 100
-    assert path.stat().st_size < 2e6
-
-
 def test_wrong_arguments_of_a_gif_are_named(tmp_path: Path) -> None:
     fold = recorded("LRLLL", frames=2)
     still = mf.Fold(**{**vars(fold), "trajectory": None})

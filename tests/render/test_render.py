@@ -1,17 +1,16 @@
-"""Frames: what is drawn, and where."""
+"""Frames: what is drawn, where, and which faces touch."""
 
-import importlib
-import sys
 from typing import Any
 
 import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env import shapes
 from magfold_env.render import frame, style
 from magfold_env.render.canvas import Canvas, View
-from magfold_env.render.frames import chain_view, usual_view, with_magnets
+from magfold_env.render.chain import touches
+from magfold_env.render.frames import with_magnets
+from magfold_env.shapes import centres, headings, word_to_angles
 
 FREE = mf.load_scene("paper/sequence-3")
 TUBE = mf.load_scene("tube-feed")
@@ -33,14 +32,6 @@ def test_a_canvas_is_true_to_scale_and_points_up() -> None:
     assert (columns.min(), columns.max()) == pytest.approx((150, 200), abs=1)
 
 
-def test_a_frame_is_an_rgb_array_of_the_asked_size() -> None:
-    picture = frame(FREE, np.zeros(6), np.zeros(2), 6, target="LRLLL", caption="x", size=(320, 200))
-    assert picture.shape == (200, 320, 3)
-    assert picture.dtype == np.uint8
-    again = frame(FREE, np.zeros(6), np.zeros(2), 6, target="LRLLL", caption="x", size=(320, 200))
-    np.testing.assert_array_equal(picture, again)
-
-
 def test_poles_have_their_colours() -> None:
     def colours(letters: str) -> tuple[int, int]:
         scene = FREE.replace(sequence=(letters,) * 6)
@@ -56,16 +47,6 @@ def test_poles_have_their_colours() -> None:
     assert half[1] == pytest.approx(half[0], rel=0.1)
     bare = frame(FREE.replace(magnets=None), np.zeros(6), np.zeros(2), 6)
     assert _count(bare, style.NORTH) == _count(bare, style.SOUTH) == 0
-
-
-def test_a_face_without_a_magnet_stays_bare() -> None:
-    def colours(letters: str) -> list[int]:
-        picture = frame(FREE.replace(sequence=(letters,) * 6), np.zeros(6), np.zeros(2), 6)
-        return [_count(picture, c) for c in (style.NORTH, style.SOUTH, style.EMPTY)]
-
-    whole, some, none = colours("NNNN"), colours("N-N-"), colours("----")
-    assert some[0] == pytest.approx(whole[0] / 2, rel=0.05)
-    assert none == [0, 0, 0]
 
 
 def test_magnets_have_the_size_of_their_face() -> None:
@@ -105,34 +86,6 @@ def test_a_fixed_magnet_is_a_bar_of_two_poles() -> None:
     assert _count(frame(bare, np.zeros(6), [0.0, 0.0], 6), style.NORTH) == 0
 
 
-def test_views_hold_a_fixed_magnet_that_is_not_too_far() -> None:
-    straight = np.zeros(6), np.zeros(2), 6
-    near = FREE.replace(field={"magnet": MAGNET})
-    far = FREE.replace(field={"magnet": {**MAGNET, "position": (3.0, 0.0)}})
-    corners = mf.FixedMagnet(**MAGNET).outline.corners
-    view = chain_view(near, *straight)
-    assert view.top > corners[:, 1].max()
-    assert view.right > corners[:, 0].max()
-    assert chain_view(far, *straight) == chain_view(FREE, *straight)
-    assert usual_view(far, (640, 480)) == usual_view(FREE, (640, 480))
-
-
-@pytest.mark.parametrize("field", [(0.0, 0.02), (0.02, 0.0), (-0.02, 0.0), (0.0, -0.02)])
-def test_an_even_field_is_an_arrow_along_it(field: tuple[float, float]) -> None:
-    scene = FREE.replace(magnets=None, field={"uniform": field})
-    picture = frame(scene, np.zeros(6), [0.0, 0.0], 6)
-    rows, columns = np.nonzero((picture == np.array(style.FIELD[:3])).all(axis=-1))
-    arrow = rows < 450  # the number stands below it
-    y, x = -rows[arrow], columns[arrow]
-    extent = np.array([np.ptp(x), np.ptp(y)])
-    assert extent @ np.abs(np.sign(field)) > 3.0 * extent @ np.abs(np.sign(field[::-1]))
-    # The head is wide: the mean lies beyond the middle of the extent.
-    lean = np.array([x.mean() - (x.min() + x.max()) / 2, y.mean() - (y.min() + y.max()) / 2])
-    assert lean @ np.sign(field) > 0.02 * extent.max()
-    still = FREE.replace(magnets=None, field={})
-    assert _count(frame(still, np.zeros(6), [0.0, 0.0], 6), style.FIELD) == 0
-
-
 def test_front_left_lies_to_the_left_of_the_heading() -> None:
     scene = mf.Scene(sequence=("NSSS",))
     picture = frame(scene, [0.0], [0.0, 0.0], 1)
@@ -164,39 +117,35 @@ def test_components_in_the_tube_show_no_poles_until_they_are_loaded(direction: s
     assert _count(some, style.NORTH) < _count(every, style.NORTH)
 
 
-def test_a_component_at_the_mouth_is_not_yet_loaded() -> None:
-    at_mouth = with_magnets(TUBE, np.full(6, np.pi), np.zeros(2), 0)
-    assert not at_mouth.any()
+SIDE = 0.0125
+ORIGIN = np.zeros(2)
 
 
-def test_the_view_stands_still_unless_the_chain_leaves_it() -> None:
-    def ruler(base: list[float]) -> int:
-        picture = frame(FREE.replace(magnets=None), np.zeros(6), base, 6)
-        return _count(picture[-20:, -300:], style.FAINT)
-
-    assert ruler([0.0, 0.0]) == ruler([0.005, 0.01])
-    assert ruler([0.5, 0.0]) < ruler([0.0, 0.0])  # zoomed out: a centimetre is shorter
+def _pairs(word: str, turn: float = 0.0) -> list[tuple[int, int]]:
+    angles = headings(word_to_angles(word)) + turn
+    return [(t.first[0] + 1, t.second[0] + 1) for t in touches(angles, ORIGIN, SIDE)]
 
 
-def test_a_chain_view_holds_every_casing() -> None:
-    angles = shapes.headings(shapes.word_to_angles("LRRLS"), first=0.4)
-    view = chain_view(FREE, angles, np.array([0.1, -0.2]), 6)
-    place = shapes.centres(angles, side=FREE.casing.side, base=[0.1, -0.2])
-    half = DIAGONAL / 2
-    assert view.left < place[:, 0].min() - half
-    assert view.right > place[:, 0].max() + half
-    assert view.bottom < place[:, 1].min() - half
-    assert view.top > place[:, 1].max() + half
+@pytest.mark.parametrize("word", ["L", "R", "LRLLL", "LLL", "SLS", "LRLRL", "LLRRL"])
+def test_on_the_lattice_neighbouring_cells_touch(word: str) -> None:
+    angles = headings(word_to_angles(word))
+    middles = centres(angles, side=SIDE)
+    apart = np.hypot(*(middles[:, None] - middles[None]).transpose(2, 0, 1))
+    first, second = np.nonzero(np.triu(np.abs(apart - SIDE) < 1e-6 * SIDE))
+    expected = sorted(zip((first + 1).tolist(), (second + 1).tolist(), strict=True))
+    assert sorted(_pairs(word)) == expected
 
 
-def test_a_target_of_the_wrong_length_is_an_error() -> None:
-    with pytest.raises(ValueError, match="must have 5 letters for 6 components"):
-        frame(FREE, np.zeros(6), np.zeros(2), 6, target="LR")
+def test_faces_that_open_do_not_touch() -> None:
+    joint = np.array([np.pi / 2 - 0.1])
+    assert touches(headings(joint), ORIGIN, SIDE) == []
 
 
-def test_without_pillow_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in [name for name in sys.modules if name.startswith("magfold_env.render")]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, "PIL", None)
-    with pytest.raises(ImportError, match=r"pip install -e '\.\[render\]'"):
-        importlib.import_module("magfold_env.render")
+def test_the_stretch_is_the_shared_side() -> None:
+    (touch,) = touches(headings(word_to_angles("L")), ORIGIN, SIDE)
+    assert np.hypot(*(touch.ends[1] - touch.ends[0])) == pytest.approx(SIDE)
+    # A joint to the left brings the left faces together: front of 1, back of 2.
+    assert touch.first == (0, 0)
+    assert touch.second == (1, 1)
+    middle = centres(headings(word_to_angles("L")), side=SIDE).mean(axis=0)
+    np.testing.assert_allclose(touch.ends.mean(axis=0), middle, atol=1e-12)

@@ -57,12 +57,6 @@ def _drawn(page: chromium.Page) -> np.ndarray:
     return np.array(rows) * [1.0, -1.0, -1.0]
 
 
-def _middle(page: chromium.Page, selector: str) -> tuple[float, float, float, float]:
-    """Left, top, width and height of an element [px]."""
-    box = page.value(f"document.querySelector('{selector}').getBoundingClientRect().toJSON()")
-    return box["x"], box["y"], box["width"], box["height"]
-
-
 def _view(page: chromium.Page) -> list[float]:
     return list(
         map(float, page.value("document.getElementById('drawing').getAttribute('viewBox')").split())
@@ -147,42 +141,6 @@ def test_keys_do_what_the_page_says(page: chromium.Page) -> None:
     assert _view(page)[2] == width
 
 
-def test_zoom_keeps_the_place_under_the_pointer_and_a_drag_moves_it(page: chromium.Page) -> None:
-    left, top, width, height = _middle(page, "#drawing")
-    x, y = round(left + 0.3 * width), round(top + 0.7 * height)
-    place = (
-        f"(() => {{ const m = document.getElementById('drawing').getScreenCTM().inverse();"
-        f" const p = new DOMPoint({x}, {y}).matrixTransform(m); return [p.x, p.y]; }})()"
-    )
-    before, view = page.value(place), _view(page)
-    page.wheel(x, y, -200)
-    page.until(f"document.getElementById('drawing').viewBox.baseVal.width < {view[2] - 1}")
-    np.testing.assert_allclose(page.value(place), before, atol=1e-3)
-    zoomed = _view(page)
-    assert zoomed[2] < view[2]
-    page.drag((x, y), (x + 50, y), (x + 100, y - 30))
-    moved = _view(page)
-    assert moved[0] < zoomed[0]
-    assert moved[1] > zoomed[1]
-    assert moved[2:] == zoomed[2:]
-    page.value("document.querySelector('[data-zoom=fit]').click()")
-    assert _view(page) == view
-
-
-def test_a_click_on_a_diagram_seeks(page: chromium.Page) -> None:
-    for figure in ("#energies", "#joints"):
-        left, top, width, height = _middle(page, f"{figure} .plot")
-        places = [left + share * width for share in (0.3, 0.8)]
-        frames = []
-        for x in places:
-            page.drag((x, top + height / 2))
-            # The page draws when its next frame is due.
-            cursor = f"document.querySelector('{figure} .cursor').getBoundingClientRect().x"
-            page.until(f"Math.abs({cursor} - {x}) <= 2")
-            frames.append(int(page.value("document.getElementById('time').value")))
-        assert 3 < frames[0] < frames[1] < 28
-
-
 @pytest.mark.parametrize("size", [(360, 740), (820, 1180), (1600, 900)])
 @pytest.mark.parametrize("dark", [False, True])
 def test_nothing_sticks_out_sideways(
@@ -194,16 +152,6 @@ def test_nothing_sticks_out_sideways(
     floor = page.value("getComputedStyle(document.body).backgroundColor")
     light = sum(map(int, floor.removeprefix("rgb(").removesuffix(")").split(",")))
     assert (light < 384) == dark
-
-
-@pytest.mark.parametrize("size", [(1600, 900), (1000, 640)])
-def test_what_plays_the_fold_is_in_sight(page: chromium.Page, size: tuple[int, int]) -> None:
-    page.resize(*size)
-    page.until(f"innerWidth == {size[0]}")
-    for place in (0, 300, 10_000):
-        page.value(f"scrollTo(0, {place})")
-        lowest = "document.getElementById('controls').getBoundingClientRect().bottom"
-        assert page.value(f"{lowest} <= innerHeight")
 
 
 def test_everything_to_press_has_a_name(page: chromium.Page) -> None:
@@ -231,16 +179,3 @@ def test_a_tube_a_fixed_magnet_and_a_field_are_drawn(
     assert "0.02 mT" in page.value("document.getElementById('arrow').textContent")
     # Component 4 has no magnets behind: two letters fewer.
     assert page.value("document.querySelectorAll('.magnet').length") == 22
-
-
-def test_magnets_that_are_not_loaded_yet_are_bare(browser: chromium.Page, tmp_path: Path) -> None:
-    page = _opened(browser, recorded("LRLLL", mf.load_scene("tube-feed")), tmp_path)
-    assert page.value("document.querySelectorAll('.bare').length") == 6
-    page.key("End")
-    assert page.value("document.querySelectorAll('.bare').length") == 0
-
-
-def test_one_component_needs_no_diagram_of_joints(browser: chromium.Page, tmp_path: Path) -> None:
-    page = _opened(browser, recorded("", mf.Scene(sequence=("NSNS",))), tmp_path)
-    assert page.complaints() == []
-    assert page.value("document.getElementById('joints').hidden")

@@ -4,7 +4,6 @@ import json
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -20,18 +19,12 @@ from tests.folds import FREE, recorded
 TUBE = mf.load_scene("tube-feed")
 
 
-_VOID = ("meta", "link", "input")
-
-
 class _Reader(HTMLParser):
     """Scripts of a page, and every attribute that could make a browser fetch something."""
 
     def __init__(self) -> None:
         super().__init__()
         self.inside = ""
-        self.open: list[str] = []
-        self.around: dict[str, list[str]] = {}
-        """In which elements that have a name those lie that have one."""
         self.text = ""
         self.scripts: dict[str, str] = {}
         self.addresses: list[str] = []
@@ -40,19 +33,11 @@ class _Reader(HTMLParser):
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         given = dict(attrs)
         self.inside = str(given.get("type")) if tag == "script" else tag
-        name = given.get("id") or ""
-        self.around[name] = list(self.open)
-        if tag not in _VOID:
-            self.open.append(name)
         names = ("src", "href", "action", "srcset", "data", "poster")
         self.addresses += [value for name in names if (value := given.get(name))]
 
     def handle_endtag(self, tag: str) -> None:
         self.inside = ""
-        self.open.pop()
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Do nothing for `<path/>`."""
 
     def handle_data(self, data: str) -> None:
         if self.inside == "title":
@@ -91,19 +76,6 @@ def test_a_page_holds_the_recorded_motion(tmp_path: Path) -> None:
         expected = 1e3 * find(FREE, motion)
         np.testing.assert_allclose(data[name], expected, atol=1e-4 * np.abs(expected).max())
     assert data["tube"] is data["field"] is None
-
-
-def test_a_page_says_what_a_word_is(tmp_path: Path) -> None:
-    reader, _ = _page(recorded("LRLLL"), tmp_path)
-    assert "L turns left, R right, S stays straight" in reader.text
-
-
-def test_nothing_to_press_lies_on_the_drawing(tmp_path: Path) -> None:
-    reader, _ = _page(recorded("LRLLL"), tmp_path)
-    assert reader.open == []
-    assert "stage" in reader.around["drawing"]
-    assert "controls" in reader.around["zoom"]
-    assert "stage" not in reader.around["zoom"]
 
 
 def test_a_page_asks_for_nothing_outside_itself(tmp_path: Path) -> None:
@@ -147,31 +119,11 @@ def test_what_surrounds_a_chain_is_on_the_page() -> None:
     assert bare["pinned"]
 
 
-def test_a_single_component_has_a_page(tmp_path: Path) -> None:
-    reader, data = _page(recorded("", mf.Scene(sequence=("NSNS",))), tmp_path)
-    assert reader.title == "Fold (one component), folded"
-    assert len(data["angles"][0]) == 1
-
-
 def test_a_fold_that_was_not_recorded_is_refused(tmp_path: Path) -> None:
     still = replace(recorded("LRLLL"), trajectory=None)
     with pytest.raises(ValueError, match="simulate it with a frame_rate"):
         still.to_html(tmp_path / "fold.html")
     assert not list(tmp_path.iterdir())
-
-
-def test_a_fold_that_was_not_simulated_has_a_page_without_magnetic_energies() -> None:
-    data = page_data(recording(replace(recorded("LRLLL"), magnetic_energy=None)))
-    assert data["magnetic"] is None
-    assert max(data["kinetic"]) > 0.0
-
-
-def test_a_chain_that_rested_at_once_is_one_frame() -> None:
-    still = mf.simulate(mf.Scene(sequence=("----",) * 30, start_angle_spread=0.0), frame_rate=24.0)
-    data = page_data(recording(still))
-    assert data["time"] == [0.0]
-    assert data["angles"] == [[0.0] * 30]
-    assert data["kinetic"] == [0.0]
 
 
 def test_a_fold_that_broke_down_is_shown_up_to_there() -> None:
@@ -184,31 +136,3 @@ def test_a_fold_that_broke_down_is_shown_up_to_there() -> None:
     fold.trajectory.base[0] = np.inf
     with pytest.raises(ValueError, match="without a finite frame"):
         page_data(recording(fold))
-
-
-def test_the_page_has_the_colours_of_the_pictures() -> None:
-    pytest.importorskip("PIL")
-    style = import_module("magfold_env.render.style")
-    css = (Path(mf.__file__).parent / "replay" / "page.css").read_text(encoding="utf-8")
-    by_day = dict(re.findall(r"--([a-z-]+): light-dark\(#([0-9a-f]{6}),", css))
-    names = (
-        "north",
-        "south",
-        "casing",
-        "casing-edge",
-        "tube",
-        "bore",
-        "empty",
-        "field",
-        "ink",
-        "good",
-    )
-    for name in names:
-        red, green, blue = getattr(style, name.replace("-", "_").upper())
-        assert by_day[name] == f"{red:02x}{green:02x}{blue:02x}", name
-
-
-def test_every_file_of_the_page_is_in_it(tmp_path: Path) -> None:
-    reader, _ = _page(recorded("LRLLL"), tmp_path)
-    for path in (Path(mf.__file__).parent / "replay").glob("*.js"):
-        assert path.read_text(encoding="utf-8") in reader.scripts["module"], path.name

@@ -1,3 +1,6 @@
+"""Pages of reports, and the intervals and diagrams on them."""
+
+import math
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -5,6 +8,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from magfold_env.reporting.intervals import share
 from magfold_env.reporting.page import (
     Details,
     Entries,
@@ -17,7 +21,6 @@ from magfold_env.reporting.page import (
     render,
     write_page,
 )
-from magfold_env.reporting.plotting import DPI
 from magfold_env.reporting.tables import Cell, Table, cell_text
 
 VOID = {"meta", "link", "img"}
@@ -99,13 +102,6 @@ def test_everything_given_is_on_the_page_and_nothing_comes_from_elsewhere(pictur
     assert all(each.startswith(("data:", "#")) for each in found.addresses)
 
 
-def test_the_contents_lead_to_the_sections() -> None:
-    found = read(render(Page("T", [Section("Same", []), Section("Same", []), Section("§", [])])))
-    links = [each[1:] for each in found.addresses if each.startswith("#")]
-    assert links == found.anchors
-    assert len(set(links)) == 3
-
-
 def test_text_stays_text() -> None:
     nasty = '</title><script>alert("1")</script> & {{ page }}'
     table = Table(nasty, [{nasty: nasty}])
@@ -137,19 +133,6 @@ def test_what_is_folded_away_is_so_until_it_is_asked_for() -> None:
     ]
 
 
-def test_a_picture_is_never_shown_too_small_to_read(tmp_path: Path) -> None:
-    path = tmp_path / "wide.png"
-    Image.new("RGB", (13 * DPI, 2 * DPI), "white").save(path)
-    text = render(Page("T", [Section("S", [Picture(path)])]))
-    # An inch of a diagram, whose text has 9 points, is never less than 76 pixels wide.
-    assert 'width="1248" height="192"' in text
-    assert int(re.findall(r"min-width: (\d+)px", text)[0]) / 13 >= 76
-
-
-def test_an_empty_table_says_so() -> None:
-    assert "A table: nothing." in render(Page("T", [Section("S", [Table("A table", [])])]))
-
-
 @pytest.mark.parametrize(
     ("cell", "text"),
     [("as it is", "as it is"), (12345, "12345"), (12345.6, "12346"), (0.0012345, "0.00123"),
@@ -172,3 +155,19 @@ def test_a_page_is_one_file(picture: Path, tmp_path: Path) -> None:
     picture.unlink()
     found = read((tmp_path / "page.html").read_text(encoding="utf-8"))
     assert any(each.startswith("data:image/png;base64,") for each in found.addresses)
+
+
+Z = 1.959963984540054
+
+
+@pytest.mark.parametrize(("successes", "trials"), [(0, 10), (10, 10), (3, 7), (200, 520)])
+def test_the_interval_is_wilsons(successes: int, trials: int) -> None:
+    result = share(successes, trials)
+    # The ends solve (p - rate)² = z² p (1 - p) / trials.
+    for p in (result.low, result.high):
+        assert (p - result.rate) ** 2 == pytest.approx(Z**2 * p * (1 - p) / trials, abs=1e-12)
+    assert 0 <= result.low <= result.rate <= result.high <= 1
+    assert not math.isclose(result.low, result.high)
+
+
+pytest.importorskip("matplotlib.figure")

@@ -3,260 +3,139 @@
 import math
 from typing import Any
 
-import numpy as np
 import pytest
 
 import magfold_env as mf
 
 SEQUENCE = ("NSNN", "NSSN", "SNSS")
+TUBE: dict[str, Any] = {"mount": "tube"}
 FIXED: dict[str, Any] = {"position": (0.05, 0.05), "width": 0.02, "height": 0.02, "thickness": 0.01}
 
-WRONG: list[tuple[dict[str, Any], str]] = [
-    ({"colour": "red"}, "colour: 'red' is not allowed; unknown key, must be one of sequence"),
-    ({"casing": {"side": 10**400}}, "casing.side: 10000"),
-    ({"casing": {"side": math.inf}}, "casing.side: inf is not allowed; must be"),
-    ({"casing": {"side": 5}}, "casing.side: 5 is not allowed; must be at most 0.5 m; 5 mm are 0.0"),
+FOUR, THREE = [1.0] * 4, [1.0] * 3
+WRONG: list[tuple[dict[str, Any], str, str]] = [
+    ({"colour": "red"}, "colour", "unknown key, must be one of sequence"),
+    ({"casing": {"side": 5}}, "casing.side", "must be at most 0.5 m; 5 mm are 0.0"),
+    ({"casing": {"side": 0.005, "mass": 0.5}, "magnets": None}, "casing.mass", "0.5 g are 0.0005"),
+    ({"casing": {"mass": [3.7, 3.5, 3.6]}}, "casing.mass", "at most 1.95 kg where casing.side is"),
+    ({"casing": {"mass": -1.0}}, "casing.mass", "must be greater than 0"),
+    ({"casing": {"mass": [1, -2, 1]}}, "casing.mass[1]", "must be greater than 0"),
+    ({"casing": {"mass": [1, True, 1]}}, "casing.mass[1]", "must be a valid number"),
+    ({"casing": {"hinge": "face"}}, "casing.hinge", "must be 'corner'"),
+    ({"sequence": ["NSNS", "nsns"]}, "sequence[1]", "must be four letters"),
+    ({"sequence": []}, "sequence", "must have at least one component"),
+    ({"sequence": "NSNS NSNSN"}, "sequence[1]", "must be four letters"),
+    ({"feed": {"speed": [0.1] * 4}}, "feed.speed", "must have 3"),
+    ({"feed": {"bore": 0.01}}, "feed.bore", "must be at least the casing's"),
+    ({"feed": {"speed": 1e9}}, "feed.speed", "must be at most 20 m/s"),
+    ({"feed": {"schedule": {"time": [[1.0, 0.0], [1, -0.1]]}}}, "feed.schedule.time", "a leg with"),
+    ({"feed": {"schedule": {"time": [[1.0, -50]]}}}, "feed.schedule.time[0][1]", "or equal to -20"),
     (
-        {"casing": {"side": 0.005, "mass": 0.5}, "magnets": None},
-        "casing.mass: 0.5 is not allowed; must be at most 0.125 kg where casing.side is 0.005 m; "
-        "0.5 g are 0.0005",
+        {"feed": {"schedule": {"advance": [[2.0, 0.1], [2.0, 0.2]]}}},
+        "feed.schedule.advance",
+        "every leg must lead",
     ),
+    ({"start_angles": [0.0] * 3}, "start_angles", "must have 2"),
+    ({**TUBE, "start_angles": [0.3, 0.3]}, "start_angles", "must lie within 0.000441942 m of the"),
     (
-        {"casing": {"mass": [3.7, 3.5, 3.6]}},
-        "casing.mass: (3.7, 3.5, 3.6) is not allowed; must be at most 1.95 kg where casing.side is "
-        "0.0125 m; 3.5 g are 0.0035",
+        {**TUBE, "start_angles": [1.5, 1.5], "feed": {"bore": 0.1}},
+        "start_angles",
+        "neighbouring hinges must lie at most the side",
     ),
+    ({"start_offsets": [0.0] * 3}, "start_offsets", "must have 4"),
+    ({**TUBE, "start_offsets": [0.0, 0.0, 5e-4, 0.0]}, "start_offsets", "within 0.000441942 m"),
     (
-        {"casing": {"weight": 3}},
-        "casing.weight: 3 is not allowed; unknown key, must be one of side",
+        {**TUBE, "start_offsets": [0.0] * 4, "start_angles": [0.0] * 2},
+        "start_offsets",
+        "must be left out where start_angles",
     ),
-    ({"casing": {"mass": -1.0}}, "casing.mass: -1.0 is not allowed; must be greater than 0"),
-    ({"casing": {"mass": [1, -2, 1]}}, "casing.mass[1]: -2 is not allowed; must be greater than 0"),
-    ({"casing": {"mass": []}}, "casing.mass: () is not allowed; must have 3 numbers"),
-    ({"casing": {"mass": [1, 1]}}, "casing.mass: (1.0, 1.0) is not allowed; must have 3 numbers"),
-    ({"casing": {"inertia": [1]}}, "casing.inertia: (1.0,) is not allowed; must have 3 numbers"),
-    ({"casing": {"side": 0}}, "casing.side: 0 is not allowed; must be greater than 0"),
-    ({"casing": {"hinge": "face"}}, "casing.hinge: 'face' is not allowed; must be 'corner'"),
-    ({"casing": 3}, "casing: 3 is not allowed; must be"),
-    (
-        {"sequence": ["NSNSN"]},
-        "sequence[0]: 'NSNSN' is not allowed; must be four letters N, S or -",
-    ),
-    ({"sequence": ["NSNS", "nsns"]}, "sequence[1]: 'nsns' is not allowed; must be four letters"),
-    ({"sequence": []}, "sequence: [] is not allowed; must have at least one component"),
-    ({"sequence": "NSNS NSNSN"}, "sequence[1]: 'NSNSN' is not allowed; must be four letters"),
-    ({"sequence": " "}, "sequence: ' ' is not allowed; must have at least one component"),
-    ({"sequence": 5}, "sequence: 5 is not allowed; must be"),
-    (
-        {"feed": {"speed": [0.1] * 4}},
-        "feed.speed: (0.1, 0.1, 0.1, 0.1) is not allowed; must have 3",
-    ),
-    ({"feed": {"speed": 0.0}}, "feed.speed: 0.0 is not allowed; must be greater than 0"),
-    ({"feed": {"bore": 0.01}}, "feed.bore: 0.01 is not allowed; must be at least the casing's"),
-    ({"start_angles": [0.0] * 3}, "start_angles: (0.0, 0.0, 0.0) is not allowed; must have 2"),
-    ({"start_angles": [0.0, 2.0]}, "start_angles[1]: 2.0 is not allowed; must be less than or"),
-    (
-        {"mount": "tube", "start_angles": [0.3, 0.3]},
-        "start_angles: (0.3, 0.3) is not allowed; hinges must lie within 0.000441942 m of the "
-        "tube's axis, as its bore asks; their narrowest strip reaches 0.00261",
-    ),
-    (
-        {"mount": "tube", "start_angles": [1.5, 1.5], "feed": {"bore": 0.1}},
-        "start_angles: (1.5, 1.5) is not allowed; neighbouring hinges must lie at most the side",
-    ),
-    ({"start_offsets": [0.0] * 3}, "start_offsets: (0.0, 0.0, 0.0) is not allowed; must have 4"),
-    (
-        {"mount": "tube", "start_offsets": [0.0, 0.0, 5e-4, 0.0]},
-        "start_offsets: (0.0, 0.0, 0.0005, 0.0) is not allowed; must lie within 0.000441942 m",
-    ),
-    (
-        {"mount": "tube", "start_offsets": [0.0] * 4, "start_angles": [0.0] * 2},
-        "start_offsets: (0.0, 0.0, 0.0, 0.0) is not allowed; must be left out where start_angles",
-    ),
-    ({"start_angle_spread": 0.6}, "start_angle_spread: 0.6 is not allowed; must be less than or"),
-    ({"magnets": {"width": 0.01}}, "magnets.width: 0.01 is not allowed; the magnets of a casing"),
-    (
-        {"magnets": {"inset": 0.01}},
-        "magnets.width: 0.006 is not allowed; the magnets of a casing overlap, no magnet so thick "
-        "fits, must have casing.side at least 0.031 m",
-    ),
+    ({"magnets": {"width": 0.01}}, "magnets.width", "the magnets of a casing overlap"),
+    ({"magnets": {"inset": 0.01}}, "magnets.width", "must have casing.side at least 0.031 m"),
     (
         {"casing": {"side": 0.005}, "magnets": {"width": 0.002, "thickness": 0.0018}},
-        "magnets.width: 0.002 is not allowed; the magnets of a casing overlap, must be at most "
+        "magnets.width",
         "side - 2 (inset + thickness) = 0.0004 m, or casing.side at least 0.0066 m",
     ),
-    ({"magnets": {"remanence": None}}, "magnets.remanence: None is not allowed; must be given, or"),
+    ({"magnets": {"remanence": None}}, "magnets.remanence", "must be given, or"),
     (
         {"magnets": {"remanence": 0.6, "pole_charge": 8.0}},
-        "magnets.pole_charge: 8.0 is not allowed; must be left out when remanence (0.6) is given",
+        "magnets.pole_charge",
+        "must be left out",
     ),
     (
-        {"magnets": {"width": [0.006, 0.006, 0.006]}},
-        "magnets.width: [0.006, 0.006, 0.006] is not allowed; must be one number, or four, one a "
-        "face (front-left, back-left, back-right, front-right)",
+        {"magnets": {"width": [0.006] * 3}},
+        "magnets.width",
+        "must be one number, or four, one a face",
     ),
-    ({"magnets": {"width": []}}, "magnets.width: [] is not allowed; must be one number, or four"),
-    ({"magnets": {"inset": [0, 0, 0, -1]}}, "magnets.inset[3]: -1 is not allowed; must be greater"),
-    ({"magnets": {"height": [[1] * 4]}}, "magnets.height[0]: [1, 1, 1, 1] is not allowed; must be"),
+    ({"magnets": {"remanence": [FOUR] * 2}}, "magnets.remanence", "must have 3 rows of four"),
+    ({"magnets": {"remanence": 1300}}, "magnets.remanence", "at most 10 T; 1300 mT are 1.3"),
+    ({"magnets": {"pole_charge": [FOUR, THREE, FOUR]}}, "magnets.pole_charge[1]", "four numbers"),
     (
-        {"magnets": {"remanence": [1.0, 1.0]}},
-        "magnets.remanence: [1.0, 1.0] is not allowed; must be one number, or four, one a face",
-    ),
-    (
-        {"magnets": {"remanence": [[1.0] * 4] * 2}},
-        "magnets.remanence: ((1.0, 1.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0)) is not allowed; must "
-        "have 3 rows of four, the scene has 3 components",
-    ),
-    (
-        {"magnets": {"pole_charge": [[1.0] * 4, [1.0] * 3, [1.0] * 4]}},
-        "magnets.pole_charge[1]: [1.0, 1.0, 1.0] is not allowed; must be four numbers, one a face",
-    ),
-    (
-        {"magnets": {"pole_charge": [[1.0] * 4, [1.0, 0.0, 1.0, 1.0], [1.0] * 4]}},
-        "magnets.pole_charge[1][1]: 0.0 is not allowed; must be greater than 0",
-    ),
-    (
-        {"magnets": {"pole_charge": [[1.0] * 4, 1.0, [1.0] * 4]}},
-        "magnets.pole_charge[1]: 1.0 is not allowed; must be four numbers, one a face",
-    ),
-    (
-        {"magnets": {"remanence": [0.6] * 4, "pole_charge": [8.0] * 4}},
-        "magnets.pole_charge: (8.0, 8.0, 8.0, 8.0) is not allowed; must be left out when remanence",
+        {"magnets": {"pole_charge": [FOUR, [1, 0, 1, 1], FOUR]}},
+        "magnets.pole_charge[1][1]",
+        "than 0",
     ),
     (
         {"magnets": {"width": [0.007, 0.007, 0.006, 0.006]}},
-        "magnets.width: (0.007, 0.007, 0.006, 0.006) is not allowed; the magnets of front-left and "
-        "back-left overlap, front-left's must be at most 0.0065 m or back-left's at most 0.0065",
+        "magnets.width",
+        "front-left's must be at most 0.0065 m or back-left's at most 0.0065",
     ),
     (
         {"magnets": {"width": [0.013, 0.001, 0.001, 0.001], "thickness": 0.001}},
-        "magnets.width: (0.013, 0.001, 0.001, 0.001) is not allowed; front-left's must be at most "
-        "the casing's side, 0.0125 m",
+        "magnets.width",
+        "front-left's must be at most the casing's side, 0.0125 m",
     ),
     (
         {"magnets": {"width": 0.001, "thickness": [0.009, 0.001, 0.004, 0.001]}},
-        "magnets.thickness: (0.009, 0.001, 0.004, 0.001) is not allowed; the magnets of front-left "
+        "magnets.thickness",
         "and back-right overlap, their insets and thicknesses must add up to at most the casing's",
     ),
-    ({"field": {"uniform": [0.1]}}, "field.uniform: [0.1] is not allowed; must have a value"),
-    ({"field": {"uniform": 0.1}}, "field.uniform: 0.1 is not allowed; must be"),
-    ({"field": {"magnet": {"width": 0.1}}}, "field.magnet.position: None is not allowed; must be"),
+    ({"magnets": {"height": 5}}, "magnets.height", "must be at most 0.5 m; 5 mm are 0.005"),
+    ({"field": {"uniform": [0.1]}}, "field.uniform", "must have a value"),
+    ({"field": {"magnet": {"width": 0.1}}}, "field.magnet.position", "must be"),
+    ({"field": {"magnet": {**FIXED, "width": 20}}}, "field.magnet.width", "20 mm are 0.02"),
     (
-        {"field": {"magnet": {**FIXED, "remanence": 0.0}}},
-        "field.magnet.remanence: 0.0 is not allowed; must be greater than 0",
-    ),
-    (
-        {"mount": "tube", "field": {"magnet": {**FIXED, "position": (-0.05, 0.015)}}},
-        "field.magnet.position: (-0.05, 0.015) is not allowed; must leave free the tube's bore and "
-        "as much before its mouth as a casing is long: nowhere both x < 0.0176777 and |y| < 0.0",
-    ),
-    ({"magnets": {"nodes": 2.5}}, "magnets.nodes: 2.5 is not allowed; must be a valid integer"),
-    ({"mount": "glued"}, "mount: 'glued' is not allowed; must be 'pinned', 'free' or 'tube'"),
-    ({"friction": -0.1}, "friction: -0.1 is not allowed; must be greater than or equal to 0"),
-    ({"friction": math.nan}, "friction: nan is not allowed; must be a finite number"),
-    ({"duration": math.inf}, "duration: inf is not allowed; must be a finite number"),
-    ({"gravity": {"in_plane": [0.0]}}, "gravity.in_plane: [0.0] is not allowed; must have a value"),
-    ({"gravity": {"in_plane": [0, 0, 0]}}, "gravity.in_plane: [0, 0, 0] is not allowed; must have"),
-    ({"friction": True}, "friction: True is not allowed; must be a valid number"),
-    ({"casing": {"mass": [1, True, 1]}}, "casing.mass[1]: True is not allowed; must be a valid nu"),
-    ({"solver": {"max_steps": True}}, "solver.max_steps: True is not allowed; must be a valid int"),
-    ({"friction": "0.3"}, "friction: '0.3' is not allowed; must be a valid number"),
-    ({"contact": 1}, "contact: 1 is not allowed; must be a valid boolean"),
-    ({"spreads": {"mass": 1.0}}, "spreads.mass: 1.0 is not allowed; must be less than 1"),
-    (
-        {"feed": {"schedule": {"time": [[1.0, 0.0], [1.0, -0.1]]}}},
-        "feed.schedule.time: ((1.0, 0.0), (1.0, -0.1)) is not allowed; must have a leg with a",
+        {**TUBE, "field": {"magnet": {**FIXED, "position": (-0.05, 0.015)}}},
+        "field.magnet.position",
+        "as a casing is long: nowhere both x < 0.0176777 and |y| < 0.0",
     ),
     (
-        {"feed": {"schedule": {"advance": [[2.0, 0.1], [2.0, 0.2]]}}},
-        "feed.schedule.advance: ((2.0, 0.1), (2.0, 0.2)) is not allowed; every leg must lead",
+        {**TUBE, "obstacles": [{"position": [-0.02, 0.0], "size": [0.01, 0.01]}]},
+        "obstacles[0].position",
+        "must leave free the tube's bore",
     ),
-    ({"feed": {"force_limit": 0}}, "feed.force_limit: 0 is not allowed; must be greater than 0"),
-    (
-        {"mount": "tube", "obstacles": [{"position": [-0.02, 0.0], "size": [0.01, 0.01]}]},
-        "obstacles[0].position: (-0.02, 0.0) is not allowed; must leave free the tube's bore",
-    ),
-    ({"bumps": {"rate": 0, "speed": 1}}, "bumps.rate: 0 is not allowed; must be greater than 0"),
-    ({"spreads": {"inset": 0.9}}, "spreads.inset: 0.9 is not allowed; a scene at its end: magnets"),
-    (
-        {"magnets": {"remanence": 1300}},
-        "magnets.remanence: 1300 is not allowed; must be at most 10 T; 1300 mT are 1.3",
-    ),
-    (
-        {"magnets": {"remanence": [1.2, 12.5, 1.2, 1.2]}},
-        "magnets.remanence[1]: 12.5 is not allowed; must be at most 10 T; 12.5 kG are 1.25",
-    ),
-    (
-        {"magnets": {"remanence": 12500}},
-        "magnets.remanence: 12500 is not allowed; must be at most 10 T; 12500 G are 1.25",
-    ),
-    (
-        {"field": {"magnet": {**FIXED, "remanence": 1e9}}},
-        "field.magnet.remanence: 1000000000.0 is not allowed; must be at most 10 T",
-    ),
-    *(
-        ({"magnets": {name: 5}}, f"magnets.{name}: 5 is not allowed; must be at most 0.5 m; 5 mm")
-        for name in ("width", "height", "thickness", "inset")
-    ),
-    *(
-        (
-            {"field": {"magnet": {**FIXED, name: 20}}},
-            f"field.magnet.{name}: 20 is not allowed; must be at most 0.5 m; 20 mm are 0.02",
-        )
-        for name in ("width", "height", "thickness")
-    ),
-    ({"feed": {"speed": 1e9}}, "feed.speed: 1000000000.0 is not allowed; must be at most 20 m/s"),
-    (
-        {"feed": {"speed": [0.1, 50, 0.1]}},
-        "feed.speed[1]: 50 is not allowed; must be at most 20 m/s; 50 mm/s are 0.05",
-    ),
-    (
-        {"feed": {"schedule": {"time": [[1.0, 0.1], [1.0, -50]]}}},
-        "feed.schedule.time[1][1]: -50 is not allowed; must be greater than or equal to -20",
-    ),
-    (
-        {"feed": {"schedule": {"advance": [[1.0, 50]]}}},
-        "feed.schedule.advance[0][1]: 50 is not allowed; must be at most 20 m/s; 50 mm/s are 0.05",
-    ),
-    (
-        {"bumps": {"rate": 1, "speed": 50}},
-        "bumps.speed: 50 is not allowed; must be at most 20 m/s; 50 mm/s are 0.05",
-    ),
-    *(
-        (
-            {"solver": {name: 10**19}},
-            f"solver.{name}: 10000000000000000000 is not allowed; must be less than or equal to "
-            "1000000000000",
-        )
-        for name in ("max_steps", "max_steps_per_second")
-    ),
+    ({"mount": "glued"}, "mount", "must be 'pinned', 'free' or 'tube'"),
+    ({"friction": math.nan}, "friction", "must be a finite number"),
+    ({"friction": [0.1, 0.2]}, "friction", "must have 3 numbers"),
+    ({"gravity": {"in_plane": [0.0]}}, "gravity.in_plane", "must have a value"),
+    ({"solver": {"method": "paper"}}, "solver.method", "the paper's solver"),
+    ({"solver": {"max_steps": 10**19}}, "solver.max_steps", "less than or equal to 1000000000000"),
+    ({"spreads": {"inset": 0.9}}, "spreads.inset", "a scene at its end: magnets"),
     (
         {"magnets": {"remanence": 4}, "spreads": {"magnet": 0.9, "remanence": 0.5}},
-        "spreads.magnet: 0.9 is not allowed; must keep magnets.remanence at most 10 T; draws reach "
-        "11.4",
+        "spreads.magnet",
+        "must keep magnets.remanence at most 10 T; draws reach 11.4",
     ),
     (
         {"feed": {"speed": 15}, "spreads": {"feed_jitter": 0.5}},
-        "spreads.feed_jitter: 0.5 is not allowed; must keep feed.speed at most 20 m/s; draws reach",
+        "spreads.feed_jitter",
+        "must keep feed.speed at most 20 m/s; draws reach",
     ),
-    ({"friction": [0.1, 0.2]}, "friction: (0.1, 0.2) is not allowed; must have 3 numbers"),
-    ({"friction": [0.1, -1, 0.2]}, "friction[1]: -1 is not allowed; must be greater than or equal"),
-    ({"spreads": {"tilt": 60}}, "spreads.tilt: 60 is not allowed; must be less than or equal to"),
-    ({"solver": {"method": "paper"}}, "solver.method: 'paper' is not allowed; the paper's solver"),
 ]
 
 
-@pytest.mark.parametrize(("change", "message"), WRONG, ids=[message[:40] for _, message in WRONG])
+@pytest.mark.parametrize(("change", "key", "remedy"), WRONG)
 def test_wrong_values_are_named_with_key_value_and_remedy(
-    change: dict[str, Any], message: str
+    change: dict[str, Any], key: str, remedy: str
 ) -> None:
     given: dict[str, Any] = {"sequence": SEQUENCE}
     with pytest.raises(mf.SceneError) as caught:
         mf.Scene(**given | change)
-    assert str(caught.value).startswith(message)
+    message = str(caught.value)
+    assert message.startswith(f"{key}: ")
+    assert remedy in message.partition(" is not allowed; ")[2]
     with pytest.raises(mf.SceneError) as again:
         mf.Scene(**given).replace(**change)
-    assert str(again.value) == str(caught.value)
+    assert str(again.value) == message
 
 
 def test_a_misspelt_key_is_answered_by_the_one_that_was_meant() -> None:
@@ -283,21 +162,6 @@ def test_what_is_no_slip_of_units_is_allowed(casing: dict[str, Any]) -> None:
     mf.Scene(sequence=SEQUENCE, casing=mf.Casing(**casing), magnets=None)
 
 
-@pytest.mark.parametrize("pole_charge", [None, 30.0])
-def test_draws_of_the_strongest_magnets_are_allowed(pole_charge: float | None) -> None:
-    """Every spread just below 1: what is drawn of 1.6 T is up to 6.4."""
-    remanence = 1.6 if pole_charge is None else None
-    wide = mf.Scene(
-        sequence=SEQUENCE,
-        magnets=mf.Magnets(remanence=remanence, pole_charge=pole_charge),
-        feed=mf.Feed(speed=5.0),
-        spreads=mf.Spreads(remanence=0.99, magnet=0.99, feed_speed=0.99, feed_jitter=0.99),
-    )
-    drawn = [wide.draw(np.random.default_rng(seed)) for seed in range(100)]
-    assert max(scene.speeds.max() for scene in drawn) > 15.0
-    assert mf.Scene(**drawn[0].model_dump()) == drawn[0]
-
-
 def test_a_scene_at_the_end_of_its_spreads_is_told_in_one_line() -> None:
     magnets = mf.Magnets(width=(0.006, 0.007, 0.006, 0.007))  # of which all overlap at that end
     with pytest.raises(mf.SceneError) as caught:
@@ -319,8 +183,3 @@ def test_every_problem_has_its_own_line() -> None:
 def test_a_missing_sequence_is_named() -> None:
     with pytest.raises(mf.SceneError, match=r"^sequence: None is not allowed; must be given"):
         mf.Scene(**{})
-
-
-def test_a_group_alone_is_checked_too() -> None:
-    with pytest.raises(mf.SceneError, match=r"^side: -1.0 is not allowed"):
-        mf.Casing(side=-1.0)

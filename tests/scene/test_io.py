@@ -41,39 +41,6 @@ def test_paper_scenes(number: int) -> None:
     assert strong == built.replace(magnets={"remanence": 1.2}, friction=0.1)
 
 
-@pytest.mark.parametrize("number", PAPER)
-def test_alternatives_are_other_sequences_of_the_same_device(number: int) -> None:
-    built = mf.load_scene(f"paper/sequence-{number}")
-    other = mf.load_scene(f"paper/alternative-{number}")
-    assert other.sequence != built.sequence
-    changes = {"magnets": {"remanence": 0.8}, "feed": {"speed": 0.32}}
-    assert other == built.replace(sequence=other.sequence, **changes)
-
-
-def test_pendulum_scene_has_nothing_but_gravity() -> None:
-    scene = mf.load_scene("pendulum-3")
-    assert (scene.n, scene.magnets, scene.friction, scene.contact) == (3, None, 0.0, False)
-    assert scene.gravity.in_plane == (0.0, -9.8)
-    assert scene.start_angle_spread == 0.0
-
-
-def test_default_tube_scene_loads_at_the_mouth() -> None:
-    scene = mf.load_scene("tube-feed")
-    assert (scene.n, scene.mount) == (6, "tube")
-    assert scene.feed == mf.Feed(direction="forward", loading="at_mouth")
-
-
-def test_the_anchor_uses_what_real_devices_need() -> None:
-    scene = mf.load_scene("anchor")
-    assert scene.magnets is not None
-    assert not scene.magnets.even
-    assert any("-" in faces for faces in scene.sequence)
-    assert len(set(scene.magnets.charges(scene.n)[0])) == 2
-    assert scene.field is not None
-    assert scene.field.magnet is not None
-    assert any(scene.field.uniform)
-
-
 def test_paths_are_read_as_text_and_as_paths(tmp_path: Path) -> None:
     path = _write(tmp_path, "sequence: [NSNS]\nsolver: {tolerance: 1e-4}\n")
     assert mf.load_scene(path) == mf.load_scene(str(path))
@@ -86,11 +53,6 @@ def test_a_similar_name_is_told(name: str) -> None:
         mf.load_scene(name)
     with pytest.raises(mf.SceneError, match=r"no such scene; .*unknown-floor$"):
         mf.load_scene("x")
-
-
-def test_an_unknown_name_lists_what_there_is() -> None:
-    with pytest.raises(mf.SceneError, match=r"^paper/sequence-9: no such scene; .*sequence-3"):
-        mf.load_scene("paper/sequence-9")
 
 
 @pytest.mark.parametrize("kind", [str, Path])
@@ -135,11 +97,3 @@ def test_saving_leaves_no_temporary_file_and_needs_the_folder(tmp_path: Path) ->
     assert [path.name for path in tmp_path.iterdir()] == ["scene.yaml"]
     with pytest.raises(FileNotFoundError, match="does not exist"):
         mf.save_scene(scene, tmp_path / "nowhere" / "scene.yaml")
-
-
-def test_comments_stand_before_a_saved_scene(tmp_path: Path) -> None:
-    scene = mf.Scene(sequence=("NSNS",))
-    path = tmp_path / "scene.yaml"
-    mf.save_scene(scene, path, "one\ntwo")
-    assert path.read_text(encoding="utf-8").startswith("# one\n# two\nsequence:")
-    assert mf.load_scene(path) == scene

@@ -1,19 +1,12 @@
-"""Magnets of a scene: which fit, and their charges face by face."""
+"""Magnets, fixed magnets and fields of a scene."""
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
 
 import magfold_env as mf
-
-SCENE = mf.Scene(sequence=("NSNN", "NSSN", "SNSS"))
-
-
-def test_magnets_that_just_touch_at_their_corners_fit() -> None:
-    tight = SCENE.replace(magnets={"width": 0.0065})
-    assert tight.magnets is not None
-    assert tight.magnets.width == 0.0065
 
 
 def test_remanence_gives_the_charge_of_a_block() -> None:
@@ -57,15 +50,49 @@ def test_even_magnets_may_differ_in_strength_only() -> None:
     np.testing.assert_array_equal(mf.Magnets().by_face("width"), [0.006] * 4)
 
 
-def test_a_wide_magnet_fits_beside_narrow_ones() -> None:
-    changed = SCENE.replace(magnets={"width": (0.008, 0.004, 0.008, 0.004)})
-    assert changed.magnets is not None
-    assert not changed.magnets.even
-    with pytest.raises(mf.SceneError, match="of back-left and back-right overlap"):
-        SCENE.replace(magnets={"width": (0.008, 0.007, 0.008, 0.004)})
+SCENE = mf.Scene(sequence=("NSNN", "NSSN", "SNSS"))
+FIXED: dict[str, Any] = {"position": (0.05, 0.05), "width": 0.02, "height": 0.02, "thickness": 0.01}
 
 
-def test_naming_one_strength_drops_the_other() -> None:
-    charged = SCENE.replace(magnets={"pole_charge": 2.0})
-    assert charged.magnets == mf.Magnets(pole_charge=2.0)
-    assert charged.replace(magnets={"remanence": 0.6}).magnets == mf.Magnets()
+def test_fields_are_merged_replaced_and_dropped() -> None:
+    given = SCENE.replace(field={"magnet": FIXED})
+    assert given.field == mf.Field(magnet=mf.FixedMagnet(**FIXED))
+    both = given.replace(field={"uniform": (0.0, 1e-3)})
+    assert both.field is not None
+    assert both.field.magnet == mf.FixedMagnet(**FIXED)
+    turned = both.replace(field={"magnet": {"heading": 0.5}})
+    assert turned.field == mf.Field(
+        uniform=(0.0, 1e-3),
+        magnet=mf.FixedMagnet(**{**FIXED, "heading": 0.5}),
+    )
+    alone = turned.replace(field={"magnet": None})
+    assert alone.field == mf.Field(uniform=(0.0, 1e-3))
+    assert mf.Field(uniform=(0.0, 1e-3)).any
+    assert not mf.Field().any
+    assert turned.replace(field=None).field is None
+    assert SCENE.replace(field=mf.Field()).field == mf.Field()
+
+
+def test_the_geometry_of_a_fixed_magnet() -> None:
+    magnet = mf.FixedMagnet(
+        position=(1.0, 2.0), heading=math.pi / 2, width=0.4, height=0.1, thickness=0.2
+    )
+    np.testing.assert_allclose(magnet.poles, [[1.0, 2.1], [1.0, 1.9]])
+    expected = [[1.2, 2.1], [0.8, 2.1], [0.8, 1.9], [1.2, 1.9]]
+    np.testing.assert_allclose(magnet.outline.corners, expected)
+    # 1.2 T over 400 cm².
+    assert magnet.charge == pytest.approx(1.2 * 0.04 / (4e-7 * math.pi))
+
+
+def test_a_fixed_magnet_may_stand_before_or_beside_the_bore() -> None:
+    tube = SCENE.replace(mount="tube")
+    beside, before = 0.005 + tube.bore / 2 + 1e-9, 0.010 + tube.casing.diagonal + 1e-9
+    for position in ((before, 0.0), (-0.05, beside), (-0.05, -beside), (0.0, 0.05)):
+        size = {"width": 0.01, "height": 0.01, "thickness": 0.02}
+        placed = tube.replace(field={"magnet": {"position": position, **size}})
+        assert placed.field is not None
+    # Without a tube there is none to keep clear of, but the chain itself.
+    inside = {"magnet": {**FIXED, "position": (-0.05, 0.0)}}
+    assert SCENE.replace(mount="pinned", field=inside).field is not None
+    with pytest.raises(mf.SceneError, match=r"field.magnet.position.*component 3 begins there"):
+        SCENE.replace(field={"magnet": {**FIXED, "position": (0.05, 0.0)}})

@@ -92,47 +92,12 @@ def test_replacing_everything_by_itself_changes_nothing(scene: mf.Scene) -> None
     assert scene.replace(**{name: getattr(scene, name) for name in mf.Scene.model_fields}) == scene
 
 
-@given(scenes(), _number(0.0, 1.0), _number(1e-6, 1.0))
-def test_replacing_and_putting_back_gives_the_scene(
-    scene: mf.Scene, friction: float, speed: float
-) -> None:
-    changed = scene.replace(friction=friction, feed={"speed": speed})
-    assert (changed.friction, changed.feed.speed) == (friction, speed)
-    assert changed.replace(friction=scene.friction, feed=scene.feed) == scene
-
-
 @given(scenes(), st.integers(0, 2**32))
 def test_a_drawn_scene_is_concrete_and_saved_like_any(scene: mf.Scene, seed: int) -> None:
     drawn = scene.draw(np.random.default_rng(seed))
     assert drawn.is_concrete
     assert drawn.draw(np.random.default_rng(seed + 1)) == drawn
     assert drawn.n == scene.n
-
-
-@given(scenes())
-def test_charges_are_bounded_by_the_largest_and_vanish_where_a_face_is_empty(
-    scene: mf.Scene,
-) -> None:
-    assert scene.charges.shape == (scene.n, 4)
-    letters = np.array([list(faces) for faces in scene.sequence])
-    if scene.magnets is None:
-        assert not scene.charges.any()
-        return
-    expected = {"N": 1.0, "S": -1.0, "-": 0.0}
-    signs = np.vectorize(expected.__getitem__)(letters)
-    np.testing.assert_array_equal(np.sign(scene.charges), signs)
-    assert scene.magnets.charges(scene.n).max() == scene.magnets.charge
-    assert np.abs(scene.charges).max() <= scene.magnets.charge
-
-
-@given(scenes(), st.integers(0, 100))
-def test_a_draw_scales_all_of_the_chains_magnets_alike(scene: mf.Scene, seed: int) -> None:
-    drawn = scene.draw(np.random.default_rng(seed))
-    assert drawn.field == scene.field
-    if scene.magnets is not None and drawn.magnets is not None:
-        factors = drawn.magnets.charges(scene.n) / scene.magnets.charges(scene.n)
-        np.testing.assert_allclose(factors, factors[0, 0], rtol=1e-12)
-        assert abs(factors[0, 0] - 1.0) <= scene.spreads.remanence + 1e-12
 
 
 @st.composite

@@ -65,21 +65,6 @@ def test_a_draw_leaves_nothing_to_draw(scene: mf.Scene) -> None:
     assert rng.bit_generator.state == state
 
 
-def test_draws_are_seeded_and_inside_their_widths(scene: mf.Scene) -> None:
-    wide = scene.replace(spreads=SPREADS)
-    assert wide.draw(np.random.default_rng(3)) == wide.draw(np.random.default_rng(3))
-    for seed in range(50):
-        drawn = wide.draw(np.random.default_rng(seed))
-        assert drawn.magnets is not None
-        assert drawn.start_angles is not None
-        assert isinstance(drawn.feed.speed, float)
-        assert abs(drawn.frictions[0] / 0.35 - 1) <= 0.2
-        assert np.abs(drawn.masses / 0.0037 - 1).max() <= 0.1
-        assert abs(drawn.magnets.charge / mf.Magnets().charge - 1) <= 0.05
-        assert abs(drawn.feed.speed / 0.05 - 1) <= 0.3
-        assert max(map(abs, drawn.start_angles)) <= 0.03
-
-
 def test_the_first_draws_come_in_the_stated_order(scene: mf.Scene) -> None:
     drawn = scene.replace(spreads=SPREADS).draw(np.random.default_rng(3))
     unit = 2.0 * np.random.default_rng(3).random(2 * 3 + 2) - 1.0
@@ -101,15 +86,6 @@ def test_friction_can_be_drawn_evenly_on_a_scale_of_powers(scene: mf.Scene) -> N
     assert np.abs(decades - even).max() < 2.7 / math.sqrt(len(drawn))
 
 
-def test_switching_a_spread_on_leaves_the_other_draws_alone(scene: mf.Scene) -> None:
-    few = scene.draw(np.random.default_rng(4))
-    many = scene.replace(spreads=SPREADS).draw(np.random.default_rng(4))
-    assert few.start_angles == many.start_angles
-    assert few == many.replace(
-        friction=few.friction, casing={"mass": 0.0037}, magnets=few.magnets, feed=few.feed
-    )
-
-
 def test_speeds_and_magnets_are_drawn_one_by_one_after_all_else(scene: mf.Scene) -> None:
     few, many = (
         scene.replace(spreads=spreads).draw(np.random.default_rng(7))
@@ -127,16 +103,16 @@ def test_speeds_and_magnets_are_drawn_one_by_one_after_all_else(scene: mf.Scene)
     np.testing.assert_allclose(strengths.ravel(), 0.1 * unit[3:], atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["feed_jitter", "magnet"])
-def test_jitter_and_magnets_are_drawn_apart(scene: mf.Scene, name: str) -> None:
-    both, one = (
-        scene.replace(spreads=spreads).draw(np.random.default_rng(8))
-        for spreads in (EACH, {name: EACH[name]})
-    )
-    if name == "magnet":
-        assert one == both.replace(feed=scene.feed)
-    else:
-        assert one == both.replace(magnets=scene.magnets)
+def test_a_schedule_is_drawn_as_fast_as_the_feed(scene: mf.Scene) -> None:
+    legs = {"advance": [[2.0, 0.1], [0.5, 0.2]]}
+    fed = scene.replace(mount="tube", feed={"schedule": legs}, spreads={"feed_speed": 0.3})
+    drawn = fed.draw(np.random.default_rng(3)).feed
+    assert drawn.schedule is not None
+    assert drawn.schedule.advance is not None
+    pace = float(np.max(drawn.speed)) / 0.05
+    assert pace != 1.0
+    assert [goal for goal, _ in drawn.schedule.advance] == [2.0, 0.5]
+    assert [v for _, v in drawn.schedule.advance] == pytest.approx([0.1 * pace, 0.2 * pace])
 
 
 def test_a_spread_of_friction_multiplies_all_of_a_floor(scene: mf.Scene) -> None:
@@ -162,8 +138,9 @@ def test_a_floor_tilts_evenly_up_to_its_spread_and_in_all_directions(scene: mf.S
 def test_a_tilt_comes_on_top_of_what_pulls_along_the_floor(scene: mf.Scene) -> None:
     pulled = scene.replace(gravity={"in_plane": (1.0, -2.0)}, spreads={"tilt": 2.0})
     flat = pulled.replace(gravity={"in_plane": (0.0, 0.0)})
-    mine, other = (np.array(each.draw(np.random.default_rng(8)).gravity.in_plane)
-                   for each in (pulled, flat))  # fmt: skip
+    mine, other = (
+        np.array(each.draw(np.random.default_rng(8)).gravity.in_plane) for each in (pulled, flat)
+    )
     np.testing.assert_allclose(mine - other, [1.0, -2.0], rtol=1e-12)
 
 
@@ -178,13 +155,6 @@ def test_a_tilt_is_drawn_last(scene: mf.Scene) -> None:
     assert tilted.replace(gravity=level.gravity) == level
 
 
-def test_a_draw_without_them_takes_no_more_numbers_than_ever(scene: mf.Scene) -> None:
-    rng, twin = np.random.default_rng(9), np.random.default_rng(9)
-    scene.replace(spreads=SPREADS).draw(rng)
-    twin.random(2 * 3 + 2)
-    assert rng.bit_generator.state == twin.bit_generator.state
-
-
 def test_given_angles_stay_and_given_inertias_follow_the_masses(scene: mf.Scene) -> None:
     given = scene.replace(
         start_angles=[0.2, 0.3], spreads={"mass": 0.1}, casing={"inertia": [1, 2, 3]}
@@ -193,19 +163,6 @@ def test_given_angles_stay_and_given_inertias_follow_the_masses(scene: mf.Scene)
     assert drawn.start_angles == (0.2, 0.3)
     np.testing.assert_allclose(drawn.inertias / given.inertias, drawn.masses / given.masses)
     assert len(set(drawn.masses)) == 3
-
-
-def test_a_pole_charge_is_drawn_like_a_remanence(scene: mf.Scene) -> None:
-    wide = scene.replace(spreads={"remanence": 0.05})
-    strength = wide.draw(np.random.default_rng(6)).magnets
-    charge = wide.replace(magnets={"pole_charge": 1.0}).draw(np.random.default_rng(6)).magnets
-    assert strength is not None
-    assert charge is not None
-    assert strength.charge / mf.Magnets().charge == pytest.approx(charge.charge, rel=1e-15)
-
-
-def test_a_single_component_draws_no_angles() -> None:
-    assert mf.Scene(sequence=("NNNN",)).draw(np.random.default_rng(0)).start_angles == ()
 
 
 def test_a_tube_draws_where_its_hinges_lie(scene: mf.Scene) -> None:

@@ -105,21 +105,6 @@ def test_pushes_by_hand_balance() -> None:
     assert max(map(balance_of_pushes, range(30))) < 3e-4
 
 
-@pytest.mark.slow
-def test_hundreds_of_sessions_balance() -> None:
-    assert max(map(balance_of_pushes, range(100, 500))) < 1e-3
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(12))
-@pytest.mark.parametrize("friction", [0.0, 0.35])
-@pytest.mark.parametrize("loading", ["preloaded", "at_mouth"])
-def test_ten_pushes_and_pulls_balance(loading: str, friction: float, seed: int) -> None:
-    scene = pushed_and_pulled(seed, 10, friction=friction, feed={"loading": loading})
-    left, _ = imbalance(scene)
-    assert left < 1e-3
-
-
 @pytest.mark.parametrize("mount", ["free", "pinned", "tube"])
 @pytest.mark.parametrize("friction", [0.0, 0.2])
 def test_bumped_chains_balance(mount: str, friction: float) -> None:
@@ -130,19 +115,6 @@ def test_bumped_chains_balance(mount: str, friction: float) -> None:
     left, session = imbalance(scene.draw(np.random.default_rng(0)))
     assert left < 1e-3
     assert session.account.bumps > 0.0
-
-
-def test_a_slipping_drive_gives_its_force_times_the_way() -> None:
-    limit = 0.05
-    scene = pushed_and_pulled(0, 1, friction=0.0, feed={"schedule": None, "force_limit": limit})
-    session = Session(scene)
-    session.feed_one()
-    session.feed_one()
-    # It slips at once, and until it has the speed.
-    work, place = session.account.feed, float(session._state.q[session.n])
-    session.push(1.0, 0.02)
-    way = float(session._state.q[session.n]) - place
-    assert session.account.feed - work == pytest.approx(limit * way, rel=1e-6)
 
 
 def impulses(motion: mf.Trajectory) -> FloatArray:

@@ -3,12 +3,17 @@
 import numpy as np
 import pytest
 
+import magfold_env as mf
 from magfold_env.fold import Fold
 from magfold_env.scene import SceneError, load_scene
 from magfold_env.simulation.simulate import simulate, simulate_batch
 
 SCENE = load_scene("paper/sequence-3")
 TUBE = SCENE.replace(mount="tube", feed={"direction": "backward", "speed": 0.1})
+WALLS = mf.chamber((0.0186, -0.03), (0.06, 0.055), 0.024)
+AMONG_WALLS = TUBE.replace(
+    obstacles=WALLS, bumps={"rate": 20.0, "speed": 0.1}, feed={"direction": "forward"}, duration=0.3
+)
 SEEDS = range(5)
 
 
@@ -18,8 +23,8 @@ def bits(fold: Fold) -> tuple[object, ...]:
     return fold.angles.tobytes(), fold.base.tobytes(), fold.time, fold.status, fold.steps, frames
 
 
-@pytest.mark.parametrize("scene", [SCENE, TUBE], ids=["free", "tube"])
-@pytest.mark.parametrize("threads", [None, 1, 2, 4])
+@pytest.mark.parametrize("scene", [SCENE, TUBE, AMONG_WALLS], ids=["free", "tube", "walls"])
+@pytest.mark.parametrize("threads", [None, 1, 4])
 def test_a_batch_gives_the_folds_of_single_runs_bit_for_bit(scene, threads):
     alone = [bits(simulate(scene, seed)) for seed in SEEDS]
     assert [bits(fold) for fold in simulate_batch(scene, SEEDS, threads=threads)] == alone

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_bench.laws.dense import look_inside
 from magfold_bench.laws.overlap import beyond_bore
 from magfold_bench.laws.random_scenes import designed_sequence
-from magfold_env.engine import entries as at
 from magfold_env.fold import FoldStatus
 from magfold_env.simulation.session import Session
 
@@ -55,12 +53,6 @@ def comes_back_in_line(seed: int) -> bool:
 
 def test_what_is_pushed_out_comes_back_in_line() -> None:
     assert sum(comes_back_in_line(seed) for seed in range(8)) >= 7
-
-
-@pytest.mark.slow
-def test_nearly_all_that_is_pushed_out_comes_back_in_line() -> None:
-    # Where a fast feed pulls, the tip of the chain may swing on, and come in askew.
-    assert sum(comes_back_in_line(seed) for seed in range(8, 1008)) >= 990
 
 
 def test_components_are_held_a_diagonal_inside_and_released_again() -> None:
@@ -125,21 +117,6 @@ def test_magnets_set_at_the_mouth_go_inside_and_may_be_chosen_anew() -> None:
     np.testing.assert_array_equal(charge[2], waiting[2])
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_push_and_pull_ten_times(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(3, 7))
-    legs = [[goal, 0.1] for _ in range(10) for goal in (n - 0.8, rng.uniform(0.0, 0.8) * n)]
-    scene = mf.Scene(sequence=designed_sequence(rng, n), mount="tube")
-    scene = scene.replace(
-        feed={"bore": rng.uniform(1.05, 1.4) * DIAGONAL, "schedule": {"advance": legs}}
-    ).draw(rng)
-    inside, fold = look_inside(scene)
-    assert fold.status in {FoldStatus.HELD, FoldStatus.JAMMED}
-    assert max(inside.casings, inside.solids, inside.beyond_bore) < 1e-3
-    assert inside.past_stop < scene.solver.tolerance
-
-
 def test_a_drive_slips_where_it_takes_too_much_and_jams() -> None:
     scene = tube(6, friction=0.5)
     needed = Session(scene)
@@ -154,23 +131,6 @@ def test_a_drive_slips_where_it_takes_too_much_and_jams() -> None:
             session.feed_one()
         assert session.status is status
     assert session.message.endswith("the drive slipped for 0.1 s")
-
-
-def test_a_slipping_drive_does_the_work_that_its_force_does() -> None:
-    """Without friction: what a limited drive puts in is kinetic energy."""
-    limit = 0.05
-    scene = tube(5, friction=0.0, feed={"force_limit": limit, "bore": 1.3 * DIAGONAL})
-    session = Session(scene)
-    session.feed_one()
-    session.feed_one()
-    masses = scene.masses.sum()
-    before = float(session._state.v[5])
-    session.push(1.0, 0.02)
-    gained = float(session._state.v[5]) - before
-    assert session._state.counter[at.SLIPPING] == 1
-    assert session.push_force() == limit
-    # In line it is one body; what swings beside it hardly matters.
-    assert gained == pytest.approx(limit * 0.02 / masses, rel=0.05)
 
 
 def test_the_stop_bears_what_the_drive_cannot() -> None:
@@ -194,20 +154,6 @@ def test_the_stop_bears_what_the_drive_cannot() -> None:
     session.push(0.0, 0.5)
     assert session.status is not FoldStatus.JAMMED
     assert session.advance == pytest.approx(0.0, abs=1e-9)
-
-
-def test_schedules_by_time_and_by_advance_agree() -> None:
-    scene = tube(5, friction=0.35)
-    by_advance = scene.replace(feed={"schedule": {"advance": [[3.5, 0.1], [1.5, 0.05]]}})
-    way = DIAGONAL / 0.1
-    by_time = scene.replace(
-        feed={"schedule": {"time": [[3.5 * way, 0.1], [4.0 * way, -0.05], [0.1, 0.0]]}}
-    )
-    one, other = mf.simulate(by_advance), mf.simulate(by_time)
-    assert one.status is other.status is FoldStatus.HELD
-    np.testing.assert_allclose(one.angles, other.angles, atol=1e-6)
-    np.testing.assert_allclose(one.base, other.base, atol=1e-8)
-    assert "components in the tube" in one.message
 
 
 def test_a_schedule_that_pushes_all_out_ends_as_a_feed_does() -> None:

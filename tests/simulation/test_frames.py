@@ -7,7 +7,6 @@ import magfold_env as mf
 from magfold_bench.laws import mechanics
 from magfold_bench.laws.along_folds import SteppedSession
 from magfold_env.fold import kinetic_energy, loaded, turns
-from magfold_env.shapes import centres
 from magfold_env.simulation.frames import magnetic_energy
 from magfold_env.simulation.session import Session
 
@@ -48,17 +47,6 @@ def test_energies_are_those_of_the_run(mount: str, field: mf.Field | None) -> No
     np.testing.assert_allclose(kinetic_energy(scene, motion), expected, rtol=1e-9, atol=1e-15)
 
 
-@pytest.mark.parametrize(("friction", "share"), [(0.0, 1e-3), (0.35, 1e-2)])
-def test_no_energy_comes_from_nowhere(friction: float, share: float) -> None:
-    scene = mf.load_scene("paper/sequence-3").replace(friction=friction, duration=0.3)
-    fold = mf.simulate(scene, frame_rate=4000.0)
-    assert fold.trajectory is not None
-    moving = kinetic_energy(fold.scene, fold.trajectory)
-    total = magnetic_energy(fold.scene, fold.trajectory) + moving
-    assert np.max(total - np.minimum.accumulate(total)) < share * np.ptp(total)
-    assert moving.max() > 0.1 * np.ptp(total)
-
-
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 def test_magnets_loaded_at_the_mouth_act_from_there(direction: str) -> None:
     n = len(SEQUENCE)
@@ -89,14 +77,3 @@ def test_turns_are_the_order_of_the_feed() -> None:
     np.testing.assert_array_equal(
         turns(forward.replace(feed={"direction": "backward"})), range(6)[::-1]
     )
-
-
-def test_a_chain_without_magnets_has_only_kinetic_energy() -> None:
-    fold = mf.simulate(mf.load_scene("pendulum-3").replace(duration=0.1), frame_rate=100.0)
-    assert fold.trajectory is not None
-    assert not magnetic_energy(fold.scene, fold.trajectory).any()
-    fallen = [
-        fold.scene.masses @ centres(angles, side=0.0125)[:, 1] for angles in fold.trajectory.angles
-    ]
-    moving = kinetic_energy(fold.scene, fold.trajectory)
-    np.testing.assert_allclose(moving, -9.8 * np.array(fallen), rtol=1e-3, atol=1e-9)

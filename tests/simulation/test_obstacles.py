@@ -1,5 +1,6 @@
-"""What stands in the way of a chain: it is not entered, and it stops what is fed."""
+"""What a chain meets: obstacles that are not entered, and bumps that move it."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -34,23 +35,6 @@ def test_more_obstacles_need_more_room_than_the_run_before_had() -> None:
     folds = [mf.simulate(scene.replace(obstacles=rocks[:k])) for k in (0, 1, 64, 0, 64)]
     for fold in folds[1:]:
         np.testing.assert_array_equal(fold.angles, folds[0].angles)
-
-
-def test_a_pendulum_comes_to_lie_on_a_ledge() -> None:
-    scene = mf.Scene(
-        sequence=("----",), magnets=None, mount="pinned", friction=0.0, duration=1.0,
-        gravity=mf.Gravity(in_plane=(0.0, -9.8)), start_angles=(),
-        obstacles=(mf.Rectangle(position=(0.02, -0.015), size=(0.02, 0.004)),),
-    )  # fmt: skip
-    fold = mf.simulate(scene)
-    assert fold.status is mf.FoldStatus.FOLDED
-    # Its lowest corner, or the tip of its diagonal, lies on the ledge's top.
-    heading, radius = float(fold.angles[0]), scene.casing.corner_radius
-    turns = heading + np.deg2rad([0.0, 90.0, 180.0, 270.0])
-    core = 0.5 * DIAGONAL - np.sqrt(2.0) * radius
-    corners = fold.centres()[0] + core * np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    over = (corners[:, 0] > 0.01) & (corners[:, 0] < 0.03)
-    assert corners[over, 1].min() - radius == pytest.approx(-0.013, abs=2e-5)
 
 
 def test_a_feed_against_a_wall_jams() -> None:
@@ -109,26 +93,6 @@ def test_nothing_enters_a_chamber(seed: int) -> None:
     assert inside.past_stop < scene.solver.tolerance
 
 
-def test_a_chamber_changes_how_a_chain_folds() -> None:
-    scene = drawn(mf.load_scene("tube-built").replace(friction=0.1))
-    narrow = mf.channel((1.2 * DIAGONAL, 0.0), (12.0 * DIAGONAL, 0.0), 1.3 * DIAGONAL)
-    free, within = mf.simulate(scene), mf.simulate(scene.replace(obstacles=narrow))
-    assert free.status is mf.FoldStatus.FOLDED
-    assert within.status is not mf.FoldStatus.FOLDED
-    assert np.abs(within.joint_angles).max() < np.abs(free.joint_angles).max()
-
-
-def test_batches_take_obstacles_and_bumps() -> None:
-    walls: Any = mf.chamber((1.05 * DIAGONAL, -0.03), (0.06, 0.055), 0.024)
-    bumps = mf.Bumps(rate=20.0, speed=0.1)
-    scene = mf.Scene(sequence=SEQUENCE, mount="tube", obstacles=walls, bumps=bumps, duration=0.3)
-    together = mf.simulate_batch([scene] * 4, seeds=range(4))
-    for seed, fold in enumerate(together):
-        alone = mf.simulate(scene, seed=seed)
-        np.testing.assert_array_equal(fold.angles, alone.angles)
-        assert (fold.time, fold.status) == (alone.time, alone.status)
-
-
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 def test_a_funnel_leads_a_chain_back_into_its_tube(direction: str) -> None:
     scene = mf.Scene(sequence=("NSNS",) * 4, magnets=None, mount="tube", friction=0.3)
@@ -142,3 +106,72 @@ def test_a_funnel_leads_a_chain_back_into_its_tube(direction: str) -> None:
     assert fold.status is mf.FoldStatus.HELD
     assert fold.in_tube >= fold.scene.n - 1
     assert max(inside.casings, inside.solids) < 1e-3
+
+
+def train(rate: float, seed: int, count: int) -> tuple[list[float], list[float]]:
+    """Times [s] and directions [rad] of the first bumps, by Park and Miller's numbers."""
+    number, unit = seed, []
+    for _ in range(2 * count):
+        number = 48271 * number % (2**31 - 1)
+        unit.append(number / (2**31 - 1))
+    times = np.cumsum(2.0 / rate * np.array(unit[::2]))
+    return times.tolist(), (2.0 * math.pi * np.array(unit[1::2])).tolist()
+
+
+def still(n: int = 1, **changes: Any) -> mf.Scene:
+    scene = mf.Scene(sequence=("----",) * n, magnets=None, friction=0.0, contact=False)
+    return scene.replace(duration=2.0, start_angle_spread=0.0, **changes)
+
+
+def test_a_free_component_takes_up_every_bump() -> None:
+    bumps = {"rate": 20.0, "speed": 0.1, "seed": 7, "duration": 0.5}
+    session = Session(still(bumps=bumps).draw(np.random.default_rng(0)))
+    times, directions = train(20.0, 7, 40)
+    count = sum(time <= 0.5 for time in times)
+    assert count > 3
+    kicks = np.cumsum(0.1 * np.exp(1j * np.array(directions[:count])))
+    for time, velocity in zip(times[:count], kicks, strict=True):
+        session.push(0.0, time + 1e-6 - session.time)
+        found = session.base_velocity @ [1.0, 1j]
+        assert found == pytest.approx(velocity, abs=1e-12)
+    session.settle()
+    assert session.base_velocity @ [1.0, 1j] == pytest.approx(kicks[-1], abs=1e-12)
+
+
+def test_a_pinned_chain_is_bumped_about_its_pin() -> None:
+    scene = still(bumps={"rate": 1.0, "speed": 0.2, "seed": 3, "duration": 10.0}, mount="pinned")
+    times, directions = train(1.0, 3, 1)
+    session = Session(scene.draw(np.random.default_rng(0)))
+    session.push(0.0, times[0] + 1e-6)
+    # The moment of the bump about the pin turns a body of this moment of inertia.
+    reach, side = scene.casing.diagonal / 2.0, scene.casing.side
+    inertia = side**2 / 6.0 + reach**2
+    expected = reach * 0.2 * math.sin(directions[0]) / inertia
+    assert session.rates.tolist() == pytest.approx([expected], rel=1e-9)
+
+
+def test_the_same_seed_bumps_alike_and_another_otherwise() -> None:
+    base = mf.Scene(sequence=SEQUENCE, bumps=mf.Bumps(rate=30.0, speed=0.1))
+    one, other, third = (mf.simulate(base, seed=seed) for seed in (0, 0, 1))
+    assert one.scene.bumps is not None
+    assert one.scene.bumps.seed is not None
+    np.testing.assert_array_equal(one.angles, other.angles)
+    assert third.scene.bumps is not None
+    assert third.scene.bumps.seed != one.scene.bumps.seed
+    again = mf.simulate(one.scene)
+    np.testing.assert_array_equal(again.angles, one.angles)
+    assert again.time == one.time
+
+
+def test_a_chain_at_rest_waits_for_what_is_still_to_come() -> None:
+    # A floor that holds it from the first, and a table that is knocked hard for half a second.
+    scene = mf.Scene(sequence=SEQUENCE, friction=20.0)
+    calm = mf.simulate(scene, seed=0)
+    knocked = mf.simulate(
+        scene.replace(bumps={"rate": 20.0, "speed": 1.0, "seed": 1, "duration": 0.5}), seed=0
+    )
+    assert calm.status is mf.FoldStatus.MISFOLDED
+    assert calm.time < 0.1
+    assert knocked.time > 0.4
+    assert np.abs(knocked.joint_angles - calm.joint_angles).max() > 0.05
+    assert knocked.status in {mf.FoldStatus.MISFOLDED, mf.FoldStatus.FOLDED}

@@ -1,18 +1,21 @@
-"""Session: the tube's feed step by step."""
+"""Session: how a chain starts, is fed step by step, and ends."""
 
 import contextlib
+import math
+from typing import Any
 
 import numpy as np
 import pytest
 
-from magfold_env.engine import entries as at
+import magfold_env as mf
 from magfold_env.engine import outcomes
-from magfold_env.engine.chain import feed
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import SceneError, load_scene
 from magfold_env.simulation import frames
+from magfold_env.simulation.endings import ending
 from magfold_env.simulation.session import Session
 from magfold_env.simulation.simulate import simulate
+from magfold_env.simulation.start import hinge_offsets
 
 
 def session_of(direction, **feeding):
@@ -37,33 +40,15 @@ def test_headings_in_the_tube_stay(direction, heading):
         assert (session.rates[held] == 0.0).all()
 
 
-@pytest.mark.parametrize("direction", ["forward", "backward"])
-def test_a_release_changes_no_velocity(direction):
-    session = session_of(direction)
-    model, state = session._model, session._state
-    for _ in range(3):
-        session.feed_one()
-    lo = int(state.counter[at.LO])
-    before, base = state.v.copy(), session.base
-    state.q[model.n] = feed.next_mark(model, state)
-    moved = session.base
-    feed.release(model, state)
-    assert (state.v == before).all()
-    assert state.counter[at.LO] == lo - 1
-    assert session.base == pytest.approx(moved, abs=1e-15)
-    assert moved[0] > base[0]
-
-
-def test_magnets_act_from_the_mouth_on():
-    session = session_of("forward", loading="at_mouth", speed=(0.2, 0.1, 0.1, 0.1, 0.1, 0.1))
-    model = session._model
-    assert not model.charge.any()
-    session.feed_one()
-    assert session.time == pytest.approx(0.0125 * np.sqrt(2) / 0.2, rel=1e-2)
-    assert model.charge[5].all()
-    assert not model.charge[:5].any()
-    session.settle()
-    assert model.charge.all()
+@pytest.mark.parametrize(("direction", "first"), [("forward", 0), ("backward", 5)])
+def test_each_component_is_fed_at_its_own_speed(direction, first):
+    speeds = np.full(6, 0.1)
+    speeds[first] = 0.2
+    fed, pushed = session_of(direction, speed=tuple(speeds)), session_of(direction)
+    fed.feed_one()
+    assert fed.time == pytest.approx(fed.scene.casing.diagonal / 0.2, rel=1e-2)
+    pushed.push(speeds, 0.01)
+    assert pushed.advance == pytest.approx(0.2 * 0.01)
 
 
 def test_recording_in_pieces_changes_nothing(monkeypatch):
@@ -78,19 +63,6 @@ def test_recording_in_pieces_changes_nothing(monkeypatch):
     assert path is not None
     assert len(path) == int(plain.time * 2000.0) + 2  # and the end
     assert (np.diff(path.time) > 0.0).all()
-
-
-def test_pushed_for_a_time_a_chain_goes_as_it_is_fed():
-    fed, pushed = session_of("forward"), session_of("forward")
-    for _ in range(6):
-        fed.feed_one()
-    pushed.push(np.full(6, 0.1), fed.time)
-    assert pushed.time == fed.time
-    assert pushed.released == 6
-    np.testing.assert_allclose(pushed.angles, fed.angles, atol=1e-9)
-    still = session_of("forward")
-    still.push(np.zeros(6), 0.1)
-    assert (still.time, still.released) == (0.1, 0)
 
 
 @pytest.mark.parametrize("speeds", [1e9, -21.0, np.nan, [0.1] * 5 + [30.0]])
@@ -144,27 +116,6 @@ def test_scratch_space_remembers_nothing_of_other_runs():
         assert rooms[0].word
 
 
-@pytest.mark.parametrize("loading", ["preloaded", "at_mouth"])
-def test_energies_grow_by_all_the_work(loading):
-    scene = load_scene("paper/sequence-3").replace(
-        mount="tube",
-        friction=0.0,
-        feed={"speed": 0.1, "loading": loading},
-        solver={"tolerance": 1e-8},
-    )
-    session = Session(scene.draw(np.random.default_rng(4)))
-    before = session.potential()
-    for _ in range(4):
-        session.feed_one()
-        model, state = session._model, session._state
-        kinetic, _ = feed.kinetic(int(state.counter[at.LO]), model, state, session._probe)
-        done = session.account
-        grown = kinetic + session.potential() - before
-        work = done.feed + done.loading - done.impacts
-        assert grown == pytest.approx(work, abs=1e-6 * (abs(done.feed) + abs(done.loading)))
-    assert (session.account.loading != 0.0) == (loading == "at_mouth")
-
-
 @pytest.mark.parametrize("method", ["adaptive", "paper"])
 def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(method):
     scene = load_scene("paper/sequence-3").replace(
@@ -206,3 +157,65 @@ def test_after_a_pull_or_at_rest_a_run_ends_as_held(last, limit):
     assert session.time < 0.8 + advance / 0.05 + session.scene.duration
     assert session.advance == pytest.approx(0.0 if last < 0.0 else advance, abs=1e-12)
     assert session.fold().in_tube == session.n - session.released > 0
+
+
+SEQUENCE = ("NSNN", "NSSN", "SNSS", "SSNN")
+
+
+def tube(**changes: Any) -> mf.Scene:
+    """A chain in a tube."""
+    return mf.Scene(sequence=SEQUENCE).replace(mount="tube", **changes)
+
+
+def hinges(session: Session) -> np.ndarray:
+    """Distances of the hinges from the axis [m], component 1's outer one first."""
+    rises = session.scene.casing.diagonal * np.sin(session.angles)
+    return session.base[1] + np.concatenate([[0.0], np.cumsum(rises)])
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+def test_hinges_are_where_the_scene_puts_them(direction: str) -> None:
+    offsets = (1e-4, -2e-4, 4e-4, 0.0, -3e-4)
+    scene = tube(start_offsets=offsets, feed={"direction": direction})
+    session = Session(scene)
+    np.testing.assert_allclose(hinges(session), offsets, atol=1e-16)
+    heading = np.pi if direction == "forward" else 0.0
+    assert np.abs(session.angles - heading).max() < 0.04
+
+
+@pytest.mark.parametrize("direction", ["forward", "backward"])
+def test_given_angles_are_kept_and_lie_along_the_axis(direction: str) -> None:
+    joints = (0.03, -0.02, 0.01)
+    scene = tube(start_angles=joints, feed={"direction": direction})
+    session = Session(scene)
+    np.testing.assert_allclose(np.diff(session.angles), joints, atol=1e-12)
+    across = hinges(session)
+    np.testing.assert_allclose(across, hinge_offsets(scene), atol=1e-17)
+    assert across.max() == pytest.approx(-across.min())
+    assert across.max() < scene.play
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize("off", [-0.051, -0.049, 0.0, 0.049, 0.051])
+def test_a_fold_has_every_joint_within_a_twentieth_of_a_right_angle(
+    sign: float, off: float
+) -> None:
+    joints = [math.pi / 2, sign * (math.pi / 2 + off), -math.pi / 2]
+    status, words = ending(outcomes.RESTED, 0.5, joints, "")
+    assert (status == FoldStatus.FOLDED) == (abs(off) < 0.05)
+    assert status == FoldStatus.FOLDED or words == "at rest at t = 0.5 s with joint 2 open"
+
+
+@pytest.mark.parametrize(
+    ("joints", "told"),
+    [
+        ([*range(1, 30)], "joints 1 to 29"),
+        ([3], "joint 3"),
+        ([3, 4], "joints 3, 4"),
+        ([1, 3, 4, 5, 8, 10, 11, 13, 14, 15], "joints 1, 3 to 5, 8, 10, 11, 13 to 15"),
+    ],
+)
+def test_open_joints_are_told_in_ranges(joints: list[int], told: str) -> None:
+    angles = [0.0 if joint in joints else math.pi / 2 for joint in range(1, max(joints) + 1)]
+    _, message = ending(outcomes.RESTED, 0.25, angles, "")
+    assert message == f"at rest at t = 0.25 s with {told} open"

@@ -1,12 +1,15 @@
-"""Copies side by side are read by kernels as the original would be, each with its own arrays."""
+"""What lies under batches: copies side by side, threads that share work, banded equations."""
 
-from typing import Any, NamedTuple
+import os
+import threading
+from itertools import count
+from typing import Any
 
 import numpy as np
+import pytest
 
 from magfold_env.engine.compile.by_pointer import (
     POINTERS,
-    by_pointer,
     call_float,
     calls_by_address,
     code_of,
@@ -14,39 +17,18 @@ from magfold_env.engine.compile.by_pointer import (
 )
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.state import Array, IntArray
+from magfold_env.simulation.banded import solve_banded
 from magfold_env.simulation.stack import Stack
-
-
-@by_pointer
-class Inner(NamedTuple):
-    """A tuple within another."""
-
-    scale: float
-    numbers: IntArray
-
-
-@by_pointer
-class Outer(NamedTuple):
-    """One field of every kind."""
-
-    on: bool
-    size: int
-    square: Array
-    inner: Inner
-    shared: Array
-
-
-def an_outer() -> Outer:
-    rng = np.random.default_rng(1)
-    return Outer(True, 7, rng.random((3, 5)), Inner(0.5, np.array([3, -4])), rng.random(4))
+from magfold_env.simulation.work_queue import WorkQueue
+from tests.engine.compile.test_by_pointer import Inner, Outer, an_outer
 
 
 @kernel
 def digest(one: Outer, two: Outer, three: Outer, x: float) -> float:
-    total = x * two.inner.scale + three.shared[3] + (100.0 if one.on else 0.0)
-    for i in range(one.square.shape[0]):
-        for j in range(one.square.shape[1]):
-            total += (1 + i) * (10 + j) * one.square[i, j]
+    total = x * two.inner.scale + three.row[3] + (100.0 if one.on else 0.0)
+    for i in range(one.cube.shape[1]):
+        for j in range(one.cube.shape[2]):
+            total += (1 + i) * (10 + j) * (one.cube[0, i, j] - 2.0 * one.cube[1, i, j])
     return total + one.inner.numbers[1] * one.size
 
 
@@ -63,9 +45,9 @@ def digests(code: Any, references: Any, counter: IntArray, out: Array) -> int:
 
 def test_kernels_read_every_copy() -> None:
     original = an_outer()
-    stack = Stack([original], 5, own=["square", "inner.numbers"])
+    stack = Stack([original], 5, own=["cube", "inner.numbers"])
     rng = np.random.default_rng(2)
-    stack["square"][:] = rng.random((5, 3, 5))
+    stack["cube"][:] = rng.random((5, 2, 3, 4))
     stack["inner.numbers"][:, 1] = np.arange(5)
     if POINTERS:
         stack.number("inner").fill(3.0)  # the first word of `inner` is `scale`
@@ -74,7 +56,7 @@ def test_kernels_read_every_copy() -> None:
     assert digests(code, stack.references, counter, out) == 5
     for k in range(5):
         own = original._replace(
-            square=stack["square"][k].copy(),
+            cube=stack["cube"][k].copy(),
             inner=Inner(3.0 if POINTERS else 0.5, stack["inner.numbers"][k].copy()),
         )
         assert out[k] == digest(own, own, own, 2.0)
@@ -84,18 +66,18 @@ def test_kernels_read_every_copy() -> None:
 def test_copies_become_what_the_original_was() -> None:
     original = an_outer()
     stack = Stack([original], 4)
-    stack["square"][:] = 7.0
+    stack["cube"][:] = 7.0
     stack["inner.numbers"][:] = 7
     stack.restore(np.array([1, 3]))
-    assert (stack["square"][[0, 2]] == 7.0).all()
+    assert (stack["cube"][[0, 2]] == 7.0).all()
     for k in (1, 3):
-        np.testing.assert_array_equal(stack["square"][k], original.square)
+        np.testing.assert_array_equal(stack["cube"][k], original.cube)
         np.testing.assert_array_equal(stack["inner.numbers"][k], original.inner.numbers)
-    assert stack["square"].ctypes.data % 64 == 0
+    assert stack["cube"].ctypes.data % 64 == 0
 
 
 def test_a_copy_may_be_of_another_original() -> None:
-    first, second = an_outer(), an_outer()._replace(size=9, square=np.full((3, 5), 2.0))
+    first, second = an_outer(), an_outer()._replace(size=9, cube=np.full((2, 3, 4), 2.0))
     stack = Stack([first, second], 3)
     stack.restore(np.array([1]), 1)
     kept = stack.contents()
@@ -104,19 +86,98 @@ def test_a_copy_may_be_of_another_original() -> None:
     digests(code, stack.references, counter, out)
     for k, original in enumerate((first, second, first)):
         assert out[k] == digest(original, original, original, 2.0)
-        np.testing.assert_array_equal(stack.row(k, k % 2).square, original.square)
-    stack["square"][:] = 0.0
+        np.testing.assert_array_equal(stack.row(k, k % 2).cube, original.cube)
+    stack["cube"][:] = 0.0
     stack.refill(kept)
-    np.testing.assert_array_equal(stack["square"][1], second.square)
+    np.testing.assert_array_equal(stack["cube"][1], second.cube)
 
 
 def test_copies_become_another_original() -> None:
-    first, second = an_outer(), an_outer()._replace(size=9, square=np.full((3, 5), 2.0))
-    second = second._replace(shared=np.full(6, 0.5), inner=second.inner._replace(scale=0.25))
-    stack = Stack([first], 2, own=["square"])
+    first, second = an_outer(), an_outer()._replace(size=9, cube=np.full((2, 3, 4), 2.0))
+    second = second._replace(row=np.full(6, 0.5), inner=second.inner._replace(scale=0.25))
+    stack = Stack([first], 2, own=["cube"])
     stack.become(second)
     out, counter = np.zeros(2), np.zeros(1, dtype=np.int64)
     digests(code_of(digest, first, first, first, 2.0), stack.references, counter, out)
     assert (out == digest(second, second, second, 2.0)).all()
-    stack["square"][:] = 0.0
-    assert (second.square == 2.0).all()
+    stack["cube"][:] = 0.0
+    assert (second.cube == 2.0).all()
+
+
+PATIENCE = 600.0  # [s] waited out only where a thread never comes
+
+
+def worker(pieces: int, together: int = 1):
+    """Return work that takes pieces from a counter, and who has done them.
+
+    Nobody goes on from a first piece before so many threads have one.
+    """
+    counter, doers, all_there = count(), [], threading.Barrier(together, timeout=PATIENCE)
+
+    def work() -> int:
+        done = 0
+        while next(counter) < pieces:
+            doers.append(threading.get_ident())
+            if done == 0:
+                all_there.wait()
+            done += 1
+        return done
+
+    return work, doers
+
+
+@pytest.mark.parametrize("size", [1, 2, 5])
+def test_every_piece_is_done_once(size: int) -> None:
+    queue = WorkQueue(size)
+    for pieces in (0, 1, 2, 7):
+        work, doers = worker(pieces)
+        queue.run(work, (), pieces)
+        assert len(doers) == pieces
+    queue.close()
+
+
+def test_all_threads_take_part() -> None:
+    queue = WorkQueue(3)
+    work, doers = worker(30, together=3)
+    queue.run(work, (), 30)
+    assert len(doers) == 30
+    assert len(set(doers)) == 3
+    assert threading.get_ident() in doers
+    queue.close()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
+def test_a_forked_process_has_threads_of_its_own() -> None:
+    queue = WorkQueue(2)
+    work, _ = worker(4, together=2)
+    queue.run(work, (), 4)
+    child = os.fork()
+    if child == 0:
+        wrong = 1
+        try:
+            work, doers = worker(40, together=2)
+            queue.run(work, (), 40)
+            wrong = int(len(doers) != 40 or len(set(doers)) != 2)
+        finally:
+            os._exit(wrong)
+    assert os.waitpid(child, 0)[1] == 0
+    work, doers = worker(4, together=2)
+    queue.run(work, (), 4)
+    assert len(doers) == 4
+    queue.close()
+
+
+@pytest.mark.parametrize(("rows", "half"), [(1, 1), (5, 2), (60, 5)])
+def test_solutions_are_those_of_the_full_matrix(rows, half):
+    rng = np.random.default_rng(rows)
+    band = rng.uniform(-1.0, 1.0, (rows, 2 * half + 1))
+    band[:, half] += 2.0 * half + 1.0
+    full = np.zeros((rows, rows))
+    for row, column in np.ndindex(rows, rows):
+        if abs(column - row) <= half:
+            full[row, column] = band[row, half + column - row]
+    right = rng.normal(size=(rows, 3))
+    expected = np.linalg.solve(full, right)
+    solve_banded(band, right)
+    np.testing.assert_allclose(right, expected, rtol=1e-12, atol=1e-14)

@@ -56,15 +56,6 @@ def test_accelerations_solve_equation_39(lengths, magnets, gravity):
         assert_agree(mf.accelerations(scene, angles, rates), expected, rates)
 
 
-@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 60))
-def test_accelerations_solve_equation_39_from_any_heading(seed, n):
-    rng = np.random.default_rng(seed)
-    scene = random_scene(rng, n, magnets=False, gravity=rng.normal(0, 10, 2))
-    angles, rates = rng.uniform(-np.pi, np.pi, n), rng.normal(0.0, 30.0, n)
-    expected = pinned_accelerations(scene, angles, rates, np.zeros((n, 2)), np.zeros(n))
-    assert_agree(mf.accelerations(scene, angles, rates), expected, rates)
-
-
 def in_engine(rng, n):
     """Model, scratch space and random coordinates (n + 2,) of a chain with its pose placed."""
     scene = random_scene(rng, n, magnets=False)
@@ -91,25 +82,6 @@ def test_free_chain_solves_the_dense_mass_matrix(seed, n):
     np.testing.assert_allclose(
         out / scale, expected / scale, rtol=0, atol=1e-11 * np.abs(expected / scale).max()
     )
-
-
-@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 60), share=st.floats(0.0, 1.0))
-def test_part_of_a_chain_behind_its_hinge_is_a_shorter_chain(seed, n, share):
-    rng = np.random.default_rng(seed)
-    scene, model, work, q = in_engine(rng, n)
-    lo = int(share * (n - 1))
-    force = np.append(rng.normal(0.0, SIDE, n), [0.0, 0.0])
-    out = np.zeros(n + 2)
-    articulated.factor(lo, model.bodies, work.pose, work.chain.unlocked, work.chain)
-    unlocked = work.chain.unlocked
-    articulated.solve(
-        lo, model.bodies, work.pose, unlocked, articulated.DRIVEN, force, out, work.chain
-    )
-    tail = reference.mass_matrix(q[lo:], SIDE, scene.masses[lo:], scene.inertias[lo:])
-    expected = np.linalg.solve(tail[: n - lo, : n - lo], force[lo:n])
-    np.testing.assert_allclose(out[lo:n], expected, rtol=0, atol=1e-11 * np.abs(expected).max())
-    assert not out[:lo].any()
-    assert not out[n:].any()
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 12))
@@ -144,33 +116,6 @@ def test_generalised_forces_do_the_work_of_the_forces(seed, n):
     expected = np.einsum("idk,id->k", reference.velocity_map(q, SIDE), force)
     expected[:n] += torque
     np.testing.assert_allclose(out, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
-
-
-@pytest.mark.laws
-@given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 12))
-def test_a_free_chain_keeps_its_momentum(seed, n):
-    # Internal forces leave the centre of mass and the angular momentum alone.
-    rng = np.random.default_rng(seed)
-    scene, model, work, q = in_engine(rng, n)
-    v = np.append(rng.normal(0.0, 5.0, n), rng.normal(0.0, 0.1, 2))
-    articulated.centripetal(0, model.bodies, work.pose, v, work.centres.ax, work.centres.ay)
-    centres = work.centres
-    loads = Loads(-scene.masses * centres.ax, -scene.masses * centres.ay, np.zeros(n))
-    out = np.empty(n + 2)
-    force, unlocked = work.chain.force, work.chain.unlocked
-    articulated.generalise(0, model.bodies, work.pose, loads, force)
-    articulated.factor(0, model.bodies, work.pose, unlocked, work.chain)
-    articulated.solve(
-        0, model.bodies, work.pose, unlocked, articulated.FREE, force, out, work.chain
-    )
-    places = reference.centres(q, SIDE)
-    pulls = reference.velocity_map(q, SIDE) @ out
-    pulls = scene.masses[:, None] * (pulls + reference.velocity_accelerations(q, v, SIDE))
-    moment = (places[:, 0] * pulls[:, 1] - places[:, 1] * pulls[:, 0]).sum()
-    moment += scene.inertias @ out[:n]
-    size = np.abs(pulls).max() + 1e-300
-    assert np.abs(pulls.sum(axis=0)).max() <= 1e-11 * size
-    assert abs(moment) <= 1e-11 * size * (np.abs(places).max() + SIDE) + 1e-18
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 20), held=st.booleans())

@@ -1,6 +1,5 @@
 """The chains in vector lanes, and the fused recursion."""
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given
@@ -105,33 +104,8 @@ def test_a_chain_gives_the_same_bits_alone_and_in_any_batch():
     assert stacked.tobytes() == together.tobytes()
 
 
-def test_threads_do_not_change_a_bit():
-    rng = np.random.default_rng(9)
-    bodies = random_bodies(rng, 12)
-    angles, rates = random_states(rng, 300, 12)
-    most = numba.get_num_threads()
-    results = []
-    for threads in {1, most}:
-        numba.set_num_threads(threads)
-        results.append(recursion.accelerate_many(bodies, (0.0, 0.0), angles, rates).tobytes())
-    numba.set_num_threads(most)
-    assert len(set(results)) == 1
-
-
-def test_an_empty_stack_is_no_error():
-    scene = random_scene(np.random.default_rng(0), 4)
-    nothing = np.empty((0, 4))
-    assert mf.accelerations(scene, nothing, nothing).shape == (0, 4)
-
-
 @pytest.mark.parametrize("shape", [(), (5,), (2, 5), (6, 1)])
 def test_stacks_of_another_chain_are_an_error(shape):
     scene = random_scene(np.random.default_rng(0), 6)
     with pytest.raises(SceneError, match="angles"):
         mf.accelerations(scene, np.zeros(shape), np.zeros(shape))
-
-
-def test_angles_and_rates_go_together():
-    scene = random_scene(np.random.default_rng(0), 6)
-    with pytest.raises(SceneError, match="rates"):
-        mf.accelerations(scene, np.zeros((3, 6)), np.zeros(6))

@@ -1,16 +1,17 @@
-"""What kernels read through one pointer is what the tuple holds, and what they write is there."""
+"""Kernels read tuples by pointer, call each other, and are compiled once."""
 
 import copy
 import gc
+import math
 import pickle
 from typing import Any, NamedTuple, cast
 
+import numba
 import numpy as np
 import pytest
 
 from magfold_env.engine.compile.by_pointer import POINTERS, by_pointer, pointer
-from magfold_env.engine.compile.jit import allocating_kernel, kernel
-from magfold_env.engine.compile.pointer_types import address_of
+from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Array, IntArray
 
 by_address = pytest.mark.skipif(not POINTERS, reason="tuples are passed on field by field")
@@ -65,11 +66,6 @@ def last_of(inner: Inner) -> int:
 @kernel
 def last_within(outer: Outer) -> int:
     return last_of(outer.inner)
-
-
-@allocating_kernel
-def row_of(outer: Outer) -> Array:
-    return outer.row
 
 
 def test_kernels_read_every_kind_of_field():
@@ -134,16 +130,55 @@ def test_other_fields_are_refused():
         read(outer, 0)
 
 
-def test_an_array_that_a_kernel_returns_lives_as_long_as_its_tuple():
-    outer = an_outer()
-    row = row_of(outer)
-    np.testing.assert_array_equal(row, outer.row)
+@inlined
+def square(x: float) -> float:
+    return x * x
 
 
-@by_address
-@pytest.mark.parametrize("shape", [(5,), (2, 3), (0,)])
-@pytest.mark.parametrize("writable", [True, False])
-def test_arrays_are_found_where_they_are(shape: tuple[int, ...], writable: bool) -> None:
-    array = np.zeros(shape)
-    array.flags.writeable = writable
-    assert address_of(array) == array.ctypes.data
+@kernel
+def length(x: float, y: float, doubled: bool) -> float:
+    size = math.sqrt(square(x) + square(y))
+    return 2.0 * size if doubled else size
+
+
+@kernel
+def sum_of_lengths(values: Array) -> float:
+    total = 0.0
+    for k in range(values.shape[0]):
+        total += length(values[k, 0], values[k, 1], k == 0)
+    return total + length(3.0, 4.0, True) + length(3.0, 4.0, doubled=False)
+
+
+@kernel
+def twice(values: Array) -> float:
+    return sum_of_lengths(values) + sum_of_lengths(values)
+
+
+def test_called_from_a_kernel_and_from_python_they_do_the_same():
+    values = np.random.default_rng(2).random((5, 2))
+    expected = sum(length(x, y, k == 0) for k, (x, y) in enumerate(values)) + 15.0
+    assert sum_of_lengths(values) == expected
+    assert twice(values) == 2.0 * expected
+    assert length(3.0, 4.0, True) == 10.0
+
+
+def test_only_what_python_calls_is_compiled():
+    @kernel
+    def inner(x: float) -> float:
+        return x + 1.0
+
+    @kernel
+    def outer(x: float) -> float:
+        return inner(x) + inner(2.0)
+
+    assert outer(1.0) == 5.0
+    assert not inner.signatures  # pyright: ignore[reportFunctionMemberAccess]
+    assert inner(1.0) == 2.0
+
+
+def test_code_that_numba_compiled_itself_may_call_them():
+    @numba.njit
+    def user(x: float) -> float:
+        return length(x, 4.0, False)
+
+    assert user(3.0) == 5.0

@@ -1,6 +1,5 @@
 """Word of long compilations, of kernels of this package only."""
 
-import gc
 import logging
 import signal
 from types import SimpleNamespace
@@ -63,28 +62,6 @@ def test_what_takes_long_is_named_counted_and_timed(clock, caplog):
     assert len(finished) == 3
 
 
-@pytest.mark.parametrize("module", ["other.module", None])
-def test_functions_of_others_are_not_spoken_of(clock, caplog, module):
-    compile_for(FirstUse(lambda: None), clock, 40.0, module)
-    assert not caplog.messages
-
-
-@pytest.mark.parametrize("collects", [True, False])
-def test_compilers_are_spared_the_search_for_cycles(clock, collects):
-    (gc.enable if collects else gc.disable)()
-    try:
-        kernel, listener = begun(Kernel("magfold_env.engine", "solve")), FirstUse(lambda: None)
-        listener.on_start(kernel)
-        assert not gc.isenabled()
-        listener.on_start(begun(Kernel("magfold_env.engine", "called")))
-        listener.on_end(kernel)
-        assert not gc.isenabled()
-        listener.on_end(kernel)
-        assert gc.isenabled() == collects
-    finally:
-        gc.enable()
-
-
 @pytest.fixture
 def usual_interrupts():
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -108,20 +85,3 @@ def test_ctrl_c_is_not_lost_in_a_callback_that_swallows_it():
                 listener.on_end(kernel)
         assert listener.compiling_since is None
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-
-
-def test_a_program_keeps_its_own_answer_to_ctrl_c(monkeypatch):
-    pressed = []
-    before = signal.signal(signal.SIGINT, lambda *_: pressed.append(True))
-    try:
-        with first_use.interruptible():
-            signal.raise_signal(signal.SIGINT)
-    finally:
-        signal.signal(signal.SIGINT, before)
-    assert pressed == [True]
-
-
-def test_worker_processes_keep_quiet(clock, caplog, monkeypatch):
-    monkeypatch.setattr(first_use.multiprocessing, "parent_process", object)
-    compile_for(FirstUse(lambda: None), clock, 40.0, "magfold_env.engine.chain.articulated")
-    assert not caplog.messages

@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-import warnings
 from fractions import Fraction
 from types import SimpleNamespace
 
@@ -163,18 +162,6 @@ def test_what_fails_its_check_is_not_used(monkeypatch, tmp_path):
     with pytest.warns(RuntimeWarning, match=r"so that .* \(TypeError: other arguments\)"):
         assert insides.load("broken", "so that it takes longer") is None
     assert not list(tmp_path.iterdir())
-
-
-@compiled
-def test_what_passed_its_check_is_not_tried_again(monkeypatch, tmp_path):
-    calls: list[int] = []
-    sound = SimpleNamespace(check=lambda: calls.append(1))
-    monkeypatch.setitem(sys.modules, "magfold_env.engine.compile.sound", sound)
-    monkeypatch.setattr(insides.kernel_cache, "cache_directory", lambda file: tmp_path)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert insides.load("sound", "") is insides.load("sound", "") is sound
-    assert calls == [1]
 
 
 @kernel

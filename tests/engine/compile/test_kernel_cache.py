@@ -1,6 +1,5 @@
 """What is kept of kernels on disk: under the right names, none for ever, and no harm if damaged."""
 
-import ast
 import os
 import shutil
 import subprocess
@@ -12,7 +11,7 @@ import pytest
 
 from magfold_env.engine.compile import insides, kernel_cache
 from magfold_env.engine.compile.insides import numba_config
-from magfold_env.engine.compile.kernel_cache import KEPT, cache_root, mark_used, remove_unused
+from magfold_env.engine.compile.kernel_cache import KEPT, cache_root, remove_unused
 
 pytestmark = pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
 
@@ -45,44 +44,7 @@ def test_only_directories_of_kernels_long_unused_are_removed(tmp_path):
     assert all(path.exists() for path in (recent, other))
 
 
-def test_use_keeps_a_directory(tmp_path):
-    old = aged(tmp_path / f"kernels-{'a' * 16}", 2.0 * KEPT)
-    mark_used(old)
-    remove_unused(tmp_path)
-    assert old.exists()
-    mark_used(tmp_path / "not there")
-
-
 # --- names ---------------------------------------------------------------------------------
-
-
-def imported(tree: ast.Module) -> set[str]:
-    """What `kernel_cache.imports` should find, from the syntax tree."""
-    found: set[str] = set()
-    for node in tree.body:
-        if isinstance(node, ast.Import):
-            found.update(each.name for each in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            assert node.level == 0
-            found.update((node.module, *(f"{node.module}.{each.name}" for each in node.names)))
-    return {each for each in found if each.partition(".")[0] == "magfold_env"}
-
-
-def test_imports_are_those_of_the_syntax():
-    for path in sorted(kernel_cache.FOLDER.rglob("*.py")):
-        source = path.read_text(encoding="utf-8")
-        assert kernel_cache.imports(source) >= imported(ast.parse(source)), path
-
-
-def test_objects_are_not_taken_for_modules():
-    names = kernel_cache.imports(
-        "from magfold_env.engine.state import (\n    Array,\n    Model,\n)\n"
-    )
-    assert "magfold_env.engine.state.Model" in names
-    found = kernel_cache.all_imports(names)
-    assert "magfold_env.engine.state" in found
-    assert "magfold_env.engine.compile.jit" in found
-    assert not any(name.rpartition(".")[2] in {"Array", "Model"} for name in found)
 
 
 # --- in a package of its own ---------------------------------------------------------------
@@ -128,7 +90,7 @@ def copy(tmp_path: Path) -> Path:
         (package / name).write_text(source)
     # What is tried out of numba once a version need not be tried here.
     tried = kernel_cache.cache_directory(insides.__file__)
-    if tried is not None:
+    if tried is not None and tried.is_dir():
         shutil.copytree(tried, tmp_path / "cache" / tried.name)
     return package
 
@@ -209,7 +171,7 @@ def test_what_is_damaged_is_compiled_again(copy):
 @pytest.mark.medium
 def test_nothing_is_kept_where_nothing_can_be_written(copy):
     cache, package = copy.parent.parent / "cache", copy / "__pycache__"
-    shutil.rmtree(cache)
+    shutil.rmtree(cache, ignore_errors=True)  # there is none where kernels were never compiled
     for file in (cache, package):
         file.write_text("a file where the folder would be")
     assert run(copy) == [7.0, 3.0]

@@ -2,16 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, target
-from hypothesis import strategies as st
+from hypothesis import given
 
 from magfold_env.engine.contact import boxes, jacobian
-from magfold_env.scene import Magnets, Scene
-from magfold_env.simulation.pack import pack
 from tests.engine import reference
 from tests.engine.contact.box_case import RADIUS, ROCKS, SIDE, Boxes, layouts, pairs, seeds
-
-right_angle = st.floats(-np.pi / 2, np.pi / 2)
 
 
 def end_separation(joints):
@@ -22,13 +17,6 @@ def end_separation(joints):
         reference.square(places[0], headings[0], 0.5),
         reference.square(places[-1], headings[-1], 0.5),
     )
-
-
-@given(joints=st.lists(right_angle, min_size=1, max_size=3))
-def test_near_components_cannot_overlap(joints):
-    gap = end_separation(joints)
-    target(-gap)
-    assert gap >= -1e-12
 
 
 def test_near_components_cannot_overlap_on_a_grid():
@@ -47,15 +35,6 @@ def test_near_components_cannot_overlap_next_to_the_stops():
         assert end_separation(joints[:2]) >= -1e-12
 
 
-def test_components_four_apart_can_overlap():
-    assert end_separation([np.pi / 2] * 4) < -0.5
-
-
-@pytest.mark.parametrize(("lo", "first"), [(0, 0), (1, 0), (2, 0), (3, 1), (6, 4)])
-def test_the_two_held_components_next_to_the_mouth_are_in_the_way(lo, first):
-    assert boxes.first_box(lo) == first
-
-
 def test_a_corner_beside_the_one_in_the_mouth_meets_the_next():
     # A chain that turns back to its tube: its last square lies beside the one in the mouth.
     case = Boxes(8, 3, tube=True)
@@ -66,20 +45,6 @@ def test_a_corner_beside_the_one_in_the_mouth_meets_the_next():
     work.boxes.x[5] += 0.9 * SIDE * np.sqrt(2)
     rows = jacobian.collect_contacts(3, case.model, work, 0)
     assert {(1, 5), (5, 1)} & {tuple(row[:2]) for row in work.rows.id[:rows].tolist()}
-
-
-@given(seed=seeds, layout=layouts)
-def test_gap_is_the_distance_of_the_rounded_boxes(seed, layout):
-    rng = np.random.default_rng(seed)
-    case = Boxes(**layout)
-    q = case.random_q(rng)
-    for i, j in pairs(case):
-        if reference.separation(case.polygon(i, q), case.polygon(j, q)) <= 0.0:
-            continue
-        case.place(q)
-        gaps = [boxes.corner_gap(case.model, case.work, i, j, k) for k in range(4)]
-        gaps += [boxes.corner_gap(case.model, case.work, j, i, k) for k in range(4)]
-        assert min(gaps) == pytest.approx(case.gap(i, j, q), abs=1e-15)
 
 
 def test_corners_face_each_other_only_where_no_side_is_nearer():
@@ -185,8 +150,3 @@ def test_gaps_are_those_of_corners_and_negative_inside(seed, layout):
                 expected = case.row_gap(box, other, k, q)
                 found = boxes.corner_gap(case.model, case.work, box, other, k)
                 assert found == pytest.approx(expected, abs=1e-12)
-
-
-def test_magnets_do_not_move_the_boxes():
-    with_magnets = pack(Scene(sequence=("NNNN",) * 2, magnets=Magnets()))
-    assert (with_magnets.side, with_magnets.rounding) == (SIDE, RADIUS)

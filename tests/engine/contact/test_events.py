@@ -1,4 +1,4 @@
-"""Which joints stay at their stops after an impact, and which squares stay in touch."""
+"""Which joints stay at their stops after an impact."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
-from magfold_env.engine.contact import boxes, constraints, events
+from magfold_env.engine.contact import constraints, events
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import Scene
 from magfold_env.simulation.pack import pack
@@ -75,64 +75,3 @@ def test_a_joint_that_nothing_pulls_back_opens():
     model, state, work, acceleration = hopping(1e-3)
     assert events.end_hops(model, state, work, -acceleration) == constraints.OK
     assert state.lock[1] == 0
-
-
-class Curled:
-    """A free chain of five, curled up until the first and the last square touch."""
-
-    def __init__(self, tolerance=1e-3):
-        scene = Scene(sequence=("NNNN",) * 5, magnets=None).replace(solver={"tolerance": tolerance})
-        self.model = pack(scene)
-        self.work = new_work(self.model)
-        self.tolerance, self.side = tolerance, scene.casing.side
-        low, high = 0.8, 1.5
-        for _ in range(60):
-            bend = 0.5 * (low + high)
-            self.state = new_state(self.model, bend * np.arange(5.0))
-            low, high = (bend, high) if self.gap(self.state.q) > 1e-12 else (low, bend)
-
-    def gap(self, q):
-        """Gap of the two squares [m]."""
-        model, work = self.model, self.work
-        articulated.place(0, model.bodies, q, work.pose)
-        boxes.place_boxes(0, model, work.pose, work)
-        corners = [(i, j, k) for i, j in ((0, 4), (4, 0)) for k in range(4)]
-        return min(boxes.corner_gap(model, work, *corner) for corner in corners)
-
-    def along(self, v):
-        """Rate of the gap at velocities v [m/s]."""
-        q, h = self.state.q, 1e-7 / np.abs(v).max()
-        return (self.gap(q + h * v) - self.gap(q - h * v)) / (2.0 * h)
-
-    def opening(self, rate):
-        """Velocities at which the gap opens at a rate [m/s]; their squares bend it by nothing."""
-        v = np.zeros(7)
-        v[0] = -1.0
-        return v * rate / self.along(v)
-
-
-def test_squares_that_part_too_little_to_see_stay_in_touch():
-    case, pull = Curled(), 10.0
-    seen = math.sqrt(2.0 * pull * events.HOP * case.tolerance * case.side)
-    acceleration = case.opening(-pull)
-    for share in (0.5, 0.8):
-        case.state.v[:] = case.opening(share * seen)
-        before = energy(case.model, case.state, case.work)
-        assert constraints.begin_step(case.model, case.state, case.work) == constraints.OK
-        assert case.work.rows.counts[at.CONTACTS] == 0
-        found = events.end_hops(case.model, case.state, case.work, acceleration)
-        assert found == constraints.IMPACT
-        assert case.work.rows.counts[at.CONTACTS] > 0
-        assert abs(case.along(case.state.v)) < 1e-6 * share * seen
-        assert energy(case.model, case.state, case.work) < before
-
-
-def test_squares_that_part_visibly_do_so():
-    case, pull = Curled(), 10.0
-    seen = math.sqrt(2.0 * pull * events.HOP * case.tolerance * case.side)
-    case.state.v[:] = case.opening(1.5 * seen)
-    before = case.state.v.copy()
-    assert constraints.begin_step(case.model, case.state, case.work) == constraints.OK
-    found = events.end_hops(case.model, case.state, case.work, case.opening(-pull))
-    assert found == constraints.OK
-    assert (case.state.v == before).all()

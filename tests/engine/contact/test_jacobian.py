@@ -103,13 +103,3 @@ def test_normal_turns_continuously_past_the_end_of_a_face():
         after, _ = row_of(case, 0, 4, 0, q + high * aim, v)
         np.testing.assert_allclose(before, after, rtol=0, atol=1e-10)
         checked += 1
-
-
-def test_stop_row_is_the_joints_angle():
-    case = Boxes(4)
-    for sign in (-1, 1):
-        contact.stop_row(0, case.model, case.work, 0, 2, sign)
-        expected = np.zeros(6)
-        expected[2], expected[1] = -sign, sign
-        np.testing.assert_array_equal(case.work.rows.jacobian[0], expected)
-        assert case.work.rows.bias[0] == 0.0

@@ -105,14 +105,6 @@ def test_sliding_friction_takes_its_grip_times_the_speed(seed, n):
     np.testing.assert_allclose(force, expected, rtol=1e-10, atol=1e-15)
 
 
-def test_a_component_at_rest_feels_no_sliding_friction():
-    floor = Floor(np.random.default_rng(0), 3)
-    floor.move(np.zeros(5))
-    law.add_sliding(0, floor.model, floor.state.v, floor.work)
-    assert not floor.work.loads.fx.any()
-    assert not floor.work.loads.torque.any()
-
-
 @given(seed=seeds, n=st.integers(1, 8), share=st.floats(0.0, 0.99))
 def test_a_push_below_the_grip_moves_nothing(seed, n, share):
     floor = Floor(np.random.default_rng(seed), n, pull=share * MU * G)

@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import minimize
 
 from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.engine import entries as at
 from magfold_env.engine.contact.constraints import begin_step
 from magfold_env.engine.friction.held import first_accelerations
-from magfold_env.engine.friction.secular import solve_by_sizes
 from magfold_env.engine.friction.solver import (
     scale_rows,
     solve_by_multipliers,
@@ -47,9 +45,6 @@ class Problem:
         scale = self.work.friction.newton.scale[:count]
         largest = np.abs(self.work.rows.bias[:count] * scale).max()
         return solve_by_multipliers(rows, count, self.work, self.grip, largest, 0.0)
-
-    def solve_by_sizes(self):
-        return solve_by_sizes(self.normals, len(self.rows), self.work, self.grip)
 
     @property
     def motion(self):
@@ -106,62 +101,6 @@ def test_the_method_that_does_not_fail_satisfies_them_alone(seed):
     problem = draw(np.random.default_rng(seed))
     assert problem.solve_by_multipliers()
     assert_optimal(problem.work, problem.normals, len(problem.rows), problem.grip)
-
-
-def test_the_fast_method_finds_most_even_of_hard_problems_and_says_when_not():
-    found = 0
-    for seed in range(200):
-        problem = draw(np.random.default_rng(seed), most_normals=4, most_balls=6)
-        if problem.solve_by_sizes():
-            assert_optimal(problem.work, problem.normals, len(problem.rows), problem.grip, 1e-7)
-            found += 1
-    assert found >= 100
-
-
-@given(seed=seeds)
-def test_motion_agrees_with_another_solver(seed):
-    problem = draw(np.random.default_rng(seed), most_normals=4, most_balls=3)
-    assert problem.solve()
-    rows, start, normals = problem.rows, problem.start, problem.normals
-    grip = np.minimum(problem.grip, 100.0)
-    held = problem.work.rows.equality[:normals] == 1
-    bounds = [(None if h else 0.0, None) for h in held] + [(None, None)] * 3 * len(grip)
-    within = {
-        "type": "ineq",
-        "fun": lambda lam: grip**2 - (lam[normals:].reshape(-1, 3) ** 2).sum(axis=1),
-    }
-    # The dual problem: half the square of the motion, least over all forces that can act.
-    least = minimize(
-        lambda lam: 0.5 * np.sum((rows.T @ lam + start) ** 2),
-        np.zeros(len(rows)),
-        jac=lambda lam: rows @ (rows.T @ lam + start),
-        bounds=bounds,
-        constraints=within,
-        method="SLSQP",
-        options={"maxiter": 1000, "ftol": 1e-14},
-    )
-    # Half the distance's square is at most the difference of the values.
-    found = 0.5 * np.sum(problem.motion**2)
-    assert found <= least.fun + 1e-6
-    if least.success and within["fun"](least.x).min() >= -1e-9:
-        motion = rows.T @ least.x + start
-        np.testing.assert_allclose(problem.motion, motion, rtol=0, atol=2e-3)
-
-
-@given(seed=seeds)
-def test_enough_grip_holds_all(seed):
-    rng = np.random.default_rng(seed)
-    rows = rng.normal(size=(12, 8))
-    problem = Problem(rows, rng.normal(size=8), 0, np.full(4, 1e9))
-    assert problem.solve()
-    np.testing.assert_allclose(rows @ problem.motion, 0.0, rtol=0, atol=1e-10)
-
-
-def test_no_grip_changes_nothing():
-    rng = np.random.default_rng(0)
-    problem = Problem(rng.normal(size=(9, 6)), rng.normal(size=6), 0, np.zeros(3))
-    assert problem.solve()
-    assert not problem.work.rows.multiplier.any()
 
 
 def test_grip_that_just_suffices_holds():

@@ -16,7 +16,7 @@ from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import folded_words, word_to_angles
 from magfold_env.simulation.pack import pack
 from tests.engine import reference
-from tests.engine.magnets.test_pairs import Casings
+from tests.engine.magnets.test_pairs import MODELS, Casings
 
 SIDE = 0.0125
 EXACT = 24  # nodes that leave 1e-7 where casings lie flush, and less elsewhere
@@ -87,25 +87,14 @@ def test_torques_of_folded_chains_keep_the_bound(bound, share):
         assert worst_error(bound, scene, joints) <= 3 * bound
 
 
-@pytest.mark.parametrize("bound", BOUNDS)
-def test_torques_of_bent_chains_keep_the_bound(bound):
-    rng = np.random.default_rng(32)
-    for _ in range(12):
-        scene = Scene(sequence=random_sequence(rng, 5))
-        joints = np.append(0.1, rng.uniform(-1.57, 1.57, 4) * rng.choice([1.0, 0.5]))
-        assert worst_error(bound, scene, joints) <= 3 * bound
-
-
-@pytest.mark.parametrize("span", [1, 2])
-def test_splines_are_far_more_exact_than_asked(span):
-    # Nothing but looked-up pairs: 1e-5 must leave no more than the splines' own error.
-    rng = np.random.default_rng(33)
-    for angle in np.concatenate([np.linspace(-1.5, 1.5, 7), [-np.pi / 2, 1.5707, 1.55]]):
-        scene = Scene(sequence=random_sequence(rng, span + 1))
-        joints = np.append(0.0, np.append(angle, rng.uniform(-1.57, 1.57, span - 1)))
-        found = Chain(scene.replace(magnets={"accuracy": 1e-5})).forces(joints)[: span + 1]
-        error = np.abs(found - summed(scene, joints, 40)).max()
-        assert error <= 5e-7 * SIDE * exact_magnets.flush_force(scene)
+@pytest.mark.parametrize("model", [name for name in MODELS if name.startswith("unequal")])
+def test_torques_of_unequal_magnets_keep_the_bound(model):
+    rng = np.random.default_rng(64)
+    for _ in range(5):
+        sequence = tuple("".join(rng.choice(list("NS-"), 4, p=[0.4, 0.4, 0.2])) for _ in range(5))
+        scene = Scene(sequence=sequence, magnets=MODELS[model])
+        assert pack(scene).magnets.tables.end > 0.0
+        assert worst_error(1e-3, scene, open_joints(rng, 5)) <= 3e-3
 
 
 @pytest.mark.laws
@@ -136,43 +125,6 @@ def crosses(scene, before, after):
     headings = [np.cumsum(joints) for joints in (before, after)]
     places = [reference.centres(np.append(turned, [0.0, 0.0]), SIDE) for turned in headings]
     return casings.crosses_an_edge(*zip(places, headings, strict=True))
-
-
-@pytest.mark.laws
-@given(seed=seeds)
-def test_mirrored_and_reversed_chains_feel_the_same(seed):
-    rng = np.random.default_rng(seed)
-    sequence = random_sequence(rng, 6)
-    joints = open_joints(rng, 6)
-    joints[0] = 0.0
-    stops = rng.random(6) < 0.3
-    joints[1:] = np.where(stops, np.copysign(np.pi / 2, joints), joints)[1:]
-    mirrored = tuple(word[::-1] for word in sequence)
-    turned_round = tuple(word[2:] + word[:2] for word in sequence[::-1])
-    torque = joint_torques(sequence, joints)
-    size = np.abs(torque).max()
-    np.testing.assert_allclose(joint_torques(mirrored, -joints), -torque, rtol=0, atol=1e-10 * size)
-    other = np.append(0.0, -joints[:0:-1])
-    np.testing.assert_allclose(
-        joint_torques(turned_round, other), -torque[::-1], rtol=0, atol=1e-10 * size
-    )
-
-
-def joint_torques(sequence, joints):
-    """Torques (n − 1,) that turn the joints [N·m]."""
-    headings = Chain(Scene(sequence=sequence)).forces(joints)[: len(sequence)]
-    return np.cumsum(headings[::-1])[::-1][1:]
-
-
-@pytest.mark.parametrize("word", ["LLLRR", "LRLLL", "RRRLL"])
-def test_what_is_kept_of_joints_at_their_stops_is_what_is_found_a_little_before(word):
-    rng = np.random.default_rng(35)
-    scene = Scene(sequence=random_sequence(rng, 6))
-    joints = np.append(0.7, word_to_angles(word))
-    kept = Chain(scene).forces(joints)
-    before = Chain(scene).forces(np.append(0.7, joints[1:] * (1 - 2e-9)))
-    assert (kept != before).any()
-    np.testing.assert_allclose(kept, before, rtol=0, atol=1e-6 * np.abs(before).max())
 
 
 def test_what_is_kept_does_not_depend_on_what_came_before():
@@ -233,20 +185,3 @@ def test_chains_that_splines_do_not_fit_are_summed(change):
     expected = np.einsum("idk,id->k", jacobian, force) + torque
     found = Chain(scene).forces(joints)[:4]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
-
-
-@pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_forces_go_on_smoothly_where_trial_steps_overshoot_the_stops(side):
-    rng = np.random.default_rng(39)
-    jointed = Chain(Scene(sequence=random_sequence(rng, 3)))
-    angles = side * (np.pi / 2 + np.linspace(-0.15, 0.15, 31))
-    torque = np.array([jointed.forces([0.0, angle, 0.9 * angle])[2] for angle in angles])
-    # A kink would leave its jump of slope in all higher differences.
-    assert np.abs(np.diff(torque, 4)).max() <= 1e-2 * np.abs(np.diff(torque)).max()
-
-
-def test_forces_stay_finite_however_far_the_stops_are_overshot():
-    rng = np.random.default_rng(40)
-    jointed = Chain(Scene(sequence=random_sequence(rng, 3)))
-    for angle in (-30.0, -1.6, 1.6, 4.0):
-        assert np.isfinite(jointed.forces([0.0, angle, -angle])).all()

@@ -75,18 +75,6 @@ def test_force_and_torque_are_the_energys_gradient(seed, order):
     assert torque == pytest.approx(twist, abs=1e-8 * size * 5 * SIZE)
 
 
-@given(seed=seeds)
-def test_turned_moments_are_those_of_what_is_turned(seed):
-    rng = np.random.default_rng(seed)
-    cloud, turn = Cloud(rng), rng.uniform(-np.pi, np.pi)
-    out, room = np.zeros((1, *cloud.moments().shape)), np.zeros(expansions.SCRATCH)
-    body = cloud.moments()[None]
-    expansions.turn_moments(expansions.HIGHEST, body, 0, np.cos(turn), np.sin(turn), room, out)
-    expected = expansions.wide_moments(cloud.z * np.exp(1j * turn), cloud.charge, cloud.height)
-    size = np.hypot(*expected).max()
-    np.testing.assert_allclose(out[0], expected, rtol=0, atol=1e-12 * size)
-
-
 def test_moments_of_height_are_those_of_charge_spread_over_it():
     # Out of the plane the potential's second derivative is minus that in it: four times ∂ ∂̄.
     rng = np.random.default_rng(7)

@@ -101,26 +101,6 @@ def test_forces_torques_and_energies_keep_the_bound(geometry):
         assert max(max(errors(pair, *pose)) for pose in poses) <= BOUND
 
 
-@pytest.mark.medium
-def test_uneven_strengths_keep_the_bound():
-    rng = np.random.default_rng(62)
-    for _ in range(20):
-        strengths = rng.uniform(0.3, 1.2, (2, 4)).tolist()
-        scene = Scene(sequence=("NSNS", "NNSN"), magnets=Magnets(remanence=strengths))
-        assert max(max(errors(Pair(scene), *touching(rng, flush=True))) for _ in range(3)) <= BOUND
-
-
-@pytest.mark.medium
-def test_what_is_far_away_is_almost_exact():
-    # A fold begins slowly, under weak forces from afar.
-    rng = np.random.default_rng(63)
-    pair = pair_of("the paper's")
-    for _ in range(100):
-        place, headings = away(rng)
-        place *= max(2.0 * SIDE * math.sqrt(2) / np.hypot(*place), 1.0)
-        assert max(errors(pair, place, headings)) <= 5e-6
-
-
 @pytest.mark.laws
 @given(seed=seeds)
 def test_forces_and_torques_are_the_energys_gradient(seed):
@@ -143,34 +123,6 @@ def test_forces_and_torques_are_the_energys_gradient(seed):
         assert abs(slope([0.0, 0.0], turn, 1e-4) + torque[i]) <= 3e-7 * size * SIDE
 
 
-@pytest.mark.laws
-@given(seed=seeds)
-def test_both_casings_say_the_same(seed):
-    rng = np.random.default_rng(seed)
-    place, headings = touching(rng) if seed % 2 else away(rng)
-    force, torque, energy = pair_of("the paper's").acts(place, headings)
-    seen = pair_of("the paper's", ("NNSS", "NSNS")).acts(-place, headings[::-1])
-    size = np.abs(force).max()
-    np.testing.assert_allclose(seen[0][::-1], force, rtol=0, atol=1e-11 * size)
-    np.testing.assert_allclose(seen[1][::-1], torque, rtol=0, atol=1e-11 * size * SIDE)
-    assert seen[2] == pytest.approx(energy, abs=1e-11 * size * SIDE)
-
-
-@pytest.mark.laws
-@given(seed=seeds)
-def test_a_casing_turned_by_a_right_angle_has_its_faces_elsewhere(seed):
-    rng = np.random.default_rng(seed)
-    place, headings = touching(rng) if seed % 2 else away(rng)
-    force, torque, energy = pair_of("the paper's", ("NSSN", "NNSS")).acts(place, headings)
-    # Front-left becomes back-left, and so on round.
-    turned = pair_of("the paper's", ("SSNN", "NNSS"))
-    seen = turned.acts(place, headings + np.array([np.pi / 2, 0.0]))
-    size = np.abs(force).max()
-    np.testing.assert_allclose(seen[0], force, rtol=0, atol=1e-10 * size)
-    np.testing.assert_allclose(seen[1], torque, rtol=0, atol=1e-10 * size * SIDE)
-    assert seen[2] == pytest.approx(energy, abs=1e-10 * size * SIDE)
-
-
 @pytest.mark.medium
 def test_what_is_kept_is_a_function_of_charges_and_cell():
     rng = np.random.default_rng(64)
@@ -183,21 +135,3 @@ def test_what_is_kept_is_a_function_of_charges_and_cell():
         again = pair.acts(*pose, kept=True)
         assert all((a == b).all() for a, b in zip(fresh[:2], again[:2], strict=True))
         assert again[2] == fresh[2]
-
-
-@pytest.mark.parametrize(
-    "magnets",
-    [
-        {"accuracy": 1e-4},
-        {"nodes": 4},
-        {"width": [0.006, 0.006, 0.006, 0.005]},
-        {"height": [0.006, 0.006, 0.006, 0.005]},
-    ],
-)
-def test_finer_bounds_and_unequal_magnets_are_summed(magnets):
-    scene = Scene(sequence=("NSNS", "NNSS")).replace(magnets=magnets)
-    assert pack(scene).magnets.tables.far.end == 0.0
-
-
-def test_the_table_is_small():
-    assert pair_of("the paper's").model.magnets.tables.far.energy.nbytes <= 2e6

@@ -52,11 +52,6 @@ def in_field(sequence, field, **changes):
     return Scene(sequence=sequence).replace(field=field, **changes)
 
 
-def recorded(fold):
-    assert fold.trajectory is not None
-    return fold.trajectory
-
-
 def random_sequence(rng, n, letters="NS"):
     return tuple("".join(rng.choice(list(letters), 4)) for _ in range(n))
 
@@ -155,26 +150,14 @@ def test_public_forces_and_energy_contain_the_field():
     assert mf.energy(scene, angles) - mf.energy(bare, angles) == pytest.approx(outer, rel=1e-9)
 
 
-def test_a_needle_swings_in_an_even_field_with_the_period_of_a_compass():
-    # One component with its moment along the heading, hinged at a corner, without friction.
-    angle, density = 1e-3, 0.05
-    field = {"uniform": (density * np.cos(angle), density * np.sin(angle))}
-    scene = in_field(
-        ("NSSN",), field, mount="pinned", friction=0.0, duration=0.2, solver={"tolerance": 1e-10}
-    )
-    moment = 4 * Magnets().charge * THICKNESS / np.sqrt(2)
-    inertia = scene.inertias[0] + scene.masses[0] * SIDE**2 / 2
-    path = recorded(mf.simulate(scene, seed=0, frame_rate=1000))
-    phase = np.sqrt(moment * density / inertia) * path.time
-    assert phase[-1] > 20
-    np.testing.assert_allclose(
-        path.angles[:, 0], angle * (1 - np.cos(phase)), rtol=0, atol=1e-4 * angle
-    )
-
-
 def mass(scene, angles):
     q = np.append(angles, [0.0, 0.0])
     return reference.mass_matrix(q, SIDE, scene.masses, scene.inertias)[: scene.n, : scene.n]
+
+
+def recorded(fold):
+    assert fold.trajectory is not None
+    return fold.trajectory
 
 
 @pytest.mark.laws
@@ -214,17 +197,6 @@ def test_a_casing_runs_into_the_fixed_magnet_and_not_through_it(heading, frictio
     assert min(gaps) <= 1e-3 * SIDE  # they have met
     if friction:
         assert fold.status is not mf.FoldStatus.UNSETTLED
-
-
-def test_what_is_absent_is_skipped():
-    bare = pack(Scene(sequence=("NSSN",)))
-    assert not bare.field.present
-    assert not pack(in_field(("NSSN",), {})).field.present
-    assert not pack(in_field(("NSSN",), EVEN, magnets=None)).field.present
-    assert not pack(in_field(("----",), EVEN)).field.present
-    even = pack(in_field(("NSSN",), EVEN)).field
-    assert even.present
-    assert even.strip_q.size == 0
 
 
 @pytest.mark.parametrize("magnets", [None, {}])

@@ -125,19 +125,6 @@ def test_forces_are_the_gradient_of_the_energy(shape, bound):
         assert found @ turn == pytest.approx(slope, abs=1e-8 * float(np.linalg.norm(found)))
 
 
-@pytest.mark.laws
-@given(seed=seeds, n=st.integers(segments.LONG, 90))
-def test_forces_and_moments_balance(seed, n):
-    rng = np.random.default_rng(seed)
-    chain, headings = Long(random_sequence(rng, n)), bent(rng, n)
-    force, torque = chain.forces(headings)
-    pose = chain.pose(headings)
-    size = np.abs(force).max()
-    assert np.abs(force.sum(axis=0)).max() <= 1e-12 * size
-    moment = pose.x * force[:, 1] - pose.y * force[:, 0] + torque
-    assert abs(moment.sum()) <= 1e-12 * size * n * SIDE
-
-
 @given(seed=seeds, first=st.integers(1, 39))
 def test_components_that_do_not_act_yet_are_left_out(seed, first):
     rng = np.random.default_rng(seed)
@@ -159,17 +146,3 @@ def test_pairs_grow_little_faster_than_the_chain(shape, most):
     lengths = np.array([300, 3000])
     counts = [Long(("NSSN",) * n).pairs(SHAPES[shape](rng, n))[0] for n in lengths]
     assert np.diff(np.log(counts)) / np.diff(np.log(lengths)) <= most
-
-
-def test_every_pair_is_listed_once_where_nothing_is_expanded():
-    n = 130
-    chain = Long(("NSSN",) * n, far=False)
-    count, batches = chain.pairs(unfolded(n))
-    assert count == n * (n - 1) // 2
-    assert batches > 2  # more pairs than a batch takes
-
-
-def test_components_without_magnets_are_in_no_pair():
-    n = 40
-    chain = Long(("NSSN", "----") * (n // 2), far=False)
-    assert chain.pairs(unfolded(n))[0] == (n // 2) * (n // 2 - 1) // 2

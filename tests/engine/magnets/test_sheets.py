@@ -9,10 +9,8 @@ from scipy import integrate
 import magfold_env as mf
 from magfold_bench.laws import exact_magnets as exact
 from magfold_env.engine.magnets import sheets
-from magfold_env.engine.magnets.laws import FacePair
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import word_to_angles
-from magfold_env.simulation.pack import pack, pack_magnets
 from tests.engine import reference
 from tests.engine.magnets.test_chain import Chain, random_sequence
 from tests.engine.magnets.test_outer_field import Casings as InField
@@ -51,38 +49,6 @@ def test_a_face_acts_on_a_line_as_quadrature_says(d, heights):
         nearest = [np.clip(s, -half, half)]
         whole, _ = integrate.quad_vec(laws, -half, half, points=nearest, epsabs=1e-12, limit=2000)
         np.testing.assert_allclose(found, whole / (2.0 * half), rtol=1e-8, atol=1e-8)
-
-
-def random_faces(rng):
-    """Sizes of two faces, and where the first lies: in touch, nearly, tilted, or beside an end."""
-    size, source = rng.uniform(0.3, 1.0, (2, 2))
-    if rng.random() < 0.5:
-        source[1] = size[1]
-    gap = rng.choice([0.0, 10 ** rng.uniform(-7.0, -0.3)])
-    tilt = rng.choice([0.0, rng.uniform(-1.0, 1.0) * 10 ** rng.uniform(-6.0, 0.0)])
-    turn, reach = np.pi + tilt, 0.5 * (size[0] + source[0])
-    offset = np.array([rng.uniform(-1.2, 1.2) * reach, -gap - 0.5 * size[0] * abs(np.sin(turn))])
-    if rng.random() < 0.25:
-        beside = 0.5 * (source[0] + size[0] * abs(np.cos(turn))) + gap
-        offset = np.array([beside, rng.uniform(-0.6, 0.6) * size[0]])
-    return offset, turn, size, source
-
-
-@pytest.mark.parametrize("bound", BOUNDS)
-@pytest.mark.parametrize("times", FEW_OR_MANY)
-def test_two_faces_act_as_a_fine_mesh_says(times, bound):
-    rng = np.random.default_rng(61)
-    rule = pack_magnets(Scene(sequence=("NNNN",), magnets=Magnets(accuracy=bound)))
-    for _ in range(times):
-        offset, turn, size, source = random_faces(rng)
-        energy, force, torque = touching_faces.face_pair(offset, turn, size, source)
-        x, y = float(offset[0]), float(offset[1])
-        ax, ay = size[0] * np.cos(turn), size[0] * np.sin(turn)
-        faces = FacePair(False, size[1] / 2, source[1] / 2, x, y, ax, ay, source[0], 0.0)
-        found = sheets.between(rule, faces)
-        unit = 2.0 * np.pi / (size[0] * max(size[1], source[1]))  # about the push in touch
-        np.testing.assert_allclose(found[:3], (energy, *force), rtol=0, atol=0.1 * bound * unit)
-        assert found[3] == pytest.approx(torque, abs=0.1 * bound * unit)
 
 
 def unequal(rng):
@@ -176,18 +142,6 @@ def opening(turn):
     return facing(0.005 * (s + c - 1.0), 0.005 * (c - s - 1.0), turn)
 
 
-@pytest.mark.parametrize("bound", BOUNDS)
-@pytest.mark.parametrize("gap", [0.0, 1e-9, 3e-8, 1e-6])
-def test_forces_in_touch_are_the_same_wherever_casings_are(gap, bound):
-    casings, (places, headings) = blocks(bound), facing(gap)
-    force, torque = casings.forces(places, headings)
-    c, s = np.cos(2.0), np.sin(2.0)
-    elsewhere = places @ np.array([[c, s], [-s, c]]) + np.array([3.0, -2.0])
-    found, moment = casings.forces(elsewhere, headings + 2.0)
-    np.testing.assert_allclose(np.hypot(*found.T), np.hypot(*force.T), rtol=0.1 * bound)
-    np.testing.assert_allclose(moment, torque, rtol=0, atol=0.1 * bound * CONTACT_FORCE * 0.01)
-
-
 PATHS = {
     "apart": lambda u: facing(1e-3 * u**3),
     "through": lambda u: facing(2e-6 * (u - 0.5)),
@@ -236,18 +190,6 @@ def test_a_fixed_magnet_acts_within_the_bound_in_touch(inset, bound):
     assert worst <= bound
 
 
-@pytest.mark.parametrize("inset", [0.0, 1e-6, 1e-5, 1e-4])
-@pytest.mark.parametrize("bound", BOUNDS)
-def test_splines_of_touching_neighbours_are_as_exact_as_others(bound, inset):
-    rng = np.random.default_rng(64)
-    scene = Scene(sequence=random_sequence(rng, 2), magnets=Magnets(inset=inset, accuracy=bound))
-    assert pack(scene).magnets.tables.end > 0.0
-    for off in (0.0, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0):
-        joints = np.array([0.0, rng.choice([-1.0, 1.0]) * (np.pi / 2 - off)])
-        found, wanted = jointed_and_summed(scene, joints)
-        assert np.abs(found - wanted).max() <= 0.25 * bound * SIDE * flush_force(scene)
-
-
 def jointed_and_summed(scene, joints):
     """Torques (n,) of the headings by the dynamics' kernels, and by fine sums over all pairs."""
     q = np.append(np.cumsum(joints), [0.0, 0.0])
@@ -271,23 +213,6 @@ def test_torques_of_folded_chains_keep_the_bound_in_touch(inset, share, bound):
         assert error <= 3 * bound
 
 
-@pytest.mark.laws
-@pytest.mark.parametrize("bound", BOUNDS)
-def test_generalised_forces_in_touch_are_the_energys_gradient(bound):
-    rng = np.random.default_rng(67)
-    scene = Scene(sequence=random_sequence(rng, 4), magnets=Magnets(inset=0.0, accuracy=bound))
-    chain = Chain(scene)
-    for off in (1e-5, 1e-3, 0.05, 0.3):
-        joints = np.append(0.2, (np.pi / 2 - off) * np.array([1.0, 1.0, 1.0 - off]))
-        turns = 1e-3 * off * (np.eye(4) - np.eye(4, k=1))
-        slopes = [(chain.energy(joints + t) - chain.energy(joints - t)) for t in turns]
-        found = chain.forces(joints)[:4]
-        unit = SIDE * flush_force(scene)
-        np.testing.assert_allclose(
-            -np.array(slopes) / (2e-3 * off), found, rtol=0, atol=1e-4 * unit
-        )
-
-
 def test_torque_beyond_a_stop_is_what_it_is_at_the_stop():
     rng = np.random.default_rng(65)
     chain = Chain(Scene(sequence=random_sequence(rng, 2), magnets=Magnets(inset=0.0)))
@@ -309,12 +234,3 @@ def test_a_chain_of_flush_magnets_folds_and_keeps_its_energy(bound):
     # No face pulls harder than in contact, at a lever of half a side or so.
     opens = mf.holding(mf.simulate(scene.replace(friction=0.2))).opens
     assert 0.5 * CONTACT_FORCE * 0.005 < np.abs(opens).min() < 1.5 * CONTACT_FORCE * 0.005
-
-
-def test_only_what_accuracy_bounds_may_touch():
-    scene = Scene(sequence=("NNNN",))
-    assert not pack(scene).magnets.graded.any()
-    assert pack(scene.replace(magnets={"inset": 0.0})).magnets.graded[:4, :4].all()
-    for options in ({"nodes": 5}, {"model": "points"}):
-        with pytest.raises(mf.SceneError, match=r"magnets\.inset: .* must be above 0 with"):
-            scene.replace(magnets={"inset": (0.0, 5e-4, 5e-4, 5e-4), **options})

@@ -1,0 +1,84 @@
+"""Charts of ensembles and sweeps, and pictures of what a fold withstands."""
+
+import numpy as np
+import pytest
+
+import magfold_env as mf
+from magfold_env.ensembles.releases import Run, bars
+from magfold_env.ensembles.sweeps import scenes
+from magfold_env.render.ensembles import SLOTS, bar_chart
+from magfold_env.render.sweeps import chart
+from magfold_env.shapes import headings, word_to_angles
+
+pytest.importorskip("matplotlib.figure")
+
+SCENE = mf.Scene(sequence=("NSNS",) * 4)
+WORDS = ("LRL", "LRR", "RLL", "RLR", "LSL", "LLS", "SLR", "RRL")
+
+
+def made_of(*words: str) -> mf.Ensemble:
+    runs: list[Run] = []
+    for k, word in enumerate(words):
+        status = "misfolded" if "S" in word else "folded"
+        angles = headings(word_to_angles(word), first=0.1 * k)
+        runs.append(Run(k, word, status, 0.0, 1.0, tuple(angles.tolist())))
+    return mf.Ensemble.of(SCENE, 0, runs)
+
+
+def test_a_panel_shows_the_most_frequent_and_the_rest_together() -> None:
+    words = [word for k, word in enumerate(WORDS) for _ in range(len(WORDS) - k)]
+    ensemble = made_of(*words)
+    figure = bar_chart({"many": bars(ensemble), "few": bars(made_of("LRL"))})
+    many, few = figure.axes[:2]
+    heights = [patch.get_height() for patch in many.patches]
+    rates = [share.rate for share in ensemble.outcomes.values()]
+    np.testing.assert_allclose(heights, [*rates[: SLOTS - 1], sum(rates[SLOTS - 1 :])])
+    assert [text.get_text() for text in many.get_xticklabels()] == [*WORDS[: SLOTS - 1], "others"]
+    assert [patch.get_height() for patch in few.patches] == [1.0]
+    # An outline of four casings under each bar but the last.
+    assert [len(axis.patches) for axis in many.child_axes] == [SCENE.n] * (SLOTS - 1)
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert legend == ["folded", "misfolded", "others"]
+
+
+pytest.importorskip("matplotlib.figure")
+
+
+def swept(over: dict[str, tuple[float, ...]], *words: str) -> mf.Sweep:
+    """At point k the word k occurs twice, all others once."""
+    ensembles: list[mf.Ensemble] = []
+    for k, scene in enumerate(scenes(SCENE, over)):
+        runs: list[Run] = []
+        for word in (*words, words[k % len(words)]):
+            angles = tuple(headings(word_to_angles(word), first=0.0).tolist())
+            status = "misfolded" if "S" in word else "folded"
+            runs.append(Run(len(runs), word, status, 0.0, 1.0, angles))
+        ensembles.append(mf.Ensemble.of(scene, 0, runs))
+    return mf.Sweep(SCENE, 0, over, tuple(ensembles))
+
+
+def test_lines_are_the_shares_with_their_intervals() -> None:
+    sweep = swept({"friction": (0.1, 0.2, 0.4)}, "LRL", "LSL")
+    (axis,) = chart(sweep).axes
+    assert axis.get_xlabel() == "friction"
+    assert axis.get_xscale() == "log"
+    drawn = {line.get_label(): line.get_ydata() for line in axis.lines}
+    assert drawn.keys() == {"LRL folded", "misfolded"}
+    np.testing.assert_allclose(drawn["LRL folded"], [2 / 3, 1 / 3, 2 / 3])
+    shares = sweep.probability("LRL", "folded")
+    ends = axis.collections[0].get_paths()[0].vertices[:, 1]
+    for end in ("low", "high"):
+        assert {getattr(share, end) for share in shares} <= set(ends.tolist())
+
+
+def test_a_map_has_the_first_parameter_across() -> None:
+    sweep = swept({"friction": (0.1, 0.2, 0.4), "feed.speed": (0.1, 0.2)}, "LRL", "LSL")
+    panels = chart(sweep).axes
+    assert [axis.get_title() for axis in panels[:2]] == ["LRL folded", "misfolded"]
+    for axis, ends in zip(panels, (("LRL", "folded"), (None, "misfolded")), strict=False):
+        rates = np.array([share.rate for share in sweep.probability(*ends)]).reshape(3, 2)
+        np.testing.assert_array_equal(axis.images[0].get_array(), rates.T)
+        assert [text.get_text() for text in axis.get_xticklabels()] == ["0.1", "0.2", "0.4"]
+        assert [text.get_text() for text in axis.texts[:3]] == [
+            f"{100 * rate:.0f}" for rate in rates[:, 0]
+        ]
