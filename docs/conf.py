@@ -10,11 +10,13 @@ from numpy.typing import ArrayLike
 from sphinx.application import Sphinx
 from sphinx.util.typing import stringify_annotation
 
-sys.path.append(str(Path(__file__).parent / "extensions"))
+sys.path += [str(Path(__file__).parent), str(Path(__file__).parent / "extensions")]
+from environment_tables import written
 from models import is_model
 from moving_pictures import RUNS, package_digest
 
 from magfold_env.browser import build as laboratory
+from magfold_env.cli.scenes import page as keys_of_scenes
 
 project = "magfold_env"
 author = "the magfold_env developers"
@@ -85,6 +87,17 @@ def _linked(_app: Sphinx, _page: str, source: list[str]) -> None:
             source[0] = source[0].replace(f"]({up}../{path}", f"]({up}{page}")
 
 
+def _keys(_app: Sphinx, page: str, source: list[str]) -> None:
+    """Put the table of `magfold scenes --keys` on its page."""
+    if page == "keys":
+        source[0] = keys_of_scenes()
+
+
+def _tables(_app: Sphinx, _page: str, source: list[str]) -> None:
+    """Fill the tables of environments."""
+    source[0] = written(source[0])
+
+
 def _open_to_all(_app: Sphinx, _page: str, _template: str, context: Any, _tree: object) -> None:
     """Say what screen readers need to know of what Sphinx and the theme write."""
     for part in ("body", "furo_navigation_tree"):
@@ -113,6 +126,8 @@ def setup(app: Sphinx) -> None:
     """Connect what is done to signatures, to links and to pages."""
     app.connect("autodoc-process-signature", _short)
     app.connect("source-read", _linked)
+    app.connect("source-read", _keys)
+    app.connect("source-read", _tables)
     app.connect("build-finished", _laboratory)
     app.connect("build-finished", _forget)
     app.connect("html-page-context", _open_to_all, priority=900)  # the theme has been there

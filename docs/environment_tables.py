@@ -1,14 +1,15 @@
-"""Write what the pages of environments show of the code: ``python docs/environment_tables.py``.
+"""The tables that the site generates: spaces, observation entries, options and admission results.
 
-Spaces, entries of observations, options and figures of admission stand between two comments, as
-``<!-- spec MagFold/Lumen-v0 -->`` and ``<!-- end -->``, so that they are read on GitHub too. Sizes
-and ranges are the code's own, what they mean its docstrings', figures those of the files in
-``agents/scores``. Where a page is of an older code ``tests/test_site.py`` fails.
+`conf.py` calls `written`, which puts a table below each comment such as
+``<!-- spec MagFold/Lumen-v0 -->``. Sizes and ranges come from the code, their meanings from its
+docstrings, and results from the files in ``agents/scores``.
+``python docs/environment_tables.py docs/environments/lumen.md`` prints a page with its tables.
 """
 
 import inspect
 import json
 import re
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
@@ -23,20 +24,20 @@ from magfold_env.envs.unknown_floor import UnknownFloorEnv
 
 DOCS = Path(__file__).parent
 SCORES = DOCS.parent / "agents" / "scores"
-PAGES = (*sorted((DOCS / "environments").glob("*.md")), DOCS / "evaluation.md")
-BLOCK = re.compile(r"(?ms)^<!-- (\w+)(?: (MagFold/\S+))? -->\n.*?^<!-- end -->$")
+BLOCK = re.compile(r"(?m)^<!-- (\w+)(?: (MagFold/\S+))? -->$(?:\n(?:(?!<!--).*\n)*<!-- end -->$)?")
+"""A table's place, and the table if the page contains it, up to ``<!-- end -->``."""
 
 # In the order of the page.
 CONTESTANTS = {
     "random": "random actions",
-    "always forward": "always ahead",
-    "baseline": "the baseline b",
-    "open loop": "the best open loop of 1,000 a task",
-    "trained blind": "the same learner trained blind",
-    "frozen": "the policy's own actions, frozen",
-    "trained": "the policy, most probable actions",
-    "trained, drawn": "the policy, drawn actions",
-    "oracle": "an oracle that knows all but start and noise",
+    "always forward": "highest speed, always ahead",
+    "baseline": "baseline b",
+    "open loop": "best open loop of 1,000 for each task",
+    "trained blind": "same learner, trained blind",
+    "frozen": "policy, frozen: the actions of one episode, replayed",
+    "trained": "policy, most probable actions",
+    "trained, drawn": "policy, drawn actions",
+    "oracle": "oracle that knows all but start and noise",
 }
 
 STANDING = {
@@ -147,7 +148,7 @@ def observation(env_id: str) -> Iterator[str]:
     env: Any = gymnasium.make(env_id).unwrapped
     yield from table(("entries", "group", "what", "range"), _groups(env))
     yield ""
-    yield "Those marked * are squashed by x / (1 + |x|), so that nothing is clipped away."
+    yield "Entries marked * are squashed by x / (1 + |x|), so nothing is clipped."
 
 
 def _groups(env: Any) -> Iterator[tuple[str, ...]]:
@@ -169,7 +170,7 @@ def options(env_id: str) -> Iterator[str]:
 
 
 def admission(env_id: str) -> Iterator[str]:
-    """Yield the lines on how agents do, and what the rule of admission says."""
+    """Yield the results of all players, and the lines of the admission rule."""
     name = env_id.split("/")[1]
     found = json.loads((SCORES / f"admission-{name}.json").read_text("utf-8"))
     head = (f"{found['episodes']:,} episodes", "success, %", "score", "normalised")
@@ -177,9 +178,9 @@ def admission(env_id: str) -> Iterator[str]:
     yield ""
     for each in found["rule"]:
         holds = "" if each["holds"] else ", **which fails**"
-        yield f"- {each['line']}: it is {_points(each['measured'])}{holds}"
+        yield f"- {each['line']}: {_points(each['measured'])}{holds}"
     yield ""
-    yield f"Headroom, oracle less policy, is {_points(found['headroom'])}: **{found['verdict']}**."
+    yield f"Headroom, oracle less policy: {_points(found['headroom'])}; **{found['verdict']}**."
     yield "[What the rows mean](../evaluation.md#admission). The command:"
     yield ""
     yield f"```text\n{found['provenance']['command']}\n```"
@@ -223,7 +224,7 @@ BLOCKS: dict[str, Callable[[Any], Iterator[str]]] = {
 
 
 def written(page: str) -> str:
-    """Return a page's text with its blocks as the code has them today."""
+    """Return a page's text with its blocks filled."""
 
     def block(found: re.Match[str]) -> str:
         name, env_id = found.groups()
@@ -234,13 +235,6 @@ def written(page: str) -> str:
     return BLOCK.sub(block, page)
 
 
-def main() -> None:
-    """Write the blocks of all pages."""
-    for path in PAGES:
-        page = path.read_text("utf-8")
-        if (found := written(page)) != page:
-            path.write_text(found, "utf-8")
-
-
 if __name__ == "__main__":
-    main()
+    for page in sys.argv[1:]:
+        sys.stdout.write(written(Path(page).read_text("utf-8")))

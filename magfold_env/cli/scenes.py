@@ -20,20 +20,25 @@ Schema = Mapping[str, Any]
 
 _LIMITS = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
 _PLAIN = {
-    "number": ("a number", "numbers"),
-    "integer": ("a whole number", "whole numbers"),
-    "string": ("a text", "texts"),
+    "number": ("number", "numbers"),
+    "integer": ("integer", "integers"),
+    "string": ("text", "texts"),
     "boolean": ("true or false", "truth values"),
     "null": ("null", "nulls"),
 }
-_HEADINGS = ("key", "may be", "unit", "default", "meaning")
-_NULL = "null in a file is None in Python."
+_HEADINGS = ("key", "allowed", "unit", "default", "meaning")
+_PAPER = """\
+To reproduce the paper, use paper/alternative-k, which meets
+20 of 23 statements of its text. paper/sequence-k has the paper's
+magnets and friction and a slow feed, and meets 13. In -strong, magnets
+are stronger on a smoother floor. -literal is the paper's own model."""
+_NULL = "`null` in a file is `None` in Python."
 _PAGE = f"""# All keys of a scene
 
-What a scene's YAML file may hold, and what `mf.Scene` takes in Python. A key of a group is written
-with a dot here: `casing.side` is `casing: {{side: 0.0125}}` in a file and
-`casing={{"side": 0.0125}}` in Python; {_NULL} Only what differs from the defaults
-need be given. A chain has n components. `magfold scenes --keys` prints this table.
+This page lists every key of a scene, in a YAML file and in `mf.Scene`. A dot separates a group and
+its key: `casing.side` is `casing: {{side: 0.0125}}` in a file and `casing={{"side": 0.0125}}` in
+Python. {_NULL} Keys that you leave out have their defaults. A chain has n
+components. `magfold scenes --keys` prints this table.
 
 """
 
@@ -68,7 +73,7 @@ def scenes(
 def _show_scenes() -> None:
     columns = {"name": False, "n": True}
     columns |= dict.fromkeys(("mount", "magnets", "solver", "sequence"), False)
-    table = options.table("Shipped scenes", columns)
+    table = options.table("Shipped scenes", columns, _PAPER)
     for name in scene_names():
         scene = load_scene(name)
         magnets = "none" if scene.magnets is None else scene.magnets.model
@@ -88,7 +93,7 @@ def _show_keys() -> None:
 def page() -> str:
     """Return the page that lists all keys, as Markdown."""
     # Without a column of units, so that there is room for what keys mean.
-    rows = [("key", "may be", "default", "meaning"), ("---",) * 4]
+    rows = [("key", "allowed", "default", "meaning"), ("---",) * 4]
     for key in scene_keys():
         unit = f" [{key.unit}]" if key.unit else ""
         rows.append((f"`{key.key}`", key.allowed + unit, key.default, key.meaning))
@@ -179,9 +184,9 @@ def _list(entry: Schema, many: bool) -> str:
         of = _allowed(inner[0], many=True)
         if not many and all(each == inner[0] for each in inner):
             return f"{len(inner)} {of}"
-        return f"{'pairs' if many else 'a pair'}: {' and '.join(map(_allowed, inner))}"
+        return f"{'pairs' if many else 'pair'} ({', '.join(map(_allowed, inner))})"
     of = _allowed(entry["items"], many=True)
     least, most = entry.get("minItems"), entry.get("maxItems")
     if least is not None:
         return f"rows of {least} {of}" if many else f"{least} {of}"
-    return f"a list of {of}" if most is None else f"a list of up to {most} {of}"
+    return f"list of {of}" if most is None else f"list of up to {most} {of}"

@@ -7,28 +7,28 @@
                       next component                                  at the end
 ``SequenceDesign-v0`` magnets of all components, ``Box``, 17 n − 4    score − b           1 step
                       one speed
-``TubeFeedGoal-v0``   as ``TubeFeed``            ``Dict``: 14 n − 1,  −1, or 0 where the  n steps
+``TubeFeedGoal-v0``   as ``TubeFeed``            ``Dict``: 14 n − 1,  −1, or 0 while the  n steps
                                                  and goals of n       goal is achieved
-``UnknownFloor-v0``   feed speed, forth or       ``Box``, 12 n + 2    score at the end,   250 steps
+``UnknownFloor-v0``   feed speed, ahead or       ``Box``, 12 n + 2    score at the end,   250 steps
                       back, for the next 20 ms                        less 0.02 a second  (5 s)
-``Reprogram-v0``      the same                   ``Box``, 12 n + 5    half the words      500 steps
+``Reprogram-v0``      as ``UnknownFloor``        ``Box``, 12 n + 5    half the words      500 steps
                                                                       reached, less 0.02  (10 s)
                                                                       a second
-``Lumen-v0``          the same                   ``Box``, 12 n + 2    score at the end,   250 steps
+``Lumen-v0``          as ``UnknownFloor``        ``Box``, 12 n + 2    score at the end,   250 steps
                                                                       less 0.02 a second  (5 s)
-``Tray-v0``           a component of a tray, how ``Box``, 21 n + 28   score at the end,   10 s
-                      it lies, speed; or to draw                      less 0.02 a second
-                      the last one back
-``Anchor-v0``         the same, or to pull       ``Box``, 18 n + 34   how far it holds,   10 s
-                                                                      less 0.02 a second
+``Tray-v0``           a component, orientation   ``Box``, 21 n + 28   score at the end,   10 s
+                      and speed; or draw the                          less 0.02 a second
+                      last component back
+``Anchor-v0``         as ``Tray``, or test the   ``Box``, 18 n + 34   score at the end,   10 s
+                      pull                                            less 0.02 a second
 ===================== ========================== ==================== =================== =========
 
-n is the number of components, 6 by default; b what the energy minimiser's own design scores. The
-classes' docstrings and the pages in ``docs/environments`` say what every entry means.
+n is the number of components, 6 by default; b is the score of the energy minimiser's own design.
+The docstrings of the classes explain every entry.
 
-**Versions.** The number at the end of an id changes whenever the same seed and actions no longer
-give the same observations and rewards with default arguments, but for rounding: other physics,
-another default, another meaning of an entry. What only adds an option does not change it.
+**Versions.** The number at the end of an id changes whenever the same seed and actions, with
+default arguments, no longer give the same observations and rewards up to rounding: because the
+physics, a default or the meaning of an entry has changed. A new option does not change it.
 Baselines and evaluation draws have versions of their own (`baseline.PHYSICS_VERSION`,
 `draws.EVALUATION_VERSION`).
 """

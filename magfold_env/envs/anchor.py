@@ -175,50 +175,50 @@ class AnchorEpisodes(TrayEpisodes):
 
 
 class AnchorEnv(TrayEnv):
-    """Fold a chain of components from a tray so that it bears a pull while its end is held.
+    """Build a fold that bears a pull, from the components of a tray, while its end is held.
 
-    As `magfold_env.envs.tray.TrayEnv`, but for this:
+    Everything else is as in `magfold_env.envs.tray.TrayEnv`.
 
-    `reset` picks a task: a tray, the direction of feed, and a pull, its size [N] and its direction
-    in the plane. Any fold will do. Hidden are the magnets that are dead or weak and the strength of
-    each, as there, the strength of all (±30 %) and the floor's friction (evenly on a scale of
-    powers from 0.05 to 1).
+    `reset` selects a task: a tray, a feed direction, and the size [N] and direction of a pull. Any
+    fold that bears the pull is a success. Dead and weak magnets and the strength of each are drawn
+    as there; the strength of all magnets varies by ±30 % and friction is log-uniform from 0.05 to
+    1.
 
-    The tube keeps the last component: it comes out as far as 0.95 of its diagonal, and the chain
-    has 0.3 s to settle in. So all of it but the first component can be drawn back, and chosen anew.
-    The tube is 1.3 diagonals wide; drawing a fold back may still jam it.
+    The tube keeps the last component, which comes out as far as 0.95 of its diagonal; then the
+    chain has 0.3 s to settle. All components but the first can be drawn back and chosen again. The
+    tube is 1.3 diagonals wide, but drawing a fold back may still jam it.
 
-    **Pull**: spread evenly over the mass that the tube does not hold, as a flow or a slope would.
-    It grows in five steps of 0.03 s, the whole of it lasts 0.15 s, and it is let go when a joint
-    that lay within 0.05 rad of ±90° lies so no more. An agent may *test* at any time; when all
-    components have been fed, the next step that feeds *leaves* the chain: it is pulled at for good.
+    **Pull**: it acts evenly on the mass that the tube does not hold, as a flow or a slope would. It
+    grows in five steps of 0.03 s, its full size lasts 0.15 s, and it ends early when a joint leaves
+    its ±90° by more than 0.05 rad. An agent may *test* at any time. When all components have been
+    fed, the next step that feeds *leaves* the chain, which is then pulled for the last time.
 
-    **End**: when the chain is left (status ``held``); when the drive has slipped for 0.1 s (10 N is
-    its most; ``jammed``); after 10 s of simulated time (``unsettled``); or when the simulation
-    breaks down. All of them terminate the episode.
+    **End**: when the chain is left (status ``held``); when the drive, limited to 10 N, has slipped
+    for 0.1 s (``jammed``); after 10 s of simulated time (``unsettled``); or when the simulation
+    breaks down. Each of these terminates the episode.
 
-    **Action**: ``MultiDiscrete([parts, 8, speeds, 3])``: the last number is 0 to feed, or leave, 1
-    to draw back and 2 to test, whatever the others say then.
+    **Action**: ``MultiDiscrete([parts, 8, speeds, 3])``: the last number is 0 to feed or leave, 1
+    to draw back, and 2 to test. A test ignores the other numbers.
 
-    **Observation**: ``9 n + 7 + 9 parts`` entries: those of `TrayEnv`, but for the target, and
+    **Observation**: ``9 n + 7 + 9 parts`` entries: those of `TrayEnv` without the target, and
 
     ===== ======= ================================================================ ========
     group entries meaning and unit                                                 range
     ===== ======= ================================================================ ========
     pull  2       the pull along x and y, x / (0.5 N); comes first                 (−1, 1) *
     borne 1       share of the pull that the chain bore, if the last step was a    [0, 1]
-                  test, from a force with noise of 10 mN; comes last
+                  test, measured with noise of 10 mN; comes last
     ===== ======= ================================================================ ========
 
-    ``force`` is that of the pull, after a test.
+    After a test, ``force`` is the force of the pull.
 
-    **Reward**: at the end the score: for a chain that is left half the share of its joints that lie
-    within 0.05 rad of ±90°; if all do, a half and half the share of the pull that they bear; 0
-    without leaving. Success: a fold that bears the whole pull. ``reward="relative"`` subtracts what
-    the minimiser's chain for the task's target word scores at its best constant speed. Every
-    simulated second costs 0.02. The shaping goes by that word, which is not shown.
+    **Reward**: the score at the end. A chain that is left scores half the share of its joints that
+    are within 0.05 rad of ±90°; if all are, ½ and half the share of the pull that it bears. A chain
+    that is not left scores 0. Success is a fold that bears the whole pull. ``reward="relative"``
+    subtracts the score of the minimiser's chain for the task's target word at its best constant
+    speed. Each simulated second costs 0.02. The shaping uses that word, which is hidden.
 
-    **Info**: besides, ``pull`` [N].
+    **Info**: also ``pull`` [N].
 
     Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`. The scene needs
     ``feed.loading`` ``at_mouth``.

@@ -8,13 +8,13 @@ from magfold_env.envs.vector_env import ChainVectorEnv
 
 
 class LumenEnv(FeedTrackEnv):
-    """Feed a chain into a chamber so that it folds into a target; the chamber is not known.
+    """Feed a chain into a chamber of unknown width and position so that it folds into a target.
 
-    As `magfold_env.envs.unknown_floor.UnknownFloorEnv`, with its action, observation, ends, reward,
-    info and options, but for this: the tube opens into a chamber, and `reset` draws, besides the
-    floor and the magnets, how wide the chamber is and how far to one side of the tube it lies. They
-    are hidden as the rest is: walls are felt by the force that the feed needs, and seen where
-    components cannot go on. The scene's obstacles are the chamber, its `spreads` say what is drawn.
+    Action, observation, ends, reward, info and options are those of
+    `magfold_env.envs.unknown_floor.UnknownFloorEnv`. The tube opens into a chamber. Besides the
+    floor and the magnets, `reset` draws and hides the width of the chamber and its offset from the
+    tube's axis. An agent feels the walls by the force that the feed needs, and sees where
+    components stop. The scene's ``obstacles`` are the chamber, and its ``spreads`` set the draws.
 
     Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.
     """

@@ -113,34 +113,34 @@ class ReprogramEpisodes(FeedEpisodes):
 
 
 class ReprogramEnv(FeedTrackEnv):
-    """Fold a chain into a word, draw it in, and fold it into another, on a floor not known.
+    """Fold a chain into a word, draw it in, and fold it into another, on an unknown floor.
 
-    As `magfold_env.envs.unknown_floor.UnknownFloorEnv`, with its action, hidden draws, camera,
-    noise and options, but for this:
+    Action, camera, noise, options and the hidden draws of friction, magnets and hinges are those of
+    `magfold_env.envs.unknown_floor.UnknownFloorEnv`. The drive makes the requested speed.
 
-    **Stages.** (0) The first word is reached when its joints, the one at the held component among
-    them, lie within 0.05 rad for 0.1 s, 5 steps, while the tube holds the last component and no
-    other: once that is out too, nothing draws the chain in again. (1) The chain is drawn in when
-    the centres of all components but one are in the tube. (2) The second word is reached when the
-    chain is all out and at rest in it.
+    **Stages.** (0) The first word is reached when all its joints, the one at the held component
+    included, are within 0.05 rad for 0.1 s (5 steps) while the tube holds the last component and no
+    other. Once the last component is out, nothing draws the chain in again. (1) The chain is drawn
+    in when the centre of at most one component is outside the tube. (2) The second word is reached
+    when all components are out and at rest in it.
 
-    **End**: as there, after 10 s, 500 steps, if not before.
+    **End**: as there, but after 10 s (500 steps).
 
-    **Observation**: ``12 n + 5`` entries, of which these differ; the last three are added:
+    **Observation**: ``12 n + 5`` entries. These groups differ, and the last one is new:
 
     ====== ========= ============================================================= ======
     group  entries   meaning and unit                                              range
     ====== ========= ============================================================= ======
-    target 3 (n − 1) the word that is sought now, one-hot over L, S, R             0, 1
+    target 3 (n − 1) the next word, one-hot over L, S, R                           0, 1
     time   1         x / (10 s)                                                    [0, 1]
     stage  3         the stage, one-hot                                            0, 1
     ====== ========= ============================================================= ======
 
     **Reward**: the score is half the number of words reached, whatever the end, and 0 if the
-    simulation breaks down; b is what the best of some schedules of three constant speeds scores
-    (`magfold_env.envs.baselines.three_speeds`). Success is both words.
+    simulation breaks down. b is the score of the best of some schedules of three constant speeds
+    (`magfold_env.envs.baselines.three_speeds`). Success means both words.
 
-    **Info**: besides, ``stage``; ``target`` is the word that is sought now.
+    **Info**: also ``stage``; ``target`` is the next word.
 
     Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.
     """

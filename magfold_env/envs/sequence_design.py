@@ -11,13 +11,14 @@ from magfold_env.envs.fold_env import FoldEnv, FoldVectorEnv
 class SequenceDesignEnv(FoldEnv[NDArray[np.float32]]):
     """Choose the magnets of all ``n`` components and one feed speed; the chain folds once.
 
-    The episode is a single step, a contextual bandit: the target is the context. The default
-    scene is a chain built beforehand (``feed.loading`` ``preloaded``): magnets act inside the
-    tube too. With ``at_mouth`` they act as in ``MagFold/TubeFeed-v0``.
+    An episode is a single step of a contextual bandit whose context is the target. In the default
+    scene (``feed.loading`` ``preloaded``), magnets also act inside the tube. With ``at_mouth`` they
+    act as in ``MagFold/TubeFeed-v0``.
 
     **Action**: ``MultiDiscrete([16] * n + [speeds])``: the pattern of each component, component 1
-    first, then the speed level, as in `magfold_env.envs.tube_feed.TubeFeedEnv`; the other ways to
-    write it: `magfold_env.envs.spaces.actions`. ``discrete`` is for chains of four at most.
+    first, then the speed level, as in `magfold_env.envs.tube_feed.TubeFeedEnv`.
+    `magfold_env.envs.spaces.actions` lists the other forms. ``discrete`` is for chains of up to
+    four.
 
     **Observation, reward, info**: as in `TubeFeedEnv`. The first observation shows the target and
     the chain in the tube, the last one the chain at rest. One step leaves nothing to shape.

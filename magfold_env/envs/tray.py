@@ -185,23 +185,24 @@ class TrayEpisodes(CameraEpisodes):
 
 
 class TrayEnv(CameraTrackEnv):
-    """Fold a chain of components that are taken from a tray, and may be put back.
+    """Build a chain from the components of a tray, and put some back.
 
-    `reset` picks a task: a tray of components, the direction of feed, the fold to reach; and draws
-    what stays hidden: which magnets are dead (15 %) or weak (10 %, at 0.3 of their strength), the
-    strength of each (±15 %) and of all (±10 %), the floor's friction (±30 %), and how the chain
-    lies in its tube. Magnets act outside the tube only, as in `magfold_env.envs.tube_feed`.
+    `reset` selects a task: a tray of components, a feed direction and a target. It draws and hides
+    which magnets are dead (15 %) or weak (10 %, at 0.3 of their strength), the strength of each
+    (±15 %) and of all (±10 %), the friction of the floor (±30 %), and the offsets of the hinges in
+    the tube. Magnets act only outside the tube, as in `magfold_env.envs.tube_feed`.
 
-    A step takes a component from the tray, says how it lies, and feeds it out by its diagonal at a
-    speed; or it draws the last one back by as much, puts it on the tray, and the next step
-    chooses in its place. What is drawn in is without magnets, and is chosen anew whether or not the
-    tube holds it again; a component that is not held may lie askew. The first component, at which
-    the pusher is at its stop, cannot be drawn back, nor can the last one: once it is out the chain
-    is free, and settles in the same step.
+    A step takes a component from the tray, orients it, and feeds it out by its diagonal at a speed;
+    or it draws the last component back by as much and puts it on the tray. A component that is
+    drawn in has no magnets and returns to the tray whether or not the tube holds it again; if it is
+    not held it may lie askew. The first component cannot be drawn back, because the pusher is at
+    its stop. Neither can the last one: once it is out, the chain is free and settles in the same
+    step.
 
-    **End**: when the chain is all out and at rest; when the drive has slipped for 0.1 s (10 N is
-    its most; status ``jammed``); after 10 s of simulated time (``unsettled``); or when the
-    simulation breaks down. All of them terminate the episode: the time is the task's own.
+    **End**: when all components are out and at rest; when the drive, limited to 10 N, has slipped
+    for 0.1 s (status ``jammed``); after 10 s of simulated time (``unsettled``); or when the
+    simulation breaks down. Each of these terminates the episode, because the time is part of the
+    task.
 
     **Action**: ``MultiDiscrete([parts, 8, speeds, 2])``: the component, by its place on the tray;
     how it lies, 0 to 3 quarter turns, then the same turned over
@@ -217,18 +218,18 @@ class TrayEnv(CameraTrackEnv):
     ========= ========= ======================================================== =============
     group     entries   meaning and unit                                         range
     ========= ========= ======================================================== =============
-    target    3 (n − 1) the wanted letter of each joint, one-hot over L, S, R    0, 1
+    target    3 (n − 1) letter of each joint of the target, one-hot over L, S, R 0, 1
     tray      4 parts   front-left, back-left, back-right, front-right of        −1, 1
-                        each component as it comes: 1 N, −1 S, as ordered
-    place     parts     where in the order of feed it is, from 1 / n; 0 on the   [0, 1]
+                        each component before it is turned: 1 N, −1 S, nominal
+    place     parts     its place in the order of feed, from 1 / n; 0 on the     [0, 1]
                         tray
-    lie       3 parts   1 with its one side up, −1 with the other, cosine and    −1, 0, 1
-                        sine of its turn; 0 on the tray
+    lie       3 parts   1 with one side up, −1 with the other, cosine and sine   −1, 0, 1
+                        of its turn; 0 on the tray
     returned  parts     how often it was drawn back, x / (1 + x)                 [0, 1)
-    magnets   4 n       of the chain's components, as ordered; 0 not set yet     −1, 0, 1
+    magnets   4 n       of the chain's components, nominal; 0 not set yet        −1, 0, 1
     direction 1         of the feed: 1 forward, −1 backward                      −1, 1
-    seen      n         1 where the camera sees a component: it has left the     0, 1
-                        tube and its centre is outside
+    seen      n         1 if the camera sees a component: it has left the tube   0, 1
+                        and its centre is outside
     heading   2 n       sine and cosine of the heading, noise of 1°              [−1, 1]
     position  2 n       centre, mouth of the tube at 0, x / chain length, noise  (−1, 1) *
                         of 0.3 mm along x and y
@@ -239,17 +240,17 @@ class TrayEnv(CameraTrackEnv):
     ========= ========= ======================================================== =============
 
     Entries marked * are squashed by ``x / (1 + |x|)``. Noise is normal, with these standard
-    deviations. Velocities are not shown, and nothing of what is drawn.
+    deviations. Observations contain no velocities and none of the hidden draws.
 
-    **Reward**: at the end the score: 1 in the target, else half the similarity to it, and 0 if the
-    time is over or the simulation broke down; ``reward="sparse"``: 1 in the target, else 0;
-    ``reward="relative"``: the score less b, what the minimiser's chain from the tray scores at its
-    best constant speed (`magfold_env.envs.baselines.tray_order`). Every simulated second costs
-    0.02. Shaping: `magfold_env.envs.tasks.reward`.
+    **Reward**: the score at the end: 1 in the target, half the similarity to it otherwise, and 0 if
+    the time is over or the simulation broke down. ``reward="sparse"``: 1 in the target, else 0.
+    ``reward="relative"``: the score less b, the score of the minimiser's chain from the tray at its
+    best constant speed (`magfold_env.envs.baselines.tray_order`). Each simulated second costs 0.02.
+    Shaping: `magfold_env.envs.tasks.reward`.
 
     **Info**: ``target``, ``word``, ``time`` [s], ``force`` [N], as measured; at the end also
-    ``status``, ``message``, ``energy`` [J], ``score``, ``baseline``, ``baseline_flagged`` (the
-    reward asks for none) and ``is_success``.
+    ``status``, ``message``, ``energy`` [J], ``score``, ``baseline``, ``baseline_flagged`` (true
+    unless the reward uses b) and ``is_success``.
 
     Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`. The scene needs
     ``feed.loading`` ``at_mouth``.

@@ -12,27 +12,27 @@ class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
     """Feed a chain of ``n`` components out of a tube so that it folds into a target.
 
     Step ``k`` sets the four magnets and the feed speed of the ``k``-th component to leave the
-    tube (component ``k`` in forward feed, ``n + 1 − k`` in backward feed), and feeds it out. In
-    the step of the last component the chain also settles and the episode terminates: the
-    horizon is ``n``, and there is no time limit. A simulation that breaks down ends it early, and
-    so does a quasistatic chain that has grown into a corner.
+    tube (component ``k`` in forward feed, ``n + 1 − k`` in backward feed), and feeds it out. With
+    the last component the chain also settles and the episode terminates: the horizon is ``n``,
+    and there is no time limit. The episode ends early if the simulation breaks down, or if a
+    quasistatic chain has grown into a corner.
 
     **Action**: ``MultiDiscrete([16, speeds])``. First the magnet pattern, four bits in the order
     front-left, back-left, back-right, front-right, the first the most significant, N = 0 and
     S = 1 (0 is NNNN, 8 is SNNN, 15 is SSSS). Then the speed level, log-spaced from 0.01 to
-    0.6 m/s, both included. `magfold_env.envs.spaces.actions` has the other ways to write it.
+    0.6 m/s, both included. `magfold_env.envs.spaces.actions` lists the other forms.
 
     **Observation**: a flat ``Box(−1, 1)`` of ``17 n − 4`` entries, component 1 first.
 
     ======== ========= ========================================================= =============
     group    entries   meaning and unit                                          range
     ======== ========= ========================================================= =============
-    target   3 (n − 1) the wanted letter of each joint, one-hot over L, S, R     0, 1
+    target   3 (n − 1) letter of each joint of the target, one-hot over L, S, R  0, 1
     released n         1 once a component is out; their sum is the step index    0, 1
     magnets  4 n       front-left, back-left, back-right, front-right:           −1, 0, 1
                        1 N, −1 S, 0 not set yet
-    speed    n         feed speed asked for, log scale: −1 is 0.01 m/s,          [−1, 1]
-                       1 is 0.6 m/s; 0 where not set yet
+    speed    n         requested feed speed, log scale: −1 is 0.01 m/s,          [−1, 1]
+                       1 is 0.6 m/s; 0 not set yet
     joint    n − 1     relative angle, in units of π rad                         [−1, 1]
     heading  2 n       sine and cosine of the heading                            [−1, 1]
     rate     n         angular rate of the heading, x / (100 rad/s)              (−1, 1) *
@@ -40,15 +40,15 @@ class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
     velocity 2 n       velocity of the centre, x / (1 m/s)                       (−1, 1) *
     ======== ========= ========================================================= =============
 
-    Entries marked * are squashed by ``x / (1 + |x|)``, so nothing is clipped away. With the
-    scene known, these entries and the action fix the next state: the task is a Markov decision
-    process as long as nothing is drawn. With ``randomisation`` it is partially observed, because
-    the drawn friction, remanence, masses and speed errors are not shown.
+    Entries marked * are squashed by ``x / (1 + |x|)``, so nothing is clipped. Without
+    randomisation, these entries and the action determine the next state: the task is a Markov
+    decision process. With ``randomisation`` it is partially observed, because observations do not
+    contain the drawn friction, remanence, masses and speed errors.
 
-    **Reward**: at the end ``score − b(target)``; options, shaping: `magfold_env.envs.tasks.reward`.
+    **Reward**: ``score − b(target)`` at the end; options, shaping: `magfold_env.envs.tasks.reward`.
 
     **Info**: ``target``, ``word``, ``step``; at the end also ``status``, ``message``, ``energy``
-    [J] (no number if the simulation failed), ``score``, ``baseline``, ``baseline_flagged`` (no
+    [J] (NaN if the simulation failed), ``score``, ``baseline``, ``baseline_flagged`` (true if no
     design is known and b is 0) and ``is_success``.
 
     Arguments are those of `magfold_env.envs.fold_env.FoldEnv`. The scene needs ``feed.loading``

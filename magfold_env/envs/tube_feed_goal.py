@@ -56,17 +56,17 @@ class GoalEpisodes(FoldEpisodes):
 class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
     """`magfold_env.envs.tube_feed.TubeFeedEnv` with the goal apart from the observation.
 
-    **Action**, horizon and info as there.
+    **Action**, horizon and info are the same.
 
     **Observation**: a dictionary of
 
-    - ``observation``: what `TubeFeedEnv` shows, less the target: ``14 n − 1`` entries;
-    - ``achieved_goal``: the ``n − 1`` joint angles [rad], then 1 if the chain has settled (is at
-      rest, folded or not) and 0 if it has not;
-    - ``desired_goal``: the same of the target: its joint angles, and 1.
+    - ``observation``: the ``14 n − 1`` entries of `TubeFeedEnv` without the target;
+    - ``achieved_goal``: the ``n − 1`` joint angles [rad], then 1 if the chain has settled, folded
+      or not, and 0 otherwise;
+    - ``desired_goal``: the joint angles of the target, and 1.
 
-    **Reward**: 0 where the goal is achieved, −1 where it is not, at every step; see
-    `compute_reward`. There is no baseline and no shaping: ``reward`` is ``sparse``.
+    **Reward**: at every step 0 if the goal is achieved, and −1 otherwise; see `compute_reward`.
+    There is no baseline and no shaping: ``reward`` is ``sparse``.
 
     Arguments are those of `magfold_env.envs.fold_env.FoldEnv` but ``reward``, ``shaping``,
     ``gamma`` and ``baseline``.

@@ -80,11 +80,11 @@ class Magnets(Part):
     """
 
     model: Literal["strips", "points"] = "strips"
-    """`strips`: evenly charged rectangles; `points`: the paper's charges on a line."""
+    """`strips`: uniformly charged rectangles; `points`: the paper's charges on a line."""
     remanence: Strength[Remanence] | None = 0.6
-    """Residual flux density [T]; None where `pole_charge` is given."""
+    """Residual flux density [T]; None if `pole_charge` is given."""
     pole_charge: Strength[Positive] | None = None
-    """Magnetic charge of one pole face [A m]; given instead of `remanence`."""
+    """Magnetic charge of one pole face [A m], instead of `remanence`."""
     width: EachFace[Metres] = 0.006
     """Pole face along the casing's face, in the plane [m]."""
     height: EachFace[Metres] = 0.006
@@ -92,14 +92,11 @@ class Magnets(Part):
     thickness: EachFace[Metres] = 0.0025
     """Distance between a magnet's two pole faces [m]."""
     inset: EachFace[MetresOrZero] = 0.0005
-    """How far the outer pole face lies inside the casing's face [m]; 0 only under `accuracy`."""
+    """How far the outer pole face lies inside the casing's face [m]; 0 needs `accuracy`."""
     nodes: Annotated[int, Strict(), Field(ge=1, le=128)] | None = None
-    """Nodes along the width of a pole face; None lets `accuracy` choose (points: 3)."""
+    """Nodes along the width of a pole face; None lets `accuracy` decide (points: 3)."""
     accuracy: Annotated[float, Strict(), Field(ge=1e-12, le=0.1)] = 1e-3
-    """Bound on a component's force error, relative to two flush opposite faces (`strips`).
-
-    It holds down to contact, for any inset from 0 on.
-    """
+    """Bound on the force error of a component, relative to two flush opposite faces (`strips`)."""
 
     @model_validator(mode="before")
     @classmethod

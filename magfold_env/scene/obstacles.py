@@ -18,9 +18,9 @@ class Rectangle(Part):
     """A rectangle that stands in the plane; casings meet it as they meet the tube's walls."""
 
     position: tuple[Number, Number]
-    """Its centre [m]; the origin is the tube's mouth, else component 1's outer hinge at first."""
+    """Its centre [m]; the origin is the tube's mouth, or component 1's outer hinge at release."""
     size: tuple[Positive, Positive]
-    """Its lengths along its heading and across [m]."""
+    """Its lengths along its heading and across it [m]."""
     heading: Number = 0.0
     """Direction of its first side [rad]; 0 is along +x."""
 

@@ -42,13 +42,13 @@ class Casing(Part):
     side: Metres = 0.0125
     """Edge length [m]."""
     mass: Each[Positive] = 0.0037
-    """Mass of a component with its magnets [kg]; one number, or one a component."""
+    """Mass of a component with its magnets [kg]; one number, or one for each component."""
     inertia: Each[Positive] | None = None
-    """Moment of inertia about the centre [kg m²]; None takes mass·side²/6, an even square."""
+    """Moment of inertia about the centre [kg m²]; None means mass·side²/6, a uniform square."""
     corner_radius: Positive = 1e-5
     """Rounding of the corners where they meet other casings and the tube [m]."""
     hinge: Literal["corner"] = "corner"
-    """Where neighbours are hinged; opposite corners is the only geometry there is."""
+    """Neighbours are hinged at opposite corners, the only geometry."""
 
     @property
     def diagonal(self) -> float:
@@ -57,12 +57,12 @@ class Casing(Part):
 
 
 class Schedule(Part):
-    """How a feed goes, leg by leg, back and forth."""
+    """The legs of a feed, in either direction."""
 
     time: tuple[tuple[Positive, Velocity], ...] | None = None
-    """Legs of a duration [s] at a speed [m/s], which pulls back where it is negative."""
+    """Legs of a duration [s] at a speed [m/s]; a negative speed pulls back."""
     advance: tuple[tuple[NonNegative, Speed], ...] | None = None
-    """Legs to how far the feed has gone [diagonals], each at a speed [m/s]."""
+    """Legs to a position of the feed [diagonals], each at a speed [m/s]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -103,17 +103,16 @@ class Feed(Part):
     direction: Literal["forward", "backward"] = "forward"
     """`forward`: component 1 leaves first; `backward`: component n does."""
     speed: Each[Speed] = 0.05
-    """Feed speed [m/s]; one number, or the speed each component leaves at, component 1 first."""
+    """Feed speed [m/s]; one number, or the speed at which each component leaves."""
     schedule: Schedule | None = None
-    """How the feed goes back and forth, in place of its speed; the tube may then keep components
-    inside."""
+    """Legs of a feed in both directions, instead of its speed; components may stay inside."""
     loading: Literal["preloaded", "at_mouth"] = "preloaded"
     """`at_mouth`: a component has magnets only while its leading hinge is outside the mouth."""
     force_limit: Positive | None = 20.0
-    """Force that the drive can push or pull with [N]; beyond it, it slips. None: it slips only if
-    the chain cannot move at that speed, or at a force far above any in a moving chain."""
+    """Largest force of the drive, pushing or pulling [N]; beyond it, the drive slips. None: it
+    slips only if nothing gives way."""
     bore: Positive | None = None
-    """Inner width of the tube [m], at least the casing's diagonal; None takes 1.05 of it."""
+    """Inner width of the tube [m], at least the casing's diagonal; None means 1.05 of it."""
     wall: Positive = 0.001
     """Thickness of the tube's walls [m]."""
 
@@ -125,7 +124,7 @@ class FixedMagnet(Part):
     """
 
     position: tuple[Number, Number]
-    """Its centre [m]; the origin is the tube's mouth, else component 1's outer hinge at first."""
+    """Its centre [m]; the origin is the tube's mouth, or component 1's outer hinge at release."""
     heading: Number = 0.0
     """Direction of its magnetisation, from its south to its north pole [rad]; 0 is along +x."""
     width: Metres
@@ -156,10 +155,10 @@ class FixedMagnet(Part):
 
 
 class Field(Part):
-    """An external magnetic field: even everywhere, that of a fixed magnet, or both."""
+    """An external magnetic field: uniform, of a fixed magnet, or both."""
 
     uniform: tuple[Number, Number] = (0.0, 0.0)
-    """Flux density along x and y [T]; it turns the chain's magnets and does not pull them."""
+    """Flux density along x and y [T]; it turns the magnets and does not pull them."""
     magnet: FixedMagnet | None = None
     """A fixed magnet outside the tube."""
 
@@ -173,7 +172,7 @@ class Gravity(Part):
     """Gravity: what presses the chain on the floor, and what acts along it."""
 
     normal: NonNegative = 9.8
-    """Acceleration towards the floor [m/s²]; it acts through friction alone."""
+    """Acceleration towards the floor [m/s²]; it acts only through friction."""
     in_plane: tuple[Number, Number] = (0.0, 0.0)
     """Acceleration along x and y [m/s²]."""
 
@@ -189,11 +188,11 @@ class Bumps(Part):
     rate: Positive
     """Mean number of bumps a second [1/s]."""
     speed: Speed
-    """By how much each changes velocities [m/s]."""
+    """Change of velocity in each bump [m/s]."""
     duration: Positive = 1.0
-    """How long bumps go on, from the beginning [s]; a chain that rests meanwhile waits for them."""
+    """Duration of the bumps from the start [s]; a chain at rest waits for them."""
     seed: Annotated[int, Strict(), Limits(ge=1, le=2**31 - 2)] | None = None
-    """What the train is drawn with; None leaves it to chance."""
+    """Seed of the bumps; None draws one for each release."""
 
 
 class Factors(NamedTuple):
@@ -206,34 +205,34 @@ class Factors(NamedTuple):
 
 
 class Spreads(Part):
-    """Half-widths of the even draws that `Scene.draw` makes, relative but for two; 0: no draw."""
+    """Half-widths of the uniform draws of `Scene.draw`, relative but for two; 0: no draw."""
 
     friction: Fraction = 0.0
-    """Of the friction coefficients, one factor a scene."""
+    """Friction coefficients, one factor for the scene."""
     friction_decades: Fraction = 0.0
-    """Of its logarithm to base ten; both factors come of one number."""
+    """Logarithm to base ten of friction; one random number gives both factors."""
     mass: Fraction = 0.0
-    """Of the masses (and of inertias that are given), one factor a component."""
+    """Masses (and given inertias), one factor for each component."""
     remanence: Fraction = 0.0
-    """Of the strength of the chain's magnets, one factor a scene."""
+    """Strength of the chain's magnets, one factor for the scene."""
     feed_speed: Fraction = 0.0
-    """Of the feed speeds, one factor a scene."""
+    """Feed speeds, one factor for the scene."""
     feed_jitter: Fraction = 0.0
-    """Of the speed each component leaves at, one factor a component."""
+    """Speed at which a component leaves, one factor for each."""
     magnet: Fraction = 0.0
-    """Of the strength of each of the chain's magnets, one factor a magnet."""
+    """Strength of a magnet, one factor for each."""
     side: Fraction = 0.0
-    """Of the casings' side, one factor a scene: all come out of one mould."""
+    """Side of the casings, one factor for the scene."""
     inset: Fraction = 0.0
-    """Of the magnets' inset, one factor a scene."""
+    """Inset of the magnets, one factor for the scene."""
     obstacle_width: Fraction = 0.0
-    """Of how far obstacles lie from the x axis, one factor a scene: a chamber's width."""
+    """Distance of obstacles from the x axis, one factor for the scene."""
     obstacle_offset: NonNegative = 0.0
-    """How far all obstacles are moved along y, once for a scene [m]."""
+    """Offset of all obstacles along y, one for the scene [m]."""
 
     tilt: Annotated[float, Strict(), Limits(ge=0, le=STEEPEST)] = 0.0
-    """How far the floor tilts [degrees], evenly from 0 to this, once for a scene, in a direction
-    drawn evenly from all."""
+    """How far the floor tilts [degrees]: uniform from 0 to this, in a random direction, one for the
+    scene."""
 
     def friction_factor(self, unit: Array) -> Array:
         """Return factors of the friction coefficients for numbers drawn evenly from [−1, 1)."""
@@ -293,16 +292,16 @@ class Spreads(Part):
 
 
 class Solver(Part):
-    """How time is stepped."""
+    """Time stepping."""
 
     method: Literal["adaptive", "paper"] = "adaptive"
-    """`paper` repeats the paper's fixed steps and snaps; it needs the mount `pinned`."""
+    """`paper` repeats the paper's fixed steps and snaps; it needs `mount: pinned`."""
     tolerance: Annotated[float, Strict(), Limits(ge=1e-12, le=0.1)] = 1e-4
-    """Local error allowed in an angle [rad] (`adaptive`)."""
+    """Local error allowed in an angle [rad], for `adaptive`."""
     time_step: Positive = 1.0 / 1200.0
-    """Step [s] (`paper`)."""
+    """Step [s], for `paper`."""
     max_steps: Steps = 200_000
-    """Work cap: a chain still moving after so many steps is `unsettled`. A step that is tried again
-    at a shorter length counts once."""
+    """Work cap: a chain that still moves after this number of steps is `unsettled`. A step that is
+    repeated at a shorter length counts once."""
     max_steps_per_second: Steps = 50_000
-    """Work cap: so is one that needs more steps in one second of simulated time."""
+    """Work cap: the same in each second of simulated time."""

@@ -72,44 +72,42 @@ class Scene(base.Part):
     """
 
     sequence: Annotated[tuple[Component, ...], BeforeValidator(_split), AfterValidator(_some)]
-    """The components' outward poles, component 1 first: N, S or - (none) of its faces front-left,
-    back-left, back-right and front-right. A text with a space between components, "NSNN NSSN", is
-    taken for as many."""
+    """Outward poles of each component, component 1 first: N, S or - (none) at the faces front-left,
+    back-left, back-right and front-right. One text with spaces, "NSNN NSSN", also works."""
     casing: parts.Casing = parts.Casing()
-    """The bodies."""
+    """The square bodies."""
     magnets: Magnets | None = Magnets()
-    """The magnets, alike or one a face, in the order of a component's poles; None for a chain
-    without any."""
+    """The magnets, with one value for all faces or one for each; None for no magnets."""
     field: parts.Field | None = None
     """The external magnetic field; None for none."""
     mount: Literal["pinned", "free", "tube"] = "free"
     """`pinned`: component 1's outer hinge is fixed; `tube`: the chain is pushed out of a tube."""
     feed: parts.Feed = parts.Feed()
-    """The tube; without effect unless `mount` is `tube`."""
+    """The tube; used only if `mount` is `tube`."""
     friction: base.Each[base.NonNegative] = 0.35
-    """Coulomb coefficient between casing and floor, static and kinetic; one number, or one a
-    component, component 1 first."""
+    """Coulomb coefficient between casing and floor, static and kinetic; one number, or one for each
+    component."""
     gravity: parts.Gravity = parts.Gravity()
     """Gravity, normal to the plane and in it."""
     contact: base.Flag = True
     """Whether squares collide and joints stop at ±90°."""
     start_angle_spread: Annotated[float, Strict(), Limits(ge=0, le=0.5)] = 0.03
-    """Half-width of the even draw of each joint angle at release [rad]; in a tube, whose hinges'
-    offsets are drawn, the largest joint angle that comes of it."""
+    """Half-width of the uniform draw of each joint angle at release [rad]; in a tube, the largest
+    joint angle that results from the draw of the hinges' offsets."""
     start_angles: (
         tuple[Annotated[float, Strict(), Limits(ge=-_JOINT_LIMIT, le=_JOINT_LIMIT)], ...] | None
     ) = None
-    """The n-1 joint angles at release [rad], in place of the draw; a tube holds the chain so that
-    the narrowest strip around its hinges lies along the axis."""
+    """The n-1 joint angles at release [rad], instead of a draw. In a tube the narrowest strip
+    around the hinges lies along the axis."""
     start_offsets: tuple[base.Number, ...] | None = None
-    """How far left of the tube's axis its n+1 hinges lie at first [m], component 1's outer hinge
-    first, in place of start angles; without effect unless `mount` is `tube`."""
+    """Offsets of the n+1 hinges to the left of the tube's axis at release [m], component 1's outer
+    hinge first, instead of start angles; used only if `mount` is `tube`."""
     obstacles: Obstacles = ()
-    """Rectangles that stand in the plane, outside the tube's bore, where scenes have contact."""
+    """Static rectangles outside the tube's bore; used only with `contact`."""
     bumps: parts.Bumps | None = None
-    """A train of bumps that disturbs the chain; None for none."""
+    """Random bumps that disturb the chain; None for none."""
     spreads: parts.Spreads = parts.Spreads()
-    """Randomisation: half-widths of even draws, relative but for the last two; 0 for no draw."""
+    """Randomisation: half-widths of uniform draws, relative unless a unit is given; 0: no draw."""
     solver: parts.Solver = parts.Solver()
     """Time stepping."""
     duration: base.Positive = 5.0

@@ -162,22 +162,22 @@ class FeedOptions(TypedDict, total=False):
     """Options where tasks are given; every one may be left out."""
 
     tasks: str | Path | Sequence[Task | Mapping[str, Any]]
-    """Name of a shipped list of tasks, by default the track's own, the path of a YAML file like
-    theirs, or the tasks."""
+    """Name of a shipped list of tasks, path of a YAML file, or the tasks themselves; by default the
+    environment's own list."""
     match: Match
-    """Whether a fold must be the target (``word``), or cover its cells (``outline``)."""
+    """``word``: the fold must be the target. ``outline``: it must cover the same cells."""
     difficulty: float
-    """Share of the tasks to draw from, the first ones, which are the easiest; 1 by default."""
+    """Share of the tasks to draw from, the easiest first; 1 by default."""
     fidelity: Literal["dynamics"]
-    """``dynamics`` alone: energy minimisation, ``quasistatic``, knows of no speed."""
+    """Only ``dynamics``: energy minimisation, ``quasistatic``, has no speeds."""
     randomisation: Randomisation
-    """Physics drawn at reset. ``scene`` (default): the spreads that the scene gives. ``none``:
-    nothing, released straight, and sound magnets. ``nominal``: friction ±10 %, remanence ±5 %, the
-    speed of each component ±5 %, release angles ±0.03 rad. ``strong``: ±30 %, ±10 %, ±20 %, ±0.1
-    rad or the tube's clearance."""
+    """Physics drawn at reset. ``scene`` (default): the scene's own spreads. ``none``: no draws, a
+    straight chain and sound magnets. ``nominal``: friction ±10 %, remanence ±5 %, speed of each
+    component ±5 %, release angles ±0.03 rad. ``strong``: ±30 %, ±10 %, ±20 %, and ±0.1 rad or the
+    tube's clearance."""
     speeds: int
-    """Number of speed levels, 5 by default; each way, besides standstill, where the speed alone is
-    free."""
+    """Number of speed levels, 5 by default. Where the agent sets only the speed: each way, besides
+    standstill."""
     actions: ActionKind
     """How actions are written. ``box`` (default): a number from −1 to 1. ``discrete``: the number
     of a speed level. ``multidiscrete``: that in a list. With a tray ``multidiscrete`` (default):

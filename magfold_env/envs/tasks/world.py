@@ -96,34 +96,34 @@ class ChainOptions(TypedDict, total=False):
     """What is folded and how it is chosen; every option may be left out."""
 
     components: int | None
-    """Chain length; the suite's or the scene's by default."""
+    """Chain length; by default that of the suite or the scene."""
     targets: Sequence[str] | str | None
     """Words to draw from at reset, or the name or path of a target suite
-    (`magfold_env.designer.suites`), whose chain length then is the default; by default every fully
+    (`magfold_env.designer.suites`), which also sets the chain length; by default every fully
     folded word of the chain."""
     match: Match
     """``word``: the fold must be the target. ``outline``: it must cover the same cells, in
-    whatever order, `magfold_env.shapes.outline`."""
+    any order (`magfold_env.shapes.outline`)."""
     difficulty: float
-    """Share of the targets to draw from, the easiest ones first
-    (`magfold_env.envs.tasks.targets`); above 0, and 1 by default."""
+    """Share of the targets to draw from, the easiest first (`magfold_env.envs.tasks.targets`);
+    above 0, and 1 by default."""
     fidelity: Fidelity
-    """``dynamics``: the chain is simulated. ``quasistatic``: joints are decided one after another
-    by energy alone, without speed, friction, randomisation or baseline."""
+    """``dynamics``: the chain is simulated. ``quasistatic``: energy alone decides one joint after
+    another, without speed, friction, randomisation or baseline."""
     randomisation: Randomisation
-    """Physics drawn at reset. ``none``: nothing, released straight. ``nominal`` (default):
-    friction ±10 %, remanence ±5 %, the speed of each component ±5 %, release angles ±0.03 rad.
-    ``strong``: ±30 %, ±10 %, ±20 %, ±0.1 rad or the tube's clearance. ``scene``: the spreads that
-    the scene gives."""
+    """Physics drawn at reset. ``none``: no draws, a straight chain. ``nominal`` (default):
+    friction ±10 %, remanence ±5 %, speed of each component ±5 %, release angles ±0.03 rad.
+    ``strong``: ±30 %, ±10 %, ±20 %, and ±0.1 rad or the tube's clearance. ``scene``: the scene's
+    own spreads."""
     speeds: int
-    """Number of speed levels. The default of 9 has the baseline's five speeds among them."""
+    """Number of speed levels. The default, 9, includes the baseline's five speeds."""
     actions: ActionKind
     """How actions are written. ``multidiscrete`` (default): the patterns of magnets, then the speed
     level. ``discrete``: these as one number, up to a million. ``box``: four numbers from −1 to 1 a
     component, above 0 is N, then the speed on a log scale from −1 to 1."""
     catalogue: Sequence[str] | None
-    """Components that can be built, such as ``["NSNS", "NNSS"]``; all 16 by default. Others are
-    replaced by the nearest that can, and `action_masks` leaves them out."""
+    """Components that can be built, such as ``["NSNS", "NNSS"]``; all 16 by default. The nearest
+    of them replaces any other, and `action_masks` excludes the others."""
 
 
 class FoldOptions(ChainOptions, total=False):
@@ -136,5 +136,5 @@ class FoldOptions(ChainOptions, total=False):
     gamma: float
     """Discount of the shaping, 1 by default; must be the agent's own."""
     baseline: Literal["auto"] | None
-    """``auto`` (default): take b from the package data or the disk cache, compute it where neither
-    has it. None: b is 0."""
+    """``auto`` (default): take b from the package data or the disk cache, or compute it. None: b is
+    0."""
