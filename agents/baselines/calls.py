@@ -68,24 +68,10 @@ class Calls:
         played = [self._as_played(choice) for choice in choices]
         for draw in range(draws):
             for choice in played:
-                if len(self._scores.get(choice, ())) == draw:
-                    self.again(choice)
+                scores = self._scores.setdefault(choice, [])
+                if len(scores) == draw:
+                    scores.append(self._play(choice, draw))
         return np.array([self._scores[choice][:draws] for choice in played])
-
-    def again(self, choice: policies.OpenLoop) -> None:
-        """Make one call more for a choice."""
-        scores = self._scores.setdefault(choice, [])
-        scores.append(self._play(policies.FrozenPolicy({self.target: choice}), len(scores)).score)
-
-    def watch(self, policy: policies.Policy, rng: np.random.Generator) -> bool:
-        """Let a policy play under the first draws, and note what it chose; return if it succeeded.
-
-        Played again, the same choice would do the same, so this is the first call of that choice.
-        """
-        outcome = self._play(policy, 0, rng)
-        if outcome.choice is not None:
-            self._scores.setdefault(outcome.choice, [outcome.score])
-        return outcome.success
 
     def tallies(self) -> list[Tally]:
         """Return what is known of every choice, the most promising first."""
@@ -98,27 +84,22 @@ class Calls:
             choice = policies.OpenLoop.at_one_speed(choice.sequence, choice.speed)
         return choice.as_played(self.env)
 
-    def _play(
-        self, policy: policies.Policy, draw: int, rng: np.random.Generator | None = None
-    ) -> episodes.Outcome:
+    def _play(self, choice: policies.OpenLoop, draw: int) -> float:
         if self.count == self.budget:
             raise SpentError
         self.count += 1
         if draw >= len(self._seeds):
             self._seeds = episode_seeds(self._stream, 2 * draw + 1)
-        return episodes.play(policy, self.env, self.target, self._seeds[draw], rng)
+        policy = policies.FrozenPolicy({self.target: choice})
+        return episodes.play(policy, self.env, self.target, self._seeds[draw]).score
 
 
-class Tries(Protocol):
-    """A way to choose a sequence and speeds by trying."""
+class Search(Protocol):
+    """A way to choose a sequence and speeds."""
 
     def run(self, calls: Calls, rng: np.random.Generator) -> None:
         """Try choices, until one is good enough or the budget is spent (`SpentError`)."""
         ...
-
-
-class Search(Tries, Protocol):
-    """The same, with a choice that needs no trial."""
 
     def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return what is chosen without a single physics call."""
@@ -126,7 +107,7 @@ class Search(Tries, Protocol):
 
 
 def freeze(
-    search: Tries, env: FoldEnv[Any], target: str, budget: int, seed: int
+    search: Search, env: FoldEnv[Any], target: str, budget: int, seed: int
 ) -> policies.Chosen:
     """Return what a search chooses for a target within a budget of physics calls, at least one.
 

@@ -2,11 +2,6 @@
 
 Some begin with energies: the minimiser's designs, and robust open-loop design. Others go by
 physics calls alone.
-
-A trained policy that is given physics calls proposes choices, which are arms of a bandit without
-end, and calls go to them by Thompson sampling (Thompson, *Biometrika* 25, 1933): every known
-choice, and the next proposal, draws its share of successes from what is known of it, and the
-largest has the call.
 """
 
 import hashlib
@@ -173,9 +168,8 @@ def _task(env: FoldEnv[Any], target: str, rng: np.random.Generator) -> designer.
     )  # fmt: skip
 
 
-@lru_cache(maxsize=64)
 def _proposed(task: designer.Task) -> list[tuple[str, ...]]:
-    """Return sequences that are good by energy; kept, since one budget after another asks."""
+    """Return sequences that are good by energy."""
     return designer.candidates(task, Counter(), lambda done: None)
 
 
@@ -196,31 +190,6 @@ class CrossEntropySearch:
         trials.cross_entropy(
             calls, 4 * env.scene.n, env.actions.speeds.tolist(), rng, calls.budget, goal=self.goal
         )
-
-
-@dataclass(frozen=True)
-class PolicySearch:
-    """Watches a policy, first at its best, then as it explores, and tries what it chose again."""
-
-    greedy: policies.Policy
-    """Plays what it thinks best."""
-    exploring: policies.Policy
-    """Plays as in training, so that it proposes something else each time."""
-
-    def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
-        """Watch the greedy policy, then propose or try again, call by call."""
-        proposals = [calls.watch(self.greedy, rng)]
-        while True:
-            known = calls.tallies()
-            drawn = [
-                rng.beta(1 + each.successes, 1 + len(each.scores) - each.successes)
-                for each in known
-            ]
-            new = rng.beta(1 + sum(proposals), 1 + len(proposals) - sum(proposals))
-            if drawn and max(drawn) >= new:
-                calls.again(known[int(np.argmax(drawn))].choice)
-            else:
-                proposals.append(calls.watch(self.exploring, rng))
 
 
 SEARCHES: Mapping[str, Callable[[float], physics.Search]] = {
@@ -301,21 +270,8 @@ def choose(
 def _search(
     name: str, settings: EnvSettings, target: str, budget: int, goal: float, seed: int
 ) -> policies.Chosen:
-    return frozen_by(name, episodes.own_env(settings), target, budget, goal, seed)
-
-
-def frozen_by(
-    name: str, env: FoldEnv[Any], target: str, budget: int, goal: float, seed: int
-) -> policies.Chosen:
-    """Return what a search, or a trained policy that is watched, chooses for a target.
-
-    The name is one of `SEARCHES`, or the path of a policy, which needs a call at least; the
-    rest is as for `choose`.
-    """
-    if name not in SEARCHES:
-        pair = (episodes.own_trained(name, sampled) for sampled in (False, True))
-        return physics.freeze(PolicySearch(*pair), env, target, budget, seed)
-    search = search_of(name, goal)
+    """Return what a search chooses for a target; the arguments are those of `choose`."""
+    search, env = search_of(name, goal), episodes.own_env(settings)
     if budget == 0:
         return physics.freeze_unseen(search, env, target, seed)
     return physics.freeze(search, env, target, budget, seed)

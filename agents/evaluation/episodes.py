@@ -64,12 +64,6 @@ def own_env(settings: EnvSettings) -> FoldEnv[Any]:
     return make_env(settings)
 
 
-@cache
-def own_trained(path: str, sampled: bool) -> policies.TrainedPolicy:
-    """Return this process's own copy of a trained policy, loaded once."""
-    return policies.TrainedPolicy.load(path, sampled)
-
-
 def warm_up(settings: EnvSettings) -> None:
     """Play an episode at random, so that the engine is compiled before anything else begins.
 

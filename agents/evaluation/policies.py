@@ -84,11 +84,6 @@ class TrainedPolicy(Policy):
         torch.set_num_threads(1)
         return cls(policy_files.load(path, trust_pickle), sampled)
 
-    @property
-    def training_steps(self) -> int:
-        """Environment steps that it was trained for."""
-        return self._saved.steps
-
     def begin(self) -> None:
         """Forget all episodes before the next."""
         self._player = None

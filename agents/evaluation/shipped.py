@@ -1,8 +1,8 @@
 """Trained policies that come with the project, and the cards that say what they are worth.
 
-`load_shipped("ppo-tube-feed")` loads one; `agents.evaluate` and `agents.sample_cost` take the name
-for the policies of all its seeds. A set of them lies in ``configs/policies``: a file for each
-seed and a card, JSON, with their training, checksums and results.
+`load_shipped("ppo-tube-feed")` loads one; `agents.evaluate` takes the name for the policies of all
+its seeds. A set of them lies in ``configs/policies``: a file for each seed and a card, JSON, with
+their training, checksums and results.
 """
 
 from pathlib import Path

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from agents.baselines.calls import Calls, SpentError, Tally, freeze, freeze_unseen, random_choice
-from agents.baselines.searches import SEARCHES, PolicySearch, energy_design, search_of
+from agents.baselines.searches import SEARCHES, energy_design, search_of
 from agents.evaluation.episodes import play
 from agents.evaluation.policies import FrozenPolicy, OpenLoop, RandomPolicy
 from magfold_env.designer import gap_designs
@@ -131,30 +131,19 @@ def test_what_was_asked_before_is_not_played_again(chain: TubeFeedEnv) -> None:
     np.testing.assert_array_equal(calls.scores([first], 5)[:, :3], before)
     assert calls.count == 5
     with pytest.raises(SpentError):
-        calls.again(first.as_played(chain))
+        calls.scores([first], 6)
 
 
 def test_what_a_policy_chose_does_the_same_when_it_is_frozen(chain: TubeFeedEnv) -> None:
-    calls = Calls(chain, TARGET, budget=2, seed=3)
-    calls.watch(RandomPolicy(), np.random.default_rng(0))
-    (watched,) = calls.tallies()
-    again = Calls(chain, TARGET, budget=1, seed=3).scores([watched.choice], 1)
-    assert again.item() == watched.scores[0]
+    watched = play(RandomPolicy(), chain, TARGET, 3)
+    assert watched.choice is not None
+    assert play(FrozenPolicy({TARGET: watched.choice}), chain, TARGET, 3).score == watched.score
 
 
 def test_one_lucky_call_does_not_beat_many() -> None:
     choice = OpenLoop(GOOD, (0.2,) * 4)
     assert Tally(choice, (1.0,)).expected < Tally(choice, (1.0,) * 9).expected
     assert Tally(choice, (0.4,)).expected < Tally(choice, (1.0,)).expected
-
-
-def test_a_policy_that_is_watched_settles_on_what_works(lattice: CountingEnv) -> None:
-    good = freeze(search_of("minimiser-forward", 1.0), lattice, TARGET, 9, seed=0).choice
-    bad = OpenLoop.at_one_speed(("NNNN",) * 4, 0.2)
-    search = PolicySearch(FrozenPolicy({TARGET: bad}), FrozenPolicy({TARGET: good}))
-    chosen = freeze(search, lattice, TARGET, 30, seed=0)
-    assert chosen.choice == good
-    assert chosen.calls == 30
 
 
 def test_a_choice_is_what_the_actions_can_express() -> None:

@@ -186,7 +186,6 @@ def test_a_wrong_change_is_named(change: str, message: str) -> None:
         ("evaluate", ["--config", "no-such"]),
         ("evaluate", ["no-such"]),
         ("baselines.__main__", ["robust", "--config", "no-such"]),
-        ("sample_cost", ["no-such"]),
     ],
 )
 def test_a_wrong_name_ends_with_a_message_and_not_a_traceback(
@@ -201,7 +200,7 @@ def test_a_wrong_name_ends_with_a_message_and_not_a_traceback(
     assert result.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize("module", ["evaluate", "ablate.__main__", "sample_cost"])
+@pytest.mark.parametrize("module", ["evaluate", "ablate.__main__"])
 def test_a_name_that_is_nearly_right_is_told_what_may_be_meant(module: str) -> None:
     app = typer.Typer()
     app.command()(importlib.import_module(f"agents.{module}").main)
@@ -236,7 +235,6 @@ def test_what_a_policy_cannot_play_is_told_before_anything_begins(tmp_path: Path
         ("evaluate", [str(path)], f"{path}: target: 'RL' has no choice; must be one of LR"),
         ("evaluate", ["ppo-tube-feed"], "ppo-tube-feed-0: policy: its spaces"),
         ("ablate.__main__", ["ppo-tube-feed"], "ppo-tube-feed-0: policy: its spaces"),
-        ("sample_cost", ["ppo-tube-feed"], "ppo-tube-feed-0: policy: its spaces"),
         ("baselines.__main__", ["robst"], "search: 'robst' is not allowed"),
         ("evaluate", ["--output", str(path)], f"--output: '{path}' is not allowed"),
         ("generalise", [], f"{path}: target: "),
