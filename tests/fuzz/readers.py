@@ -201,8 +201,9 @@ def resigned(content: bytes) -> bytes:
     try:
         start = 8 + int.from_bytes(content[:8], "little")
         header = json.loads(content[8:start])
-        data = header["__metadata__"]["settings"].encode() + content[start:]
-        header["__metadata__"]["sha256"] = hashlib.sha256(data).hexdigest()
+        told = json.loads(header["__metadata__"]["policy"])
+        told["sha256"] = hashlib.sha256(told["settings"].encode() + content[start:]).hexdigest()
+        header["__metadata__"]["policy"] = json.dumps(told)
         head = json.dumps(header).encode()
         return len(head).to_bytes(8, "little") + head + content[start:]
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError):
