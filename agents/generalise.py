@@ -9,7 +9,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -64,11 +64,17 @@ def settings_of(
 
 
 def play(
-    policy: str, env: EnvSettings, words: Sequence[str], draws: int, processes: int
+    policy: str,
+    env: EnvSettings,
+    words: Sequence[str],
+    draws: int,
+    processes: int,
+    folder: Path | None = None,
 ) -> dict[str, float]:
     """Return the rate of success of a policy on each of some words."""
     env = env.model_copy(update={"targets": tuple(words)})
-    runs = evaluate([report.Method("policy", (policy,))], env, draws, processes)["policy"]
+    method = episodes.Method("policy", (policy,))
+    runs = evaluate([method], env, draws, processes, folder=folder)["policy"]
     return dict(zip(words, report.by_target(runs)[0].tolist(), strict=True))
 
 
@@ -84,29 +90,18 @@ def measure(
 
     `folds` are the words of each fold and `settings` its training, `draws` the episodes of each
     word that was held out, and of each that was seen. `folder` is that of the training runs,
-    ``fold-0`` and so on, and of what each came to.
+    ``fold-0`` and so on, and of the episodes that were played.
     """
     found: list[Fold] = []
     words = [word for fold in folds for word in fold]
     for k, (held, each) in enumerate(zip(folds, settings, strict=True)):
-        policy = train(each, folder / f"fold-{k}")
+        policy = str(train(each, folder / f"fold-{k}"))
         seen = [word for word in words if word not in held]
-        key = {
-            "format": FORMAT,
-            "policy": file_digest(str(policy)),
-            "env": env.model_dump(mode="json"),
-            "draws": list(draws),
-        }
-        path = folder / f"fold-{k}.json"
-        known: dict[str, Any] = json.loads(path.read_text("utf-8")) if path.exists() else {}
-        if known.get("key") != key:
-            rates = [
-                play(str(policy), env, some, count, processes)
-                for some, count in zip((held, seen), draws, strict=True)
-            ]
-            known = {"key": key, "fold": asdict(Fold(*rates, policy=str(key["policy"])))}
-            write_text(path, json.dumps(known, indent=1) + "\n")
-        found.append(Fold(**known["fold"]))
+        rates = [
+            play(policy, env, some, count, processes, folder / f"{name}-{k}")
+            for name, some, count in zip(("held", "seen"), (held, seen), draws, strict=True)
+        ]
+        found.append(Fold(*rates, policy=str(file_digest(policy))))
     return found
 
 

@@ -7,7 +7,7 @@ when called again; called with other policies, or more episodes, it plays what i
 """
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -29,11 +29,10 @@ from agents.admission.contestants import (
     TRAINED,
 )
 from agents.commands import progress_bar, reported_errors, run_command
-from agents.evaluation.episodes import spread_over
+from agents.evaluation.episodes import Table
 from agents.open_loops.field import Search
 from agents.open_loops.halving import Ranked, rounds
 from agents.training.folder import file_digest, provenance
-from magfold_env.checkpoint import Checkpoint
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest, write_text
 from magfold_env.scoring.player import Player
@@ -48,9 +47,8 @@ class Contest:
     """Plays what is not in its folder yet, on so many processes."""
 
     def __init__(self, arena: Arena, processes: int, folder: Path, bar: progress.Progress) -> None:
-        self._arena, self._processes, self._folder, self._bar = arena, processes, folder, bar
-        self._given = arena.env_id, arena.tasks
-        self._key: dict[str, Any] = {
+        self._arena, self._given = arena, (arena.env_id, arena.tasks)
+        key = {
             "format": FORMAT,
             "id": arena.env_id,
             "scene": arena.world.scene.model_dump(mode="json"),
@@ -58,17 +56,17 @@ class Contest:
             "draws": EVALUATION_VERSION,
             "physics": physics_digest(),
         }
+        self._table = Table(bar, processes, folder, key)
 
     def search(self, effort: Search) -> dict[int, list[Ranked]]:
         """Return what has been tried in every task, by number, the best first."""
         numbers = self._arena.numbers
-        found = self._played(
+        found = self._table.row(
             OPEN_LOOP,
-            {"search": effort},
             len(numbers),
             lambda start, stop: (*self._given, numbers[start:stop], effort),
             _search,
-            block=1,
+            key={"search": effort},
         )
         return {
             number: [Ranked(*each) for each in ranked]
@@ -85,21 +83,20 @@ class Contest:
         """
         key: dict[str, Any] = {"search": searched}
         open_loops = {number: ranked[0] for number, ranked in best.items()}
-        simple = self._played(
+        simple = self._table.row(
             "simple",
-            key,
             episodes,
             lambda start, stop: (*self._given, open_loops, start, stop),
             _play_simple,
             BLOCK,
+            key,
         )
-        oracle = self._played(
+        oracle = self._table.row(
             ORACLE,
-            key | {"race": raced},
             episodes,
             lambda start, stop: (*self._given, best, raced.budget, start, stop),
             _play_oracle,
-            block=1,
+            key=key | {"race": raced},
         )
         tables = (SIMPLE, simple), ((ORACLE, SAME_DRAW), oracle)
         return {
@@ -114,37 +111,16 @@ class Contest:
         for path in paths:
             digest = file_digest(path) or path
             runs.append(
-                self._played(
+                self._table.row(
                     f"{kind}-{digest[:16]}",
-                    {"policy": digest, "kind": kind},
                     episodes,
                     partial(_policy_job, self._given, path, kind),
                     _play_policy,
                     BLOCK,
+                    {"policy": digest, "kind": kind},
                 )
             )
         return np.array(runs)
-
-    def _played(
-        self,
-        name: str,
-        key: dict[str, Any],
-        count: int,
-        job: Callable[[int, int], Job],
-        play: Callable[..., list[Any]],
-        block: int,
-    ) -> list[Any]:
-        """Return so many records, of which those are kept that a run before this has made."""
-        with Checkpoint(self._folder / name.replace(" ", "-"), self._key | key) as kept:
-            records = kept.load()[:count]
-            jobs = [job(at, min(at + block, count)) for at in range(len(records), count, block)]
-            task = self._bar.add_task(name, total=count, completed=len(records), note="")
-            for found in spread_over(self._processes, play, jobs):
-                for record in found:
-                    records.append(record)
-                    kept.add(record)
-                self._bar.update(task, completed=len(records))
-        return records
 
 
 def _search(env_id: str, tasks: int, numbers: list[int], effort: Search) -> list[Any]:

@@ -38,7 +38,7 @@ from agents.training import policy_files
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Ints
-from magfold_env.scoring.player import Player, choices
+from magfold_env.scoring.player import Player, play
 from magfold_env.scoring.track import WIDTH
 
 RANDOM, FORWARD, BASELINE, OPEN_LOOP = "random", "always forward", "baseline", "open loop"
@@ -123,16 +123,16 @@ def _play(
 ) -> tuple[list[list[float]], list[Any]]:
     """Return success and score of a policy in episodes, and its choices in the first of them."""
     env, episodes = arena.env_of(saved.policy.action_space), arena.episodes(len(seeds))
-    player = Player(saved.policy, saved.shown, env, len(seeds), sampled)
-    choose, first = choices(player, env, episodes), list[Any]()
+    plan = Player(saved.policy, saved.shown, env, len(seeds), sampled).plan(env)
+    first: list[Any] = []
 
-    def noted(rows: Ints) -> Any:
-        choice = choose(rows)
+    def noted(episodes: Any, rows: Ints) -> Any:
+        choice = plan(episodes, rows)
         if rows[0] == 0:
             first.append([part[0] for part in choice])
         return choice
 
-    ends = episodes.play(seeds, numbers.tolist(), noted)
+    (ends,) = play(episodes, numbers, seeds, lambda _: noted)
     return np.column_stack([ends["is_success"], ends["score"]]).tolist(), first
 
 

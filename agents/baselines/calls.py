@@ -2,7 +2,7 @@
 
 Call d of every choice has the same draws, so that choices are compared under equal conditions; what
 was asked before is not played again. The draws are neither those of the evaluation nor those of any
-training. Within its budget a search freezes one choice a target.
+training. Within its budget a search makes one choice a target.
 """
 
 from collections.abc import Sequence
@@ -90,7 +90,7 @@ class Calls:
         self.count += 1
         if draw >= len(self._seeds):
             self._seeds = episode_seeds(self._stream, 2 * draw + 1)
-        policy = policies.FrozenPolicy({self.target: choice})
+        policy = policies.chosen({self.target: choice})
         return episodes.play(policy, self.env, self.target, self._seeds[draw]).score
 
 
@@ -106,7 +106,7 @@ class Search(Protocol):
         ...
 
 
-def freeze(
+def choose(
     search: Search, env: FoldEnv[Any], target: str, budget: int, seed: int
 ) -> policies.Chosen:
     """Return what a search chooses for a target within a budget of physics calls, at least one.
@@ -121,7 +121,7 @@ def freeze(
     return policies.Chosen(*best.choice, calls.count, best.successes, len(best.scores))
 
 
-def freeze_unseen(search: Search, env: FoldEnv[Any], target: str, seed: int) -> policies.Chosen:
+def choose_unseen(search: Search, env: FoldEnv[Any], target: str, seed: int) -> policies.Chosen:
     """Return what a search chooses for a target without a physics call."""
     first = search.first(env, target, _generator(target, seed)).as_played(env)
     return policies.Chosen(*first, calls=0, successes=0, releases=0)

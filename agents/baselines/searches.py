@@ -273,5 +273,5 @@ def _search(
     """Return what a search chooses for a target; the arguments are those of `choose`."""
     search, env = search_of(name, goal), episodes.own_env(settings)
     if budget == 0:
-        return physics.freeze_unseen(search, env, target, seed)
-    return physics.freeze(search, env, target, budget, seed)
+        return physics.choose_unseen(search, env, target, seed)
+    return physics.choose(search, env, target, budget, seed)

@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 
 from agents.evaluation import episodes, intervals
-from agents.evaluation.policies import shipped_names
-from agents.evaluation.shipped import shipped_files
 from agents.settings import EnvSettings
 from agents.training.folder import file_digest, provenance
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
@@ -39,64 +37,6 @@ Results = Mapping[str, Runs]
 ENDS = ("target", "other fold", "misfolded", "unsettled", "failed")
 """How an episode may end: in the target, at rest in another fold, at rest with a joint open,
 not at rest when time or work ran out, or with numbers that broke down."""
-
-
-@dataclass(frozen=True)
-class Method:
-    """What is compared under one name."""
-
-    name: str
-    """As shown."""
-    policies: tuple[str, ...]
-    """What `agents.evaluation.policies.make_policy` understands, one a seed."""
-
-    @classmethod
-    def parse(cls, text: str) -> "Method":
-        """Return the method that ``NAME=PATH,PATH,...``, or a policy alone, stands for.
-
-        A file's name without its ending is what it is called then, with its folder's for
-        ``policy.safetensors``, the name that every training gives. The name of a set of shipped
-        policies stands for the paths of all its seeds.
-
-        Raises
-        ------
-        ValueError
-            If a name or a policy is empty, or given twice.
-        """
-        name, separator, listed = text.rpartition("=")
-        shipped = shipped_names()
-        policies = tuple(
-            path
-            for each in listed.split(",")
-            for path in (map(str, shipped_files(each)) if each in shipped else (each,))
-        )
-        if not all(policies) or (separator and not name) or len(set(policies)) < len(policies):
-            raise ValueError(
-                f"{text!r} is not allowed; must be random, minimiser, a path, or NAME=PATH,PATH,… "
-                "with a path for each seed"
-            )
-        return cls(name or (listed if listed in shipped else _short(policies)), policies)
-
-
-def _short(policies: Sequence[str]) -> str:
-    path = Path(policies[0])
-    return path.parent.name if path.stem == "policy" and path.parent.name else path.stem
-
-
-def parse_methods(texts: Sequence[str]) -> list[Method]:
-    """Return the methods that `texts` stand for.
-
-    Raises
-    ------
-    ValueError
-        If one is not allowed, or two have one name.
-    """
-    methods = [Method.parse(text) for text in texts]
-    names = [method.name for method in methods]
-    twice = [name for name in names if names.count(name) > 1]
-    if twice:
-        raise ValueError(f"{twice[0]}: two methods have this name; give others, NAME=PATH")
-    return methods
 
 
 def targets_of(results: Results) -> list[str]:
@@ -232,7 +172,7 @@ def overall_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
 def write_results(
     path: Path,
     settings: EnvSettings,
-    methods: Sequence[Method],
+    methods: Sequence[episodes.Method],
     seeds: Sequence[int],
     results: Results,
     summaries: Mapping[str, Summary],

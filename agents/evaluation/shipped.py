@@ -8,9 +8,11 @@ their training, checksums and results.
 from pathlib import Path
 from typing import Any, Self
 
+import torch
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from agents.evaluation import policies
+from agents.training import policy_files
 from agents.training.folder import RunInfo, file_digest
 from magfold_env.files import write_text
 
@@ -158,7 +160,7 @@ def shipped_files(name: str) -> list[Path]:
     return [policies.policies_dir() / policy.file for policy in shipped_card(name).policies]
 
 
-def load_shipped(name: str, number: int = 0) -> policies.TrainedPolicy:
+def load_shipped(name: str, number: int = 0) -> policy_files.SavedPolicy:
     """Load a policy that comes with the project: of a set such as ``ppo-tube-feed``, one seed.
 
     Raises
@@ -169,4 +171,5 @@ def load_shipped(name: str, number: int = 0) -> policies.TrainedPolicy:
     files = shipped_files(name)
     if not 0 <= number < len(files):
         raise ValueError(f"number: {number} is not allowed; must be 0 to {len(files) - 1}")
-    return policies.TrainedPolicy.load(files[number])
+    torch.set_num_threads(1)
+    return policy_files.load(files[number])

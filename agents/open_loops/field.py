@@ -1,7 +1,6 @@
 """Where open loops are compared: room for episodes, in which they play the same draws."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -14,6 +13,7 @@ from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.feed_track import FeedTrackEnv
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scene import Scene
+from magfold_env.scoring.player import play
 
 
 class OpenLoops(Protocol):
@@ -118,16 +118,13 @@ class Field:
 
     def play(self, numbers: Ints, seeds: list[int], plan: Callable[[slice], Plan]) -> Floats:
         """Return the same of episodes that are played by what `plan` returns for a part of them."""
-        episodes, ends = self._episodes, np.empty((len(seeds), 2))
-        for start in range(0, len(seeds), episodes.count):
-            part = slice(start, start + episodes.count)
-            choose = partial(self._chosen, plan(part))
-            columns = episodes.play(seeds[part], numbers[part].tolist(), choose)
-            ends[part] = np.column_stack([columns["is_success"], columns["score"]])
-        return ends
+        parts = play(self._episodes, numbers, seeds, lambda part: self._written(plan(part)))
+        ends = [np.column_stack([part["is_success"], part["score"]]) for part in parts]
+        return np.concatenate([np.empty((0, 2)), *ends])
 
-    def _chosen(self, plan: Plan, rows: Ints) -> Any:
-        choice = plan(self._episodes, rows)
-        if self._actions is None:
-            return choice
-        return self._actions.read(self._actions.write(choice), len(rows))
+    def _written(self, plan: Plan) -> Plan:
+        """Return a plan whose choices are written down as actions, if that is to be."""
+        actions = self._actions
+        if actions is None:
+            return plan
+        return lambda episodes, rows: actions.read(actions.write(plan(episodes, rows)), len(rows))

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, ValidationError
 
+from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest, reading_json, write_json
@@ -22,7 +23,7 @@ from magfold_env.scene.errors import problems_of, refuse
 from magfold_env.scoring import action_file
 from magfold_env.scoring.action_file import ActionFile
 from magfold_env.scoring.network import Actor
-from magfold_env.scoring.player import Player, choices
+from magfold_env.scoring.player import Player, play
 from magfold_env.scoring.track import TRACKS, WIDTH, Track
 
 FORMAT = "magfold_env score 1"
@@ -30,8 +31,6 @@ EPISODES = 1000
 MINUTES = 10.0
 
 _LIBRARIES = ("magfold_env", "numpy", "numba", "gymnasium")
-
-Choose = Callable[[Ints], tuple[Any, ...]]
 
 Ended = tuple[int, bool, float, float | None]
 """Of an episode its task, success, score and energy [J]."""
@@ -184,32 +183,34 @@ def _play(
 ) -> tuple[Ended, ...]:
     """Return how episodes end, unless they are not over by some moment of `time.monotonic`."""
     room = track.episodes(min(count, WIDTH), threads=os.cpu_count() or 1)
+    numbers, seeds = track.draws(0, count)
     found: list[Ended] = []
     tell(0, count)
-    for start in range(0, count, WIDTH):
-        stop = min(start + WIDTH, count)
-        choose = _choices(track, entry, room, start, stop)
 
-        def hurried(rows: Ints, choose: Choose = choose) -> tuple[Any, ...]:
+    def plan_of(part: slice) -> Plan:
+        plan = _plan(track, entry, range(count)[part])
+
+        def hurried(episodes: Any, rows: Ints) -> Any:
             if time.monotonic() > until:
                 raise TimeoutError
-            return choose(rows)
+            return plan(episodes, rows)
 
-        numbers, seeds = track.draws(start, stop)
-        ends = room.play(seeds, numbers.tolist(), hurried)
+        return hurried
+
+    for ends in play(room, numbers, seeds, plan_of):
         energies = [None if np.isnan(each) else each for each in ends["energy"].tolist()]
-        columns = numbers, ends["is_success"], ends["score"]
-        found += zip(*(each.tolist() for each in columns), energies, strict=True)
-        tell(stop, count)
+        columns = ends["is_success"].tolist(), ends["score"].tolist(), energies
+        found += zip(numbers[len(found) :].tolist(), *columns, strict=False)
+        tell(len(found), count)
     return tuple(found)
 
 
-def _choices(track: Track, entry: Actor | ActionFile, room: Any, start: int, stop: int) -> Choose:
+def _plan(track: Track, entry: Actor | ActionFile, part: range) -> Plan:
     """Return what an entry asks for in some of the episodes."""
     if isinstance(entry, Actor):
         env = track.env_of(entry.action_space)
-        return choices(Player(entry, entry.settings, env, stop - start), env, room)
-    given, actions = entry.actions[start:stop], track.single_actions
+        return Player(entry, entry.settings, env, len(part)).plan(env)
+    given, actions = entry.actions[part.start : part.stop], track.single_actions
     lengths = np.array([len(each) for each in given])
     shape = actions.space.shape or ()
     table = np.zeros((len(given), lengths.max(), *shape), dtype=np.float64 if shape else np.int64)
@@ -218,12 +219,12 @@ def _choices(track: Track, entry: Actor | ActionFile, room: Any, start: int, sto
 
     taken = np.zeros(len(given), dtype=np.int64)
 
-    def choose(rows: Ints) -> tuple[Any, ...]:
+    def choose(_: Any, rows: Ints) -> Any:
         steps = taken[rows]
         taken[rows] += 1
         if (short := rows[steps >= lengths[rows]]).size:
             raise ValueError(
-                f"actions[{start + short[0]}]: {lengths[short[0]]} actions are not allowed; must "
+                f"actions[{part[short[0]]}]: {lengths[short[0]]} actions are not allowed; must "
                 "be more, the episode goes on"
             )
         return actions.read(table[rows, steps], len(rows))

@@ -1,14 +1,18 @@
+from collections.abc import Sequence
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
 
-from agents.baselines.calls import Calls, SpentError, Tally, freeze, freeze_unseen, random_choice
+from agents.baselines.calls import Calls, SpentError, Tally, choose, choose_unseen, random_choice
 from agents.baselines.searches import SEARCHES, energy_design, search_of
 from agents.evaluation.episodes import play
-from agents.evaluation.policies import FrozenPolicy, OpenLoop, RandomPolicy
+from agents.evaluation.policies import OpenLoop, at_random
+from agents.evaluation.policies import chosen as choosing
 from magfold_env.designer import gap_designs
 from magfold_env.envs.chains.quasistatic import fold
+from magfold_env.envs.episodes import Episodes
 from magfold_env.envs.sequence_design import SequenceDesignEnv
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.envs.tube_feed import TubeFeedEnv
@@ -18,17 +22,23 @@ TARGET = "LRL"
 GOOD = ("NSSN", "NSNS", "SNNS", "SNSN")
 
 
-class CountingEnv(TubeFeedEnv):
-    resets = 0
-
-    def reset(self, *, seed=None, options=None):  # pyright: ignore[reportIncompatibleMethodOverride]
-        self.resets += 1
-        return super().reset(seed=seed, options=options)
-
-
 @pytest.fixture(scope="module")
-def lattice() -> CountingEnv:
-    return CountingEnv(components=4, fidelity="quasistatic")
+def lattice() -> TubeFeedEnv:
+    return TubeFeedEnv(components=4, fidelity="quasistatic")
+
+
+@pytest.fixture
+def seeds(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Note the draws of every episode that is played."""
+    found: list[int] = []
+    own_play = Episodes.play
+
+    def noted(episodes: Any, seeds: Sequence[int], *given: Any) -> Any:
+        found.extend(seeds)
+        return own_play(episodes, seeds, *given)
+
+    monkeypatch.setattr(Episodes, "play", noted)
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -37,34 +47,35 @@ def chain() -> TubeFeedEnv:
 
 
 @pytest.mark.parametrize("name", SEARCHES)
-def test_a_search_finds_the_target_within_its_budget(name: str, lattice: CountingEnv) -> None:
-    before = lattice.resets
-    chosen = freeze(search_of(name, 1.0), lattice, TARGET, 600, seed=0)
-    assert chosen.calls == lattice.resets - before <= 600
+def test_a_search_finds_the_target_within_its_budget(
+    name: str, lattice: TubeFeedEnv, seeds: list[int]
+) -> None:
+    chosen = choose(search_of(name, 1.0), lattice, TARGET, 600, seed=0)
+    assert chosen.calls == len(seeds) <= 600
     assert chosen.successes == chosen.releases > 0
-    assert play(FrozenPolicy({TARGET: chosen.choice}), lattice, TARGET, 1).success
+    assert play(choosing({TARGET: chosen.choice}), lattice, TARGET, 1).success
 
 
 @pytest.mark.parametrize("name", SEARCHES)
 @pytest.mark.parametrize("budget", [1, 3, 10])
-def test_no_search_makes_a_call_too_many(name: str, budget: int, lattice: CountingEnv) -> None:
-    before = lattice.resets
-    chosen = freeze(search_of(name, 1.0), lattice, TARGET, budget, seed=0)
-    assert chosen.calls == lattice.resets - before <= budget
+def test_no_search_makes_a_call_too_many(
+    name: str, budget: int, lattice: TubeFeedEnv, seeds: list[int]
+) -> None:
+    chosen = choose(search_of(name, 1.0), lattice, TARGET, budget, seed=0)
+    assert chosen.calls == len(seeds) <= budget
     assert 0 < chosen.releases <= budget
 
 
 @pytest.mark.parametrize("name", SEARCHES)
-def test_a_choice_unseen_needs_no_call(name: str, lattice: CountingEnv) -> None:
-    before = lattice.resets
-    chosen = freeze_unseen(search_of(name, 1.0), lattice, TARGET, seed=0)
-    assert lattice.resets == before
+def test_a_choice_unseen_needs_no_call(name: str, lattice: TubeFeedEnv, seeds: list[int]) -> None:
+    chosen = choose_unseen(search_of(name, 1.0), lattice, TARGET, seed=0)
+    assert not seeds
     assert chosen.choice == chosen.choice.as_played(lattice)
 
 
 def test_the_seed_decides_a_search(chain: TubeFeedEnv) -> None:
     search = search_of("cross-entropy", 1.0)
-    choices = [freeze(search, chain, TARGET, 50, seed) for seed in (1, 2, 1)]
+    choices = [choose(search, chain, TARGET, 50, seed) for seed in (1, 2, 1)]
     assert choices[0] == choices[2] != choices[1]
 
 
@@ -103,22 +114,12 @@ def test_the_minimisers_free_design_is_the_one_of_largest_gap() -> None:
     assert energy_design(scene, TARGET, "free") == design.sequence  # pyright: ignore[reportArgumentType]
 
 
-def test_calls_of_equal_number_have_equal_draws_that_no_evaluation_has(chain: TubeFeedEnv) -> None:
-    calls = Calls(chain, TARGET, budget=10, seed=0)
-    seeds: list[int] = []
-    reset = chain.reset
-
-    def noted(**options):
-        seeds.append(options["seed"])
-        return reset(**options)
-
-    chain.reset = noted
+def test_calls_of_equal_number_have_equal_draws_that_no_evaluation_has(
+    chain: TubeFeedEnv, seeds: list[int]
+) -> None:
     one = OpenLoop.at_one_speed(GOOD, 0.2)
     other = OpenLoop.at_one_speed(GOOD, 0.4)
-    try:
-        calls.scores([one, other], 3)
-    finally:
-        del chain.reset
+    Calls(chain, TARGET, budget=10, seed=0).scores([one, other], 3)
     assert seeds[0::2] == seeds[1::2]
     assert len(set(seeds)) == 3
     assert not set(seeds) & set(evaluation_seeds(1000))
@@ -135,9 +136,9 @@ def test_what_was_asked_before_is_not_played_again(chain: TubeFeedEnv) -> None:
 
 
 def test_what_a_policy_chose_does_the_same_when_it_is_frozen(chain: TubeFeedEnv) -> None:
-    watched = play(RandomPolicy(), chain, TARGET, 3)
+    watched = play(at_random, chain, TARGET, 3)
     assert watched.choice is not None
-    assert play(FrozenPolicy({TARGET: watched.choice}), chain, TARGET, 3).score == watched.score
+    assert play(choosing({TARGET: watched.choice}), chain, TARGET, 3).score == watched.score
 
 
 def test_one_lucky_call_does_not_beat_many() -> None:
@@ -153,7 +154,7 @@ def test_a_choice_is_what_the_actions_can_express() -> None:
     assert set(played.sequence) <= {"NSNS", "NNSS"}
     assert set(played.speeds) <= set(env.actions.speeds.tolist())
     assert played.as_played(env) == played
-    assert play(FrozenPolicy({TARGET: choice}), env, TARGET, 0).choice == played
+    assert play(choosing({TARGET: choice}), env, TARGET, 0).choice == played
 
 
 @pytest.mark.parametrize("direction", ["forward", "backward"])
@@ -162,7 +163,7 @@ def test_frozen_speeds_belong_to_their_components(direction: str, chain: TubeFee
         chain.scene.replace(feed={"direction": direction}), baseline=None, randomisation="none"
     )
     choice = random_choice(env, np.random.default_rng(0))
-    outcome = play(FrozenPolicy({TARGET: choice}), env, TARGET, 0)
+    outcome = play(choosing({TARGET: choice}), env, TARGET, 0)
     assert outcome.scene is not None
     assert outcome.scene.sequence == choice.sequence
     np.testing.assert_allclose(outcome.scene.speeds, choice.speeds)
@@ -171,13 +172,13 @@ def test_frozen_speeds_belong_to_their_components(direction: str, chain: TubeFee
 def test_a_chain_that_is_chosen_as_a_whole_has_one_speed() -> None:
     env = SequenceDesignEnv(components=4, baseline=None, randomisation="none")
     choice = OpenLoop(GOOD, (0.01, 0.6, 0.6, 0.6))
-    outcome = play(FrozenPolicy({TARGET: choice}), env, TARGET, 0)
+    outcome = play(choosing({TARGET: choice}), env, TARGET, 0)
     assert outcome.choice == OpenLoop.at_one_speed(GOOD, 0.01)
 
 
-def test_a_target_without_a_choice_is_named(lattice: CountingEnv) -> None:
+def test_a_target_without_a_choice_is_named(lattice: TubeFeedEnv) -> None:
     with pytest.raises(ValueError, match="target: 'LRL' has no choice; must be one of LLR"):
-        play(FrozenPolicy({"LLR": OpenLoop(GOOD, (0.2,) * 4)}), lattice, TARGET, 0)
+        play(choosing({"LLR": OpenLoop(GOOD, (0.2,) * 4)}), lattice, TARGET, 0)
 
 
 @pytest.mark.parametrize(("name", "goal", "message"), [

@@ -10,9 +10,9 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from agents.evaluate import compare, evaluate
-from agents.evaluation.episodes import Outcome, make_env, play
-from agents.evaluation.policies import ChoiceFile, Chosen, DesignPolicy
-from agents.evaluation.report import Method, Results, summarise
+from agents.evaluation.episodes import Method, Outcome, make_env, play
+from agents.evaluation.policies import ChoiceFile, Chosen, designs
+from agents.evaluation.report import Results, summarise
 from agents.settings import EnvSettings, env_settings, load_settings
 from magfold_env.simulation.simulate import simulate
 
@@ -118,7 +118,7 @@ def test_a_choice_is_tried_built_beforehand_under_the_same_draws(results: Result
 
 def test_an_outcome_says_what_was_asked_for_and_where_the_joints_are() -> None:
     env = make_env(SETTINGS)
-    outcome: Outcome = play(DesignPolicy(), env, "LRLLL", 0)
+    outcome: Outcome = play(designs, env, "LRLLL", 0)
     baseline = env.baseline_of("LRLLL")
     assert outcome.choice is not None
     assert outcome.scene is not None
@@ -200,7 +200,7 @@ def test_a_wrong_name_ends_with_a_message_and_not_a_traceback(
     assert result.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize("module", ["evaluate", "ablate.__main__"])
+@pytest.mark.parametrize("module", ["evaluate", "ablate"])
 def test_a_name_that_is_nearly_right_is_told_what_may_be_meant(module: str) -> None:
     app = typer.Typer()
     app.command()(importlib.import_module(f"agents.{module}").main)
@@ -234,7 +234,7 @@ def test_what_a_policy_cannot_play_is_told_before_anything_begins(tmp_path: Path
     for module, arguments, said in (
         ("evaluate", [str(path)], f"{path}: target: 'RL' has no choice; must be one of LR"),
         ("evaluate", ["ppo-tube-feed"], "ppo-tube-feed-0: policy: its spaces"),
-        ("ablate.__main__", ["ppo-tube-feed"], "ppo-tube-feed-0: policy: its spaces"),
+        ("ablate", ["ppo-tube-feed"], "ppo-tube-feed-0: policy: its spaces"),
         ("baselines.__main__", ["robst"], "search: 'robst' is not allowed"),
         ("evaluate", ["--output", str(path)], f"--output: '{path}' is not allowed"),
         ("generalise", [], f"{path}: target: "),

@@ -1,15 +1,13 @@
 import numpy as np
 import pytest
 
-from agents.evaluation.episodes import Outcome
+from agents.evaluation.episodes import Method, Outcome, parse_methods
 from agents.evaluation.report import (
     ENDS,
-    Method,
     by_target,
     end_of,
     ends,
     joints_in_the_way,
-    parse_methods,
     pooled,
 )
 

@@ -7,10 +7,9 @@ import pytest
 from rich.console import Console
 
 from agents.commands import text_table
-from agents.evaluation.episodes import Outcome
+from agents.evaluation.episodes import Method, Outcome
 from agents.evaluation.policies import OpenLoop
 from agents.evaluation.report import (
-    Method,
     overall_rows,
     summarise,
     targets_rows,

@@ -7,12 +7,12 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from agents.ablate import __main__ as ablate
+from agents import ablate
 from agents.admission import FORMAT as ADMISSION
 from agents.admission import __main__ as admission
 from agents.evaluate import compare
 from agents.evaluation import policies
-from agents.evaluation.report import Method
+from agents.evaluation.episodes import Method
 from agents.evaluation.shipped import Card, CardError, load_shipped, shipped_files
 from agents.ship import app, ship_policies, with_results
 from agents.training import policy_files

@@ -7,7 +7,7 @@ import pytest
 from agents.admission import contestants
 from agents.admission.arena import own_arena
 from agents.evaluation.episodes import make_env, play
-from agents.evaluation.policies import policies_dir, shipped_names
+from agents.evaluation.policies import policies_dir, shipped_names, trained
 from agents.evaluation.shipped import CardAdmission, CardResult, load_shipped, shipped_card
 from agents.settings import EnvSettings, TrainSettings
 from magfold_env.scoring.track import TASKS
@@ -28,7 +28,7 @@ MAX_BYTES = 2_000_000
 def differing(name: str, number: int, result: CardResult, draws: slice) -> tuple[int, int]:
     """Return in how many episodes a policy does otherwise than its card says, and of how many."""
     env = make_env(EnvSettings.model_validate(result.env))
-    policy = load_shipped(name, number)
+    policy = trained(load_shipped(name, number))
     seeds = range(len(result.seeds))[draws]
     wrong = 0
     for target, rows in result.successes.items():

@@ -19,13 +19,7 @@ from typing import Any
 import stable_baselines3
 
 import magfold_env as mf
-from agents.evaluation.policies import (
-    ChoiceFile,
-    Chosen,
-    FrozenPolicy,
-    TrainedPolicy,
-    read_choices,
-)
+from agents.evaluation.policies import ChoiceFile, Chosen, read_choices
 from agents.settings import load_settings
 from agents.training import policy_files
 from agents.training.models import read_archive, write_archive
@@ -146,7 +140,7 @@ def _records() -> list[bytes]:
 
 
 def _read_choices(path: Path) -> None:
-    FrozenPolicy(read_choices(path))
+    read_choices(path)
     ChoiceFile(path, KEY)
 
 
@@ -234,7 +228,7 @@ READERS: dict[str, Reader] = {
         lambda path: read_archive(path, KEY),
         lambda: [_written(lambda path: write_archive(path, KEY, {"a": b"1", "b": b"22"}))],
     ),
-    "policy": Reader(".safetensors", TrainedPolicy.load, _policies, resigned),
+    "policy": Reader(".safetensors", policy_files.load, _policies, resigned),
     "actor": Reader(".safetensors", Actor.read, _policies, resigned),
     "actions": Reader(".json", action_file.read, lambda: [json.dumps(ACTIONS).encode()]),
     "score": Reader(".json", Score.read, lambda: [_written(SCORE.write)]),

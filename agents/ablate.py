@@ -1,51 +1,54 @@
 """What of a trained policy earns its score: ``python -m agents.ablate POLICY``.
 
 The policy plays tube feed as it is, and with parts of it taken away, see
-`agents.ablate.ablations`, on the same targets and draws. Intervals are 95 %, by the bootstrap over
+`agents.evaluation.episodes`, on the same targets and draws; what it does when it is frozen is also
+built beforehand, all magnets acting inside the tube too. Intervals are 95 %, by the bootstrap over
 training seeds and targets together; those of differences are paired, by seed, target and draws.
 Killed, the command goes on where it was when called again; finished, it prints its table again.
 """
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
 from rich import box, table
 
-from agents.ablate import FORMAT
-from agents.ablate.ablations import SEEING, Ablation, ablations, play
-from agents.commands import EnvChanges, EnvConfig, progress_bar, reported_errors, run_command
+from agents.commands import EnvChanges, EnvConfig, reported_errors, run_command
+from agents.evaluate import evaluate
 from agents.evaluation import episodes, intervals
-from agents.evaluation.report import Method
+from agents.evaluation.episodes import Method
+from agents.evaluation.report import Results, by_target, targets_of
 from agents.settings import EnvSettings, env_settings
 from agents.training.folder import file_digest, provenance
-from magfold_env.checkpoint import Checkpoint
 from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
-from magfold_env.files import physics_digest, write_text
+from magfold_env.files import write_text
 from magfold_env.reporting.intervals import share
+
+FORMAT = "magfold_env ablation 1"
+"""Of ``ablation.json``."""
+
+SEEING, BUILT = "seeing", "built beforehand"
 
 
 @dataclass(frozen=True)
 class Row:
     """How a policy does without a part of it."""
 
-    ablation: Ablation
-    """What was taken away, or the one speed [m/s]."""
+    change: episodes.Change
+    """What was taken away."""
+    name: str
+    """As shown."""
     success: intervals.Estimate
     """Share of the episodes."""
     score: float
     """Mean over the episodes."""
     difference: intervals.Estimate
     """Success above that of the policy as it is."""
-
-    @property
-    def name(self) -> str:
-        """As shown."""
-        return self.ablation if isinstance(self.ablation, str) else f"{self.ablation:.3f} m/s"
 
 
 def measure(
@@ -68,57 +71,44 @@ def measure(
             f"env.id: {settings.id!r} is not allowed; must be MagFold/TubeFeed-v0 or "
             "MagFold/TubeFeedGoal-v0, where a policy may see what its choices have done"
         )
-    tried, seeds = ablations(env), evaluation_seeds(draws)
-    shape = (len(tried), len(method.policies), len(env.targets), draws, 2)
-    jobs = [
-        (each, policy, settings, target, seed)
-        for each in tried
-        for policy in method.policies
-        for target in env.targets
-        for seed in seeds
+    speeds = {f"{speed:.3f} m/s": speed for speed in env.actions.speeds.tolist()}
+    words = (episodes.NO_MOTION, episodes.FROZEN)
+    changes: dict[str, episodes.Change] = {
+        SEEING: None, **{word: word for word in words}, **speeds,
+        episodes.RANDOM_SPEEDS: episodes.RANDOM_SPEEDS,
+    }  # fmt: skip
+    dynamics = env.task.fidelity == "dynamics"
+    methods = [
+        Method(name, method.policies, change, dynamics and change == episodes.FROZEN)
+        for name, change in changes.items()
     ]
-    key: dict[str, Any] = {
-        "format": FORMAT,
-        "env": settings.model_dump(mode="json"),
-        "ablations": tried,
-        "policies": [file_digest(policy) or policy for policy in method.policies],
-        "targets": env.targets,
-        "seeds": seeds,
-        "physics": physics_digest(),
-    }
-    with Checkpoint(folder / "episodes", key) as kept, progress_bar() as bar:
-        ends = kept.read(lambda end: (bool(end[0]), float(end[1])))
-        todo = jobs[len(ends) :]
-        task = bar.add_task(method.name, total=len(jobs), completed=len(ends), note="")
-        played = episodes.spread_over(processes, play, todo)
-        for (ablation, *_), end in zip(todo, played, strict=True):
-            ends.append(end)
-            kept.add(end)
-            bar.update(task, advance=1, note=str(ablation))
-    return summarise(tried, np.array(ends, dtype=np.float64).reshape(shape), env.targets)
+    results = evaluate(methods, settings, draws, processes, folder=folder / "episodes")
+    return summarise(results, changes, dynamics)
 
 
-def summarise(tried: list[Ablation], ends: intervals.Floats, targets: tuple[str, ...]) -> list[Row]:
-    """Return a row for each ablation, from success and score of episodes.
-
-    `ends` has shape (ablations, policies, targets, draws, 2).
-    """
-    shares = ends[..., 0].mean(axis=-1)
-    seeing = shares[tried.index(SEEING)]
+def summarise(
+    results: Results, changes: Mapping[str, episodes.Change], built: bool = False
+) -> list[Row]:
+    """Return a row for each ablation, and for what is frozen when it is `built` beforehand."""
+    targets, seeing = targets_of(results), by_target(results[SEEING])
+    tried = {name: (runs, "success", "score") for name, runs in results.items()}
+    if built:
+        tried[BUILT] = results[episodes.FROZEN], "built", "built_score"
     return [
         Row(
-            ablation=ablation,
-            success=intervals.estimate(each, targets),
-            score=float(end[..., 1].mean()),
-            difference=intervals.estimate(each - seeing, targets),
+            change=changes.get(name, name),
+            name=name,
+            success=intervals.estimate(success := by_target(runs, ended), targets),
+            score=float(np.mean([getattr(each, score) for run in runs for each in run])),
+            difference=intervals.estimate(success - seeing, targets),
         )
-        for ablation, end, each in zip(tried, ends, shares, strict=True)
+        for name, (runs, ended, score) in tried.items()
     ]
 
 
 def best_speed(rows: list[Row]) -> Row:
     """Return the row of the best of the fixed speeds, by success, then score."""
-    fixed = [row for row in rows if isinstance(row.ablation, float)]
+    fixed = [row for row in rows if isinstance(row.change, float)]
     return max(fixed, key=lambda row: (row.success.value, row.score))
 
 
@@ -136,7 +126,7 @@ def show(name: str, rows: list[Row], count: int) -> table.Table:
     for column in ("success (95 %)", "score", f"points above {SEEING}"):
         shown.add_column(column, justify="right")
     for row in rows:
-        above = "" if row.ablation == SEEING else row.difference.points()
+        above = "" if row.name == SEEING else row.difference.points()
         shown.add_row(row.name, str(row.success), f"{row.score:.3f}", above)
     return shown
 
