@@ -7,7 +7,6 @@ training seeds and targets together; those of differences are paired, by seed, t
 Killed, the command goes on where it was when called again; finished, it prints its table again.
 """
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,18 +18,13 @@ from rich import box, table
 
 from agents.commands import EnvChanges, EnvConfig, reported_errors, run_command
 from agents.evaluate import evaluate
-from agents.evaluation import episodes, intervals
+from agents.evaluation import episodes, intervals, report
 from agents.evaluation.episodes import Method
-from agents.evaluation.report import Results, by_target, targets_of
+from agents.evaluation.report import Played, by_target, targets_of
 from agents.settings import EnvSettings, env_settings
-from agents.training.folder import file_digest, provenance
 from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
-from magfold_env.files import write_text
 from magfold_env.reporting.intervals import share
-
-FORMAT = "magfold_env ablation 1"
-"""Of ``ablation.json``."""
 
 SEEING, BUILT = "seeing", "built beforehand"
 
@@ -87,7 +81,7 @@ def measure(
 
 
 def summarise(
-    results: Results, changes: Mapping[str, episodes.Change], built: bool = False
+    results: Played, changes: Mapping[str, episodes.Change], built: bool = False
 ) -> list[Row]:
     """Return a row for each ablation, and for what is frozen when it is `built` beforehand."""
     targets, seeing = targets_of(results), by_target(results[SEEING])
@@ -160,24 +154,19 @@ def main(
         folder = output or Path("runs") / f"ablation-{method.name}"
         episodes.warm_up(settings)
         rows = measure(method, settings, draws, processes, folder)
-    content = {
-        "format": FORMAT,
-        "env": settings.model_dump(mode="json"),
-        "confidence": 0.95,
-        "seeds": evaluation_seeds(draws),
-        "provenance": provenance(),
-        "policies": [{"policy": each, "sha256": file_digest(each)} for each in method.policies],
-        "best speed": best_speed(rows).name,
-        "rows": {
-            row.name: {
-                "success": [float(part) for part in row.success],
-                "score": row.score,
-                "difference": [float(part) for part in row.difference],
-            }
-            for row in rows
-        },
+    files = report.files_of(method.policies)
+    kept = {
+        row.name: report.Row(
+            success=report.numbers(row.success),
+            score=row.score,
+            files=files,
+            figures={"difference": report.numbers(row.difference)},
+        )
+        for row in rows
     }
-    write_text(folder / "ablation.json", json.dumps(content, indent=1) + "\n")
+    own_seeds, best = tuple(evaluation_seeds(draws)), {"best speed": best_speed(rows).name}
+    results = report.made("ablation", settings, kept, seeds=own_seeds, figures=best)
+    results.write(folder / "ablation.json")
     count = len(method.policies) * len(episodes.make_env(settings).targets) * draws
     options.show(show(method.name, rows, count))
     options.say_written(folder / "ablation.json")

@@ -32,7 +32,7 @@ def evaluate(
     built: bool = False,
     trust_pickle: bool = False,
     folder: Path | None = None,
-) -> report.Results:
+) -> report.Played:
     """Play every policy on every target with the same draws, none of which training sees.
 
     Each policy has so many `draws` on each target, so many `processes` play at a time, and every
@@ -62,7 +62,7 @@ def compare(
     folder: Path,
     built: bool = False,
     trust_pickle: bool = False,
-) -> report.Results:
+) -> report.Played:
     """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
 
     Random actions and the energy minimiser's designs are compared with, the latter unless one of
@@ -78,7 +78,7 @@ def compare(
         text_table("In all", report.overall_rows(summaries)),
     )
     seeds = evaluation_seeds(draws)
-    report.write_results(folder / "results.json", settings, every, seeds, results, summaries)
+    report.results_of(settings, every, seeds, results, summaries).write(folder / "results.json")
     pictures = page.draw(folder, results, summaries)
     moving = episodes.make_env(settings).task.fidelity == "dynamics"
     shown = page.replays(results, SHOWN) if moving else {}

@@ -5,7 +5,6 @@ the others, then plays its own, held out, and theirs, seen. Another method, chos
 by itself, may play them all beside. Killed, the command goes on where it was when called again.
 """
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -18,14 +17,12 @@ from agents.commands import Assignments, reported_errors, run_command, text_tabl
 from agents.evaluate import evaluate
 from agents.evaluation import episodes, intervals, report
 from agents.settings import EnvSettings, TrainSettings, env_settings, load_settings
-from agents.training.folder import file_digest, provenance
+from agents.training.folder import file_digest
 from agents.training.run import train
 from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
-from magfold_env.files import write_text
 from magfold_env.shapes import folded_words, mirror
 
-FORMAT = "magfold_env generalisation 1"
 DIFFERENCES = ("lost", "ahead of it, held out")
 """Rows of the summary that are not rates."""
 DEAL = 0
@@ -166,21 +163,18 @@ def main(
         if against is not None:
             other = play(against, places, words, draws, processes)
     rows = summary(found, other)
-    told = [
+    shown = [
         {"": name, "success (95 %)": each.points(" points") if name in DIFFERENCES else str(each)}
         for name, each in rows.items()
     ]
-    options.show(text_table(f"Words held out, {folds} folds", told))
-    content = {
-        "format": FORMAT,
-        "env": places.model_dump(mode="json"),
-        "seeds": evaluation_seeds(draws),
-        "provenance": provenance(),
-        "summary": {name: [float(part) for part in each] for name, each in rows.items()},
-        "folds": [asdict(fold) for fold in found],
-        "other": other,
-    }
-    write_text(folder / "generalise.json", json.dumps(content, indent=1) + "\n")
+    options.show(text_table(f"Words held out, {folds} folds", shown))
+    told = {name: report.numbers(each) for name, each in rows.items()}
+    kept = {name: report.Row(success=told[name]) for name in told if name not in DIFFERENCES}
+    figures = {name: told[name] for name in DIFFERENCES if name in told}
+    figures |= {"folds": [asdict(fold) for fold in found], "other": other}
+    seeds = tuple(evaluation_seeds(draws))
+    made = report.made("generalisation", places, kept, seeds=seeds, figures=figures)
+    made.write(folder / "generalise.json")
     options.say_written(folder / "generalise.json")
 
 

@@ -4,7 +4,6 @@
 what `agents.evaluate NAME`, `agents.ablate NAME` and `agents.admission` found onto their card.
 """
 
-import json
 import shutil
 from collections import defaultdict
 from pathlib import Path
@@ -12,8 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from agents.ablate import FORMAT as ABLATION
-from agents.admission import FORMAT as ADMISSION
+from agents.ablate import SEEING
 from agents.admission.contestants import TRAINED
 from agents.commands import reported_errors
 from agents.evaluation.policies import policies_dir
@@ -27,11 +25,12 @@ from agents.evaluation.shipped import (
     CardResult,
     Training,
 )
-from agents.settings import EnvSettings, load_settings
+from agents.settings import load_settings
 from agents.training import policy_files
 from agents.training.folder import RunInfo, file_digest
 from magfold_env.cli import options
 from magfold_env.files import replacing
+from magfold_env.scoring.results import Results, Row, View
 
 app = options.Application(help=__doc__, no_args_is_help=True)
 """The command."""
@@ -82,67 +81,84 @@ def with_results(card: Card, files: list[Path]) -> Card:
     found: dict[str, list[CardResult | CardAblation | CardAdmission]] = defaultdict(list)
     for file in files:
         try:
-            content = json.loads(file.read_text(encoding="utf-8"))
-            if content.get("format") == ADMISSION:
-                found["admissions"].append(_admission(card, content))
-                continue
-            ablation = content.get("format") == ABLATION
-            env = EnvSettings.model_validate(content["env"])
-            shared = {
-                "env": env.model_dump(mode="json", exclude_defaults=True),
-                "seeds": content["seeds"],
-                "physics": content["provenance"]["physics"],
-            }
-            if ablation:
-                found["ablations"].append(CardAblation(**shared, **_ablation(card, content)))
-            else:
-                found["results"].append(CardResult(**shared, successes=_ends(card, content)))
-        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-            raise CardError(f"{file}: has no results of all of {card.name}: {error!r}") from None
+            results = Results.read(file, *_READERS)
+            key, read = _READERS[results.view]
+            found[key].append(read(card, results))
+        except (OSError, ValueError, KeyError) as error:
+            raise CardError(f"{file}: has no results of all of {card.name}: {error}") from None
     return card.model_copy(update={key: tuple(parts) for key, parts in found.items()})
 
 
-def _ends(card: Card, content: dict[str, Any]) -> dict[str, tuple[str, ...]]:
+def _result(card: Card, results: Results) -> CardResult:
     """Return which draws ended in each target, by policy of the card."""
     runs = {
-        each["sha256"]: episodes
-        for method in content["methods"].values()
-        for each, episodes in zip(method["policies"], method["runs"], strict=True)
+        file.sha256: run
+        for row in results.rows.values()
+        for file, run in zip(row.files, row.runs, strict=True)
     }
     successes: dict[str, list[str]] = defaultdict(list)
-    for episodes in [runs[policy.sha256] for policy in card.policies]:
+    for run in [runs[policy.sha256] for policy in card.policies]:
         ends: dict[str, str] = defaultdict(str)
-        for episode in episodes:
-            ends[episode["target"]] += str(int(episode["success"]))
+        for target, success in zip(run.task, run.success, strict=True):
+            ends[str(target)] += success
         for target, letters in ends.items():
             successes[target].append(letters)
-    return {target: tuple(rows) for target, rows in successes.items()}
-
-
-def _admission(card: Card, content: dict[str, Any]) -> CardAdmission:
-    """Return what a track's admission found of the policies of the card."""
-    seeds = {policy.sha256: policy.run.seed for policy in card.policies}
-    return CardAdmission(
-        id=content["id"],
-        physics=content["provenance"]["physics"],
-        verdict=content["verdict"],
-        rows={
-            name: AdmissionRow(**{key: row[key] for key in AdmissionRow.model_fields})
-            for name, row in content["rows"].items()
-        },
-        policies=tuple(seeds[each["sha256"]] for each in content["policies"][TRAINED]),
-        successes=tuple(each["successes"] for each in content["policies"][TRAINED]),
+    return CardResult(
+        env=results.env,
+        seeds=results.seeds,
+        physics=results.physics,
+        successes={target: tuple(rows) for target, rows in successes.items()},
     )
 
 
-def _ablation(card: Card, content: dict[str, Any]) -> dict[str, Any]:
+def _ablation(card: Card, results: Results) -> CardAblation:
     """Return the rows of an ablation, and which policies of the card played."""
-    seeds = {policy.sha256: policy.run.seed for policy in card.policies}
-    return {
-        "policies": [seeds[each["sha256"]] for each in content["policies"]],
-        "rows": {name: AblationRow(**row) for name, row in content["rows"].items()},
+    rows = {
+        name: AblationRow(
+            success=row.success, score=row.score or 0.0, difference=row.figures["difference"]
+        )
+        for name, row in results.rows.items()
     }
+    return CardAblation(
+        env=results.env,
+        seeds=results.seeds,
+        physics=results.physics,
+        policies=_seeds(card, results.rows[SEEING]),
+        rows=rows,
+    )
 
+
+def _admission(card: Card, results: Results) -> CardAdmission:
+    """Return what a track's admission found of the policies of the card."""
+    rows = {
+        name: AdmissionRow(
+            success=row.success, score=row.score or 0.0, normalised=row.figures["normalised"]
+        )
+        for name, row in results.rows.items()
+    }
+    trained = results.rows[TRAINED]
+    return CardAdmission(
+        id=results.id,
+        physics=results.physics,
+        verdict=results.figures["verdict"],
+        rows=rows,
+        policies=_seeds(card, trained),
+        successes=tuple(run.success for run in trained.runs),
+    )
+
+
+def _seeds(card: Card, row: Row) -> tuple[int, ...]:
+    """Return the training seeds of the policies of the card that played a row."""
+    seeds = {policy.sha256: policy.run.seed for policy in card.policies}
+    return tuple(seeds[str(file.sha256)] for file in row.files)
+
+
+_READERS: dict[View, Any] = {
+    "evaluation": ("results", _result),
+    "ablation": ("ablations", _ablation),
+    "admission": ("admissions", _admission),
+}
+"""Where a view belongs on a card, and what it is there."""
 
 Name = Annotated[str, typer.Argument(help="Name of the set.")]
 Folder = Annotated[Path | None, typer.Option(help="Where it lies; configs/policies by default.")]

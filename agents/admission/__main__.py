@@ -6,7 +6,6 @@ need trained policies are measured where these are given. Killed, the command go
 when called again; called with other policies, or more episodes, it plays what is missing.
 """
 
-import json
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -16,7 +15,7 @@ import numpy as np
 import typer
 from rich import console, markdown, progress
 
-from agents.admission import FORMAT, contestants, rule
+from agents.admission import contestants, rule
 from agents.admission.arena import SEARCH, Arena, own_arena
 from agents.admission.contestants import (
     BLIND,
@@ -30,12 +29,14 @@ from agents.admission.contestants import (
 )
 from agents.commands import progress_bar, reported_errors, run_command
 from agents.evaluation.episodes import Table
+from agents.evaluation.report import files_of, numbers
 from agents.open_loops.field import Search
 from agents.open_loops.halving import Ranked, rounds
 from agents.training.folder import file_digest, provenance
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest, write_text
 from magfold_env.scoring.player import Player
+from magfold_env.scoring.results import Results, Row, Run
 
 Job = tuple[Any, ...]
 
@@ -49,7 +50,6 @@ class Contest:
     def __init__(self, arena: Arena, processes: int, folder: Path, bar: progress.Progress) -> None:
         self._arena, self._given = arena, (arena.env_id, arena.tasks)
         key = {
-            "format": FORMAT,
             "id": arena.env_id,
             "scene": arena.world.scene.model_dump(mode="json"),
             "tasks": [arena.env.tasks[number].model_dump(mode="json") for number in arena.numbers],
@@ -209,51 +209,48 @@ def main(  # noqa: PLR0913 - one parameter an option
                 if paths:
                     ends[kind] = contest.play_policies(paths, kind, episodes)
     verdict = rule.judge(ends)
-    content = {
-        "format": FORMAT,
-        "id": env_id,
+    rows = {
+        row.name: Row(
+            success=numbers(row.success),
+            score=row.score,
+            files=files_of(given.get(row.name, [])),
+            runs=tuple(Run.of(ends[row.name][k, :, 0]) for k in range(len(ends[row.name]))),
+            figures={
+                "normalised": row.normalised,
+                "by task": rule.by_task(ends[row.name], arena.numbers),
+            },
+        )
+        for row in verdict.rows
+    }
+    figures = {
         "episodes": episodes,
         "search": searched._asdict(),
         "race": raced._asdict(),
-        "confidence": 0.95,
-        "provenance": provenance(),
-        "policies": {
-            kind: [
-                {
-                    "policy": path,
-                    "sha256": file_digest(path),
-                    "successes": "".join(str(int(each)) for each in ends[kind][number, :, 0]),
-                }
-                for number, path in enumerate(paths)
-            ]
-            for kind, paths in given.items()
-        },
         "open loops": {
             number: {"schedule": str(best[number][0]), **ranked[0]._asdict()}
             for number, ranked in found.items()
         },
-        "rows": {
-            row.name: {
-                "success": [float(part) for part in row.success],
-                "score": row.score,
-                "normalised": row.normalised,
-                "by task": rule.by_task(ends[row.name], arena.numbers),
-            }
-            for row in verdict.rows
-        },
         "rule": [
             {
                 "line": str(line),
-                "measured": line.measured and [float(part) for part in line.measured],
+                "measured": line.measured and numbers(line.measured),
                 "holds": line.holds,
             }
             for line in verdict.lines
         ],
-        "headroom": verdict.headroom and [float(part) for part in verdict.headroom],
+        "headroom": verdict.headroom and numbers(verdict.headroom),
         "verdict": verdict.said,
     }
+    results = Results(
+        view="admission",
+        id=env_id,
+        physics=physics_digest(),
+        provenance=provenance(),
+        rows=rows,
+        figures=figures,
+    )
     text = rule.markdown(verdict)
-    write_text(folder / "admission.json", json.dumps(content, indent=1) + "\n")
+    results.write(folder / "admission.json")
     write_text(folder / "admission.md", text)
     out = console.Console()
     out.print(markdown.Markdown(text))

@@ -498,9 +498,9 @@ def test_the_command_goes_on_where_it_was_killed(
     assert content == again
     assert {*SIMPLE, ORACLE} < set(content["rows"])
     for row in content["rows"].values():
-        of_task = list(row["by task"].values())
+        of_task = list(row["figures"]["by task"].values())
         assert row["success"][0] == pytest.approx((2 * of_task[0] + of_task[1]) / 3)
-    assert content["verdict"] in ("not measured as a whole", "not admitted")
+    assert content["figures"]["verdict"] in ("not measured as a whole", "not admitted")
     assert "Verdict:" in (folder / "admission.md").read_text(encoding="utf-8")
     other = CliRunner().invoke(app, [*given, str(folder), "--tasks", "1"])
     assert other.exit_code == 2

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from agents.evaluate import compare, evaluate
 from agents.evaluation.episodes import Method, Outcome, make_env, play
 from agents.evaluation.policies import ChoiceFile, Chosen, designs
-from agents.evaluation.report import Results, summarise
+from agents.evaluation.report import Played, summarise
 from agents.settings import EnvSettings, env_settings, load_settings
 from magfold_env.simulation.simulate import simulate
 
@@ -27,7 +27,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def results(folder: Path) -> Results:
+def results(folder: Path) -> Played:
     """Two seeds of one method, whose choices differ, beside those always compared with."""
     for k, faces in enumerate(("NSNS", "NNSS")):
         file = ChoiceFile(folder / f"{k}.json", {})
@@ -38,7 +38,7 @@ def results(folder: Path) -> Results:
 
 
 @pytest.mark.medium
-def test_the_comparison_writes_numbers_pictures_and_a_gif(folder: Path, results: Results) -> None:
+def test_the_comparison_writes_numbers_pictures_and_a_gif(folder: Path, results: Played) -> None:
     assert {name: len(runs) for name, runs in results.items()} == {
         "random": 1,
         "minimiser": 1,
@@ -46,7 +46,7 @@ def test_the_comparison_writes_numbers_pictures_and_a_gif(folder: Path, results:
     }
     assert all(len(run) == 4 for runs in results.values() for run in runs)
     content = json.loads((folder / "results.json").read_text(encoding="utf-8"))
-    assert content["methods"]["minimiser"]["summary"]["success"]["value"] == 1.0
+    assert content["rows"]["minimiser"]["success"][0] == 1.0
     with Image.open(folder / "folds.gif") as gif:
         assert getattr(gif, "n_frames", 1) > 10
     for name in ("overall", "targets", "profile", "reasons"):
@@ -68,7 +68,7 @@ class Page(HTMLParser):
 
 
 @pytest.mark.medium
-def test_the_page_needs_nothing_but_itself(folder: Path, results: Results) -> None:
+def test_the_page_needs_nothing_but_itself(folder: Path, results: Played) -> None:
     text = (folder / "report.html").read_text(encoding="utf-8")
     page = Page()
     page.feed(text)
@@ -84,7 +84,7 @@ def test_the_page_needs_nothing_but_itself(folder: Path, results: Results) -> No
 
 @pytest.mark.medium
 def test_the_page_answers_first_and_opens_on_what_was_asked_about(
-    folder: Path, results: Results
+    folder: Path, results: Played
 ) -> None:
     assert list(results) == ["frozen", "random", "minimiser"]
     text = (folder / "report.html").read_text(encoding="utf-8")
@@ -100,14 +100,14 @@ def test_the_page_answers_first_and_opens_on_what_was_asked_about(
 
 
 @pytest.mark.medium
-def test_policies_are_compared_on_the_same_draws(results: Results) -> None:
+def test_policies_are_compared_on_the_same_draws(results: Played) -> None:
     scenes = [[each.scene for each in run] for runs in results.values() for run in runs]
     for same in zip(*scenes, strict=True):
         assert len({(scene.friction, scene.start_angles) for scene in same if scene}) == 1
 
 
 @pytest.mark.medium
-def test_a_choice_is_tried_built_beforehand_under_the_same_draws(results: Results) -> None:
+def test_a_choice_is_tried_built_beforehand_under_the_same_draws(results: Played) -> None:
     outcomes = [each for runs in results.values() for run in runs for each in run]
     for outcome in outcomes:
         assert outcome.scene is not None

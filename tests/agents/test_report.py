@@ -1,4 +1,3 @@
-import json
 import math
 from io import StringIO
 from pathlib import Path
@@ -11,12 +10,13 @@ from agents.evaluation.episodes import Method, Outcome
 from agents.evaluation.policies import OpenLoop
 from agents.evaluation.report import (
     overall_rows,
+    results_of,
     summarise,
     targets_rows,
-    write_results,
 )
 from agents.settings import EnvSettings
 from magfold_env.reporting.intervals import share
+from magfold_env.scoring.results import Results
 from magfold_env.shapes import word_to_angles
 
 
@@ -90,16 +90,14 @@ def test_the_tables_count_by_target_and_overall() -> None:
 def test_the_file_holds_every_number_and_what_repeats_it(tmp_path: Path) -> None:
     path = tmp_path / "results.json"
     summaries = summarise(RESULTS)
-    write_results(path, EnvSettings(), METHODS, [7, 8], RESULTS, summaries)
-    content = json.loads(path.read_text(encoding="utf-8"))
-    good = content["methods"]["good"]
-    assert good["summary"]["success"]["value"] == pytest.approx(0.875)
-    assert good["summary"]["success"]["low"] == pytest.approx(float(summaries["good"].success.low))
-    assert good["summary"]["targets"]["LRLLL"]["successes"] == 3
-    assert [len(each) for each in good["runs"]] == [3, 3]
-    assert good["runs"][0][0]["sequence"] == ["NSNS"] * 6
-    assert math.isclose(good["runs"][0][0]["joints"][0], math.pi / 2)
-    assert [each["policy"] for each in good["policies"]] == ["a.zip", "b.zip"]
-    assert content["env"]["id"] == "MagFold/TubeFeed-v0"
-    assert content["seeds"] == [7, 8]
-    assert {"commit", "physics", "torch", "magfold_env", "command"} <= set(content["provenance"])
+    results_of(EnvSettings(), METHODS, [7, 8], RESULTS, summaries).write(path)
+    found = Results.read(path, "evaluation")
+    good = found.rows["good"]
+    assert good.success == pytest.approx([float(each) for each in summaries["good"].success])
+    assert good.figures["targets"]["LRLLL"] == [3, 4]
+    assert [each.success for each in good.runs] == ["101", "111"]
+    assert good.runs[0].details["sequence"][0] == ["NSNS"] * 6
+    assert good.runs[0].details["joints"][0][0] == pytest.approx(math.pi / 2)
+    assert [each.name for each in good.files] == ["a.zip", "b.zip"]
+    assert (found.id, found.seeds) == ("MagFold/TubeFeed-v0", (7, 8))
+    assert {"commit", "physics", "torch", "magfold_env", "command"} <= set(found.provenance)

@@ -2,13 +2,13 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
 from agents import ablate
-from agents.admission import FORMAT as ADMISSION
 from agents.admission import __main__ as admission
 from agents.evaluate import compare
 from agents.evaluation import policies
@@ -17,6 +17,7 @@ from agents.evaluation.shipped import Card, CardError, load_shipped, shipped_fil
 from agents.ship import app, ship_policies, with_results
 from agents.training import policy_files
 from agents.training.run import train
+from magfold_env.scoring.results import FORMAT, Results
 from tests.agents.training import tiny
 
 pytestmark = pytest.mark.train
@@ -87,30 +88,29 @@ def test_the_card_takes_what_an_ablation_found_and_keeps_the_rest(
     assert found.results == card.results
     (ablation,) = found.ablations
     assert (ablation.policies, ablation.env) == ((0,), card.results[0].env)
-    content = json.loads((tmp_path / "ablation.json").read_text(encoding="utf-8"))
-    assert ablation.model_dump(mode="json")["rows"] == content["rows"]
+    there = Results.read(tmp_path / "ablation.json", "ablation").rows
+    assert {name: row.success for name, row in ablation.rows.items()} == {
+        name: row.success for name, row in there.items()
+    }
 
 
 def test_the_card_takes_what_an_admission_found(card: Card, tmp_path: Path) -> None:
-    row = {"success": [0.5, 0.1, 0.9], "score": 0.6, "normalised": None, "by task": {"0": 0.5}}
-    played = [
-        {"policy": "x", "sha256": policy.sha256, "successes": ends}
-        for policy, ends in zip(reversed(card.policies), ("01", "11"), strict=True)
-    ]
-    content = {
-        "format": ADMISSION,
-        "id": "MagFold/UnknownFloor-v0",
-        "provenance": {"physics": "abc"},
-        "verdict": "admitted",
-        "rows": {"trained": row},
-        "policies": {"trained": played},
-    }
+    files = [{"name": "x", "sha256": policy.sha256} for policy in reversed(card.policies)]
+    row = {
+        "success": [0.5, 0.1, 0.9], "score": 0.6, "files": files,
+        "runs": [{"success": "01"}, {"success": "11"}], "figures": {"normalised": None},
+    }  # fmt: skip
+    content: dict[str, Any] = {
+        "format": FORMAT, "view": "admission", "id": "MagFold/UnknownFloor-v0",
+        "physics": "0" * 16, "provenance": {}, "rows": {"trained": row},
+        "figures": {"verdict": "admitted"},
+    }  # fmt: skip
     path = tmp_path / "admission.json"
     path.write_text(json.dumps(content), encoding="utf-8")
     (found,) = with_results(card, [path]).admissions
     assert (found.policies, found.successes) == ((1, 0), ("01", "11"))
     assert found.rows["trained"].success == (0.5, 0.1, 0.9)
-    played[0]["sha256"] = "of another"
+    files[0]["sha256"] = "0" * 64
     path.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(CardError, match=r"admission\.json: has no results of all of tiny-set"):
         with_results(card, [path])

@@ -34,6 +34,7 @@ READING = [
     "magfold_env.scoring.action_file",
     "magfold_env.scoring.network",
     "magfold_env.scoring.policy_file",
+    "magfold_env.scoring.results",
     "magfold_env.scoring.score",
     "magfold_env.shapes",
     "json.decoder",

@@ -34,7 +34,7 @@ from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.files import configs_dir
 from magfold_env.scoring import action_file
 from magfold_env.scoring.network import Actor
-from magfold_env.scoring.score import Score
+from magfold_env.scoring.results import Results
 from tests.killed import records_in
 
 SCENE = mf.Scene(sequence=("NSNS", "SN-N"), duration=0.01)
@@ -183,10 +183,18 @@ ACTIONS = {
     "format": "magfold_env actions 1", "id": "MagFold/UnknownFloor-v0", "seed": 3,
     "actions": [[0.5, -1, 1.0], [0.25]],
 }  # fmt: skip
-SCORE = Score(
-    name="mine", kind="policy", sha256="0" * 64, id="MagFold/UnknownFloor-v0", seed=3, draws=2,
-    physics="0" * 16, versions={"numpy": "2.0"}, seconds=1.5,
-    episodes=((0, True, 1.0, -0.5), (3, False, 0.25, None)),
+RUN = {"task": (0, 3), "success": "10", "score": (1.0, 0.25), "energy": (-0.5, None)}
+RESULTS = Results.model_validate(
+    {
+        "view": "score", "id": "MagFold/UnknownFloor-v0", "seed": 3, "physics": "0" * 16,
+        "provenance": {"numpy": "2.0", "seconds": 1.5},
+        "rows": {
+            "mine": {
+                "success": (0.5, 0.09453120573423057, 0.9054687942657694), "score": 0.625,
+                "kind": "policy", "files": [{"name": "mine", "sha256": "0" * 64}], "runs": [RUN],
+            }
+        },
+    }
 )  # fmt: skip
 
 
@@ -231,5 +239,5 @@ READERS: dict[str, Reader] = {
     "policy": Reader(".safetensors", policy_files.load, _policies, resigned),
     "actor": Reader(".safetensors", Actor.read, _policies, resigned),
     "actions": Reader(".json", action_file.read, lambda: [json.dumps(ACTIONS).encode()]),
-    "score": Reader(".json", Score.read, lambda: [_written(SCORE.write)]),
+    "results": Reader(".json", Results.read, lambda: [_written(RESULTS.write)]),
 }
