@@ -16,7 +16,6 @@ import typer
 from rich import console, markdown, progress
 
 from agents.admission import contestants, rule
-from agents.admission.arena import SEARCH, Arena, own_arena
 from agents.admission.contestants import (
     BLIND,
     DRAWN,
@@ -24,14 +23,16 @@ from agents.admission.contestants import (
     OPEN_LOOP,
     ORACLE,
     SAME_DRAW,
+    SEARCH,
     SIMPLE,
     TRAINED,
+    Arena,
+    own_arena,
 )
 from agents.commands import progress_bar, reported_errors, run_command
 from agents.evaluation.episodes import Table
 from agents.evaluation.report import files_of, numbers
-from agents.open_loops.field import Search
-from agents.open_loops.halving import Ranked, rounds
+from agents.open_loops.search import Ranked, Search, rounds
 from agents.training.folder import file_digest, provenance
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest, write_text

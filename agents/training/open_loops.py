@@ -19,7 +19,7 @@ import numpy as np
 
 from agents.commands import progress_bar
 from agents.evaluation.episodes import spread_over
-from agents.open_loops.field import Field, Search, open_loops_of
+from agents.open_loops.search import Field, Search, open_loops_of
 from agents.settings import EnvSettings
 from agents.training.envs import make_env
 from magfold_env.checkpoint import Checkpoint

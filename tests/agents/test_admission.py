@@ -15,22 +15,26 @@ from typer.testing import CliRunner
 
 from agents.admission import __main__ as command
 from agents.admission import contestants, rule
-from agents.admission.arena import EVALUATION, SEARCH, Arena, copies, own_arena, replaying
 from agents.admission.contestants import (
     BLIND,
+    EVALUATION,
     FROZEN,
     OPEN_LOOP,
     ORACLE,
     RANDOM,
+    SEARCH,
     SIMPLE,
     TRAINED,
+    Arena,
+    copies,
+    own_arena,
+    replaying,
 )
 from agents.evaluation import intervals
 from agents.open_loops import orders
-from agents.open_loops.field import Field
-from agents.open_loops.halving import halving, rounds
 from agents.open_loops.orders import Orders
 from agents.open_loops.schedules import Schedule, constant
+from agents.open_loops.search import Field, halving, rounds
 from agents.training import mending, open_loops, redoings
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.legs import Leg

@@ -5,8 +5,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.baselines.calls import Calls, SpentError, Tally, choose, choose_unseen, random_choice
-from agents.baselines.searches import SEARCHES, energy_design, search_of
+from agents.baselines.searches import (
+    SEARCHES,
+    Calls,
+    SpentError,
+    Tally,
+    choose_for,
+    choose_unseen,
+    energy_design,
+    random_choice,
+    search_of,
+)
 from agents.evaluation.episodes import play
 from agents.evaluation.policies import OpenLoop, at_random
 from agents.evaluation.policies import chosen as choosing
@@ -50,7 +59,7 @@ def chain() -> TubeFeedEnv:
 def test_a_search_finds_the_target_within_its_budget(
     name: str, lattice: TubeFeedEnv, seeds: list[int]
 ) -> None:
-    chosen = choose(search_of(name, 1.0), lattice, TARGET, 600, seed=0)
+    chosen = choose_for(search_of(name, 1.0), lattice, TARGET, 600, seed=0)
     assert chosen.calls == len(seeds) <= 600
     assert chosen.successes == chosen.releases > 0
     assert play(choosing({TARGET: chosen.choice}), lattice, TARGET, 1).success
@@ -61,7 +70,7 @@ def test_a_search_finds_the_target_within_its_budget(
 def test_no_search_makes_a_call_too_many(
     name: str, budget: int, lattice: TubeFeedEnv, seeds: list[int]
 ) -> None:
-    chosen = choose(search_of(name, 1.0), lattice, TARGET, budget, seed=0)
+    chosen = choose_for(search_of(name, 1.0), lattice, TARGET, budget, seed=0)
     assert chosen.calls == len(seeds) <= budget
     assert 0 < chosen.releases <= budget
 
@@ -75,7 +84,7 @@ def test_a_choice_unseen_needs_no_call(name: str, lattice: TubeFeedEnv, seeds: l
 
 def test_the_seed_decides_a_search(chain: TubeFeedEnv) -> None:
     search = search_of("cross-entropy", 1.0)
-    choices = [choose(search, chain, TARGET, 50, seed) for seed in (1, 2, 1)]
+    choices = [choose_for(search, chain, TARGET, 50, seed) for seed in (1, 2, 1)]
     assert choices[0] == choices[2] != choices[1]
 
 

@@ -5,7 +5,6 @@ from typing import Any
 import pytest
 
 from agents.admission import contestants
-from agents.admission.arena import own_arena
 from agents.evaluation.episodes import make_env, play
 from agents.evaluation.policies import policies_dir, shipped_names, trained
 from agents.evaluation.shipped import CardAdmission, CardResult, load_shipped, shipped_card
@@ -43,7 +42,7 @@ def differing_in_admission(name: str, admission: CardAdmission, count: int) -> i
     card = shipped_card(name)
     seeds = [policy.run.seed for policy in card.policies]
     file = policies_dir() / card.policies[seeds.index(admission.policies[0])].file
-    saved, arena = contestants.own_policy(str(file)), own_arena(admission.id, TASKS)
+    saved, arena = contestants.own_policy(str(file)), contestants.own_arena(admission.id, TASKS)
     ends = contestants.play_policy(arena, saved, contestants.TRAINED, 0, count)
     told = admission.successes[0][:count]
     return sum(str(int(success)) != each for (success, _), each in zip(ends, told, strict=True))
