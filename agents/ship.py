@@ -5,32 +5,27 @@ what `agents.evaluate NAME`, `agents.ablate NAME` and `agents.admission` found o
 """
 
 import shutil
-from collections import defaultdict
+from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
 from agents.ablate import SEEING
 from agents.admission.contestants import TRAINED
 from agents.commands import reported_errors
+from agents.evaluation.intervals import estimate
 from agents.evaluation.policies import policies_dir
-from agents.evaluation.shipped import (
-    AblationRow,
-    AdmissionRow,
-    Card,
-    CardAblation,
-    CardAdmission,
-    CardError,
-    CardResult,
-    Training,
-)
+from agents.evaluation.report import numbers
+from agents.evaluation.shipped import Card, CardError, Training
 from agents.settings import load_settings
 from agents.training import policy_files
 from agents.training.folder import RunInfo, file_digest
 from magfold_env.cli import options
 from magfold_env.files import replacing
-from magfold_env.scoring.results import Results, Row, View
+from magfold_env.scoring.results import Results, Row, Run
 
 app = options.Application(help=__doc__, no_args_is_help=True)
 """The command."""
@@ -68,97 +63,51 @@ def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
 
 
 def with_results(card: Card, files: list[Path]) -> Card:
-    """Return a card with the results of `agents.evaluate` in place of those that it had.
+    """Return a card with what `agents.evaluate` found in place of what it had of it.
 
-    Those of `agents.ablate` and `agents.admission` replace its ablations and admissions likewise;
-    what there is no file of stays.
+    So what `agents.ablate` and `agents.admission` found; what there is no file of stays.
 
     Raises
     ------
     CardError
         If a file has no results of these policies.
     """
-    found: dict[str, list[CardResult | CardAblation | CardAdmission]] = defaultdict(list)
+    found: list[Results] = []
     for file in files:
         try:
-            results = Results.read(file, *_READERS)
-            key, read = _READERS[results.view]
-            found[key].append(read(card, results))
+            found.append(_own(card, Results.read(file, "evaluation", "ablation", "admission")))
         except (OSError, ValueError, KeyError) as error:
             raise CardError(f"{file}: has no results of all of {card.name}: {error}") from None
-    return card.model_copy(update={key: tuple(parts) for key, parts in found.items()})
+    views = {each.view for each in found}
+    kept = [each for each in card.results if each.view not in views]
+    return card.model_copy(update={"results": (*kept, *found)})
 
 
-def _result(card: Card, results: Results) -> CardResult:
-    """Return which draws ended in each target, by policy of the card."""
-    runs = {
-        file.sha256: run
-        for row in results.rows.values()
-        for file, run in zip(row.files, row.runs, strict=True)
-    }
-    successes: dict[str, list[str]] = defaultdict(list)
-    for run in [runs[policy.sha256] for policy in card.policies]:
-        ends: dict[str, str] = defaultdict(str)
-        for target, success in zip(run.task, run.success, strict=True):
-            ends[str(target)] += success
-        for target, letters in ends.items():
-            successes[target].append(letters)
-    return CardResult(
-        env=results.env,
-        seeds=results.seeds,
-        physics=results.physics,
-        successes={target: tuple(rows) for target, rows in successes.items()},
-    )
+def _own(card: Card, results: Results) -> Results:
+    """Return what is kept of results: of episodes success, and that of the card's policies."""
+    rows = {name: row.model_copy(update={"runs": ()}) for name, row in results.rows.items()}
+    if results.view == "evaluation":
+        runs = {
+            file.sha256: (file, run.success)
+            for row in results.rows.values()
+            for file, run in zip(row.files, row.runs, strict=True)
+        }
+        files, letters = zip(*(runs[each.sha256] for each in card.policies), strict=True)
+        shape = len(card.policies), len(results.tasks), len(results.seeds)
+        ends = np.array([[float(each) for each in row] for row in letters]).reshape(shape)
+        success = estimate(ends.mean(axis=2), results.tasks)
+        rows = {card.name: Row(success=numbers(success), files=files, runs=_runs(letters))}
+    else:
+        own = TRAINED if results.view == "admission" else SEEING
+        card.numbers(results.rows[own])
+        letters = [run.success for run in results.rows[own].runs]
+        rows[own] = rows[own].model_copy(update={"runs": _runs(letters)})
+    return results.model_copy(update={"rows": rows})
 
 
-def _ablation(card: Card, results: Results) -> CardAblation:
-    """Return the rows of an ablation, and which policies of the card played."""
-    rows = {
-        name: AblationRow(
-            success=row.success, score=row.score or 0.0, difference=row.figures["difference"]
-        )
-        for name, row in results.rows.items()
-    }
-    return CardAblation(
-        env=results.env,
-        seeds=results.seeds,
-        physics=results.physics,
-        policies=_seeds(card, results.rows[SEEING]),
-        rows=rows,
-    )
+def _runs(letters: Iterable[str]) -> tuple[Run, ...]:
+    return tuple(Run(success=each) for each in letters)
 
-
-def _admission(card: Card, results: Results) -> CardAdmission:
-    """Return what a track's admission found of the policies of the card."""
-    rows = {
-        name: AdmissionRow(
-            success=row.success, score=row.score or 0.0, normalised=row.figures["normalised"]
-        )
-        for name, row in results.rows.items()
-    }
-    trained = results.rows[TRAINED]
-    return CardAdmission(
-        id=results.id,
-        physics=results.physics,
-        verdict=results.figures["verdict"],
-        rows=rows,
-        policies=_seeds(card, trained),
-        successes=tuple(run.success for run in trained.runs),
-    )
-
-
-def _seeds(card: Card, row: Row) -> tuple[int, ...]:
-    """Return the training seeds of the policies of the card that played a row."""
-    seeds = {policy.sha256: policy.run.seed for policy in card.policies}
-    return tuple(seeds[str(file.sha256)] for file in row.files)
-
-
-_READERS: dict[View, Any] = {
-    "evaluation": ("results", _result),
-    "ablation": ("ablations", _ablation),
-    "admission": ("admissions", _admission),
-}
-"""Where a view belongs on a card, and what it is there."""
 
 Name = Annotated[str, typer.Argument(help="Name of the set.")]
 Folder = Annotated[Path | None, typer.Option(help="Where it lies; configs/policies by default.")]
@@ -193,9 +142,9 @@ def results_command(
 
 
 def _say(card: Card) -> None:
-    counts = {key: getattr(card, key) for key in ("policies", "results", "ablations", "admissions")}
-    told = f"{card.name}: {', '.join(f'{len(each)} {name}' for name, each in counts.items())}"
-    typer.echo(told, err=True)
+    counts = Counter(each.view for each in card.results)
+    told = [f"{counts[view]} {view}" for view in counts]
+    typer.echo(f"{card.name}: {', '.join([f'{len(card.policies)} policies', *told])}", err=True)
 
 
 if __name__ == "__main__":

@@ -245,6 +245,7 @@ def main(  # noqa: PLR0913 - one parameter an option
     results = Results(
         view="admission",
         id=env_id,
+        draws=EVALUATION_VERSION,
         physics=physics_digest(),
         provenance=provenance(),
         rows=rows,

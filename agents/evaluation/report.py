@@ -13,6 +13,7 @@ import numpy as np
 from agents.evaluation import episodes, intervals
 from agents.settings import EnvSettings
 from agents.training.folder import file_digest, provenance
+from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
 from magfold_env.files import physics_digest
 from magfold_env.reporting.intervals import Share, share
@@ -177,6 +178,7 @@ def made(view: View, settings: EnvSettings, rows: Mapping[str, Row], **given: An
         view=view,
         id=settings.id,
         env=settings.model_dump(mode="json", exclude_defaults=True),
+        draws=EVALUATION_VERSION,
         physics=physics_digest(),
         provenance=provenance(),
         rows=dict(rows),
@@ -202,7 +204,8 @@ def results_of(
         )
         for method in methods
     }
-    return made("evaluation", settings, rows, seeds=tuple(seeds))
+    tasks = tuple(targets_of(played))
+    return made("evaluation", settings, rows, tasks=tasks, seeds=tuple(seeds))
 
 
 def numbers(estimate: intervals.Estimate) -> tuple[float, float, float]:
@@ -235,8 +238,6 @@ def _run(outcomes: Sequence[episodes.Outcome]) -> Run:
     details["drawn_speeds"] = [each.scene and each.scene.speeds.tolist() for each in outcomes]
     return Run.of(
         [each.success for each in outcomes],
-        task=tuple(each.target for each in outcomes),
-        seed=tuple(each.seed for each in outcomes),
         score=tuple(each.score for each in outcomes),
         details={name: tuple(column) for name, column in details.items()},
     )

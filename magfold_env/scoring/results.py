@@ -13,7 +13,6 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import reading_json, write_text
 from magfold_env.reporting.intervals import share
 from magfold_env.scene import Problem, SceneError
@@ -41,10 +40,8 @@ class File(Part):
 class Run(Part):
     """Columns of a player's episodes, an entry an episode; those that are not kept are empty."""
 
-    task: tuple[int | str, ...] = ()
-    """Task, by number, or target."""
-    seed: tuple[int, ...] = ()
-    """Of the draws."""
+    task: tuple[int, ...] = ()
+    """Numbers of the tasks, where they take turns."""
     success: Annotated[str, Field(pattern=r"^[01]+$")]
     """A letter each, 1 or 0."""
     score: tuple[float, ...] = ()
@@ -55,7 +52,7 @@ class Run(Part):
 
     @model_validator(mode="after")
     def _of_one_length(self) -> Self:
-        columns = {name: getattr(self, name) for name in ("task", "seed", "score", "energy")}
+        columns = {name: getattr(self, name) for name in ("task", "score", "energy")}
         columns |= {f"details.{name}": column for name, column in self.details.items()}
         allowed = f"must have {len(self.success)} entries, as success has"
         wrong = [
@@ -100,15 +97,17 @@ class Results(Part):
     """Settings of the environment that differ from its own."""
     confidence: float = 0.95
     """Of all intervals."""
-    draws: int = EVALUATION_VERSION
+    draws: int
     """Version of the draws, see `magfold_env.envs.tasks.draws`."""
     seed: int | None = None
     """Of the draws of a score."""
+    tasks: tuple[str, ...] = ()
+    """The targets, one after another."""
     seeds: tuple[int, ...] = ()
-    """Of the draws that every target was played on."""
+    """Of the draws that each of them was played on: the episodes of every run are in this order."""
     physics: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
     """See `magfold_env.files.physics_digest`."""
-    provenance: dict[str, Any]
+    provenance: dict[str, Any] = Field(default_factory=dict)
     """What played, when, where and how long."""
     figures: dict[str, Any] = Field(default_factory=dict)
     """What the view says of all players."""
@@ -143,10 +142,9 @@ class Results(Part):
 
     def write(self, path: str | Path) -> None:
         """Write to `path`, under a temporary name first; a list of values has one line."""
-        kept = {"format": FORMAT, "confidence": self.confidence, "draws": self.draws}
+        kept = {"format": FORMAT, "confidence": self.confidence}
         kept |= self.model_dump(mode="json", exclude_defaults=True)
-        text = json.dumps(kept, indent=1, allow_nan=False)
-        text = re.sub(r"\[\n\s*([^][{}]*?)\n\s*\]", _on_one_line, text)
+        text = one_line_lists(json.dumps(kept, indent=1, allow_nan=False))
         write_text(path, f"{text}\n")
 
     @classmethod
@@ -169,6 +167,11 @@ class Results(Part):
         except SceneError as error:
             raise SceneError(error.problems, str(path)) from None
         return found
+
+
+def one_line_lists(text: str) -> str:
+    """Return JSON in which a list of values has one line."""
+    return re.sub(r"\[\n\s*([^][{}]*?)\n\s*\]", _on_one_line, text)
 
 
 def _on_one_line(found: re.Match[str]) -> str:

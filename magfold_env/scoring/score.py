@@ -14,6 +14,7 @@ import numpy as np
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.episodes import Columns
+from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest
 from magfold_env.scene import Problem, SceneError
 from magfold_env.scene.errors import refuse
@@ -102,6 +103,7 @@ def score(
     return Results(
         view="score",
         id=env_id,
+        draws=EVALUATION_VERSION,
         seed=seed,
         physics=physics_digest(),
         provenance={

@@ -100,4 +100,5 @@ def test_the_file_holds_every_number_and_what_repeats_it(tmp_path: Path) -> None
     assert good.runs[0].details["joints"][0][0] == pytest.approx(math.pi / 2)
     assert [each.name for each in good.files] == ["a.zip", "b.zip"]
     assert (found.id, found.seeds) == ("MagFold/TubeFeed-v0", (7, 8))
+    assert found.tasks == ("LRLLL", "RRRLR")
     assert {"commit", "physics", "torch", "magfold_env", "command"} <= set(found.provenance)

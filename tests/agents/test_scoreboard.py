@@ -21,7 +21,7 @@ def score(
     run = Run.of(ended, task=(0,) * 10, score=tuple(ended))
     file = {"name": name, "sha256": "ab" * 32}
     Results(
-        view="score", id=env_id, seed=7, physics="0123456789abcdef", provenance={},
+        view="score", id=env_id, draws=2, seed=7, physics="0123456789abcdef", provenance={},
         rows={name: Row(**summed(run), **{"kind": kind, "files": (file,), "runs": (run,)})},
     ).write(folder / f"{name}.json")  # fmt: skip
 
@@ -35,7 +35,7 @@ def admission(
         for name, rate in rates.items()
     }
     Results(
-        view="admission", id=FLOOR, physics="fedcba9876543210", provenance={}, rows=rows,
+        view="admission", id=FLOOR, draws=2, physics="fedcba9876543210", provenance={}, rows=rows,
         figures={"episodes": 1000},
     ).write(folder / name)  # fmt: skip
 

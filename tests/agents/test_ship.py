@@ -13,6 +13,7 @@ from agents.admission import __main__ as admission
 from agents.evaluate import compare
 from agents.evaluation import policies
 from agents.evaluation.episodes import Method
+from agents.evaluation.report import numbers, summarise
 from agents.evaluation.shipped import Card, CardError, load_shipped, shipped_files
 from agents.ship import app, ship_policies, with_results
 from agents.training import policy_files
@@ -63,11 +64,12 @@ def test_a_shipped_policy_is_loaded_by_its_name(card: Card) -> None:
 def test_the_card_takes_what_an_evaluation_found(card: Card, tmp_path: Path) -> None:
     settings = tiny().env
     results = compare([Method.parse(NAME)], settings, 3, 1, tmp_path / "out")
-    found = with_results(card, [tmp_path / "out" / "results.json"]).results[0]
+    (found,) = with_results(card, [tmp_path / "out" / "results.json"]).results
     assert len(found.seeds) == 3
-    for number, run in enumerate(results[NAME]):
-        ends = "".join(row[number] for row in found.successes.values())
-        assert ends == "".join(str(int(each.success)) for each in run)
+    assert found.tasks == tuple(dict.fromkeys(each.target for each in results[NAME][0]))
+    for kept, run in zip(found.rows[NAME].runs, results[NAME], strict=True):
+        assert kept.success == "".join(str(int(each.success)) for each in run)
+    assert found.rows[NAME].success == numbers(summarise(results)[NAME].success)
     assert found.env == settings.model_dump(mode="json", exclude_defaults=True)
 
 
@@ -85,13 +87,11 @@ def test_the_card_takes_what_an_ablation_found_and_keeps_the_rest(
     done = CliRunner().invoke(command, given)
     assert done.exit_code == 0, done.output
     found = with_results(card, [tmp_path / "ablation.json"])
-    assert found.results == card.results
-    (ablation,) = found.ablations
-    assert (ablation.policies, ablation.env) == ((0,), card.results[0].env)
-    there = Results.read(tmp_path / "ablation.json", "ablation").rows
-    assert {name: row.success for name, row in ablation.rows.items()} == {
-        name: row.success for name, row in there.items()
-    }
+    assert tuple(found.of("evaluation")) == card.results
+    (ablation,) = found.of("ablation")
+    assert ablation == Results.read(tmp_path / "ablation.json", "ablation")
+    assert found.numbers(ablation.rows["seeing"]) == [0]
+    assert ablation.env == card.results[0].env
 
 
 def test_the_card_takes_what_an_admission_found(card: Card, tmp_path: Path) -> None:
@@ -102,14 +102,16 @@ def test_the_card_takes_what_an_admission_found(card: Card, tmp_path: Path) -> N
     }  # fmt: skip
     content: dict[str, Any] = {
         "format": FORMAT, "view": "admission", "id": "MagFold/UnknownFloor-v0",
-        "physics": "0" * 16, "provenance": {}, "rows": {"trained": row},
+        "draws": 2, "physics": "0" * 16, "rows": {"trained": row},
         "figures": {"verdict": "admitted"},
     }  # fmt: skip
     path = tmp_path / "admission.json"
     path.write_text(json.dumps(content), encoding="utf-8")
-    (found,) = with_results(card, [path]).admissions
-    assert (found.policies, found.successes) == ((1, 0), ("01", "11"))
-    assert found.rows["trained"].success == (0.5, 0.1, 0.9)
+    (found,) = with_results(card, [path]).of("admission")
+    trained = found.rows["trained"]
+    assert card.numbers(trained) == [1, 0]
+    assert [run.success for run in trained.runs] == ["01", "11"]
+    assert trained.success == (0.5, 0.1, 0.9)
     files[0]["sha256"] = "0" * 64
     path.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(CardError, match=r"admission\.json: has no results of all of tiny-set"):
@@ -127,11 +129,11 @@ def test_an_admission_tells_what_cards_take(tmp_path: Path) -> None:
     given += ["--episodes", "3", "--search", "13", "32", "--race", "13", "32"]
     done = CliRunner().invoke(command, [*given, "--processes", "1", "--output", str(tmp_path)])
     assert done.exit_code == 0, done.output
-    (found,) = with_results(card, [tmp_path / "admission.json"]).admissions
-    assert (found.id, found.policies) == (floor, (0,))
-    (successes,) = found.successes
-    assert len(successes) == 3
-    assert found.rows["trained"].success[0] == pytest.approx(successes.count("1") / 3)
+    (found,) = with_results(card, [tmp_path / "admission.json"]).results
+    assert (found.id, card.numbers(found.rows["trained"])) == (floor, [0])
+    (run,) = found.rows["trained"].runs
+    assert len(run.success) == 3
+    assert found.rows["trained"].success[0] == pytest.approx(run.success.count("1") / 3)
 
 
 @pytest.mark.medium

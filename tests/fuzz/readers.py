@@ -186,7 +186,8 @@ ACTIONS = {
 RUN = {"task": (0, 3), "success": "10", "score": (1.0, 0.25), "energy": (-0.5, None)}
 RESULTS = Results.model_validate(
     {
-        "view": "score", "id": "MagFold/UnknownFloor-v0", "seed": 3, "physics": "0" * 16,
+        "view": "score", "id": "MagFold/UnknownFloor-v0", "draws": 2, "seed": 3,
+        "physics": "0" * 16,
         "provenance": {"numpy": "2.0", "seconds": 1.5},
         "rows": {
             "mine": {

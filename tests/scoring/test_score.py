@@ -144,7 +144,9 @@ def scored(**changes: Any) -> Results:
     files = {"name": "mine.safetensors", "sha256": "0" * 64}
     row = Row(**{**summed(RUN), "kind": "policy", "files": (files,), "runs": (RUN,), **changes})
     rows = {"mine": row}
-    return Results(view="score", id=FLOOR, seed=0, physics="0" * 16, provenance={}, rows=rows)
+    return Results(
+        view="score", id=FLOOR, draws=2, seed=0, physics="0" * 16, provenance={}, rows=rows
+    )
 
 
 def test_a_score_is_read_as_it_was_written(tmp_path: Path) -> None:
