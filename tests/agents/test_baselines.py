@@ -1,5 +1,8 @@
+"""Searches choose within their budgets; what they chose is kept, and a search goes on."""
+
 from collections.abc import Sequence
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +13,7 @@ from agents.baselines.searches import (
     Calls,
     SpentError,
     Tally,
+    choose,
     choose_for,
     choose_unseen,
     energy_design,
@@ -17,8 +21,9 @@ from agents.baselines.searches import (
     search_of,
 )
 from agents.evaluation.episodes import play
-from agents.evaluation.policies import OpenLoop, at_random
+from agents.evaluation.policies import ChoiceFile, Chosen, OpenLoop, at_random, read_choices
 from agents.evaluation.policies import chosen as choosing
+from agents.settings import EnvSettings
 from magfold_env.designer import gap_designs
 from magfold_env.envs.chains.quasistatic import fold
 from magfold_env.envs.episodes import Episodes
@@ -197,3 +202,63 @@ def test_a_target_without_a_choice_is_named(lattice: TubeFeedEnv) -> None:
 def test_a_wrong_search_is_named(name: str, goal: float, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         search_of(name, goal)
+
+
+SETTINGS = EnvSettings(targets=("LRLLL", "RLRRR"))
+KEY = {"search": "cross-entropy", "budget": 10}
+
+
+def chosen(speed: float) -> Chosen:
+    return Chosen(("NSNS",) * 6, (speed,) * 6, calls=10, successes=3, releases=4)
+
+
+def test_choices_survive_a_round_trip(tmp_path: Path) -> None:
+    path = tmp_path / "folder" / "choices.json"
+    ChoiceFile(path, KEY).add("LRLLL", chosen(0.1))
+    again = ChoiceFile(path, KEY)
+    assert again.chosen == {"LRLLL": chosen(0.1)}
+    again.add("RLRRR", chosen(0.2))
+    assert read_choices(path) == {"LRLLL": chosen(0.1).choice, "RLRRR": chosen(0.2).choice}
+
+
+def test_choices_of_another_search_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "choices.json"
+    ChoiceFile(path, KEY).add("LRLLL", chosen(0.1))
+    with pytest.raises(ValueError, match="another search, with budget 10; must be 20"):
+        ChoiceFile(path, KEY | {"budget": 20})
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"format": "other"}', '{"checksum": 1}'])
+def test_foreign_files_are_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "choices.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"choices\.json: holds no choices .* or is damaged"):
+        read_choices(path)
+
+
+def test_a_damaged_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "choices.json"
+    ChoiceFile(path, KEY).add("LRLLL", chosen(0.1))
+    path.write_text(path.read_text(encoding="utf-8").replace("0.1", "0.2"), encoding="utf-8")
+    with pytest.raises(ValueError, match="damaged"):
+        ChoiceFile(path, KEY)
+
+
+def test_a_search_that_was_stopped_goes_on_with_the_next_target(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "choices.json"
+    whole = dict(choose("cross-entropy", SETTINGS, tmp_path / "whole.json", budget=3))
+    next(choose("cross-entropy", SETTINGS, path, budget=3))
+    searched: set[str] = set()
+    own_play = Episodes.play
+
+    def noted(episodes: Any, seeds: Any, numbers: Any, *given: Any) -> Any:
+        searched.update(episodes.world.words[number] for number in numbers)
+        return own_play(episodes, seeds, numbers, *given)
+
+    monkeypatch.setattr(Episodes, "play", noted)
+    assert dict(choose("cross-entropy", SETTINGS, path, budget=3)) == whole
+    assert searched == {"RLRRR"}
+    with pytest.raises(ValueError, match="with seed 0; must be 1"):
+        list(choose("cross-entropy", SETTINGS, path, budget=3, seed=1))
