@@ -321,6 +321,8 @@ class Table:
         Where episodes are kept: those that are there are not played again.
     key : dict, optional
         What they depend on, as values that JSON can hold.
+    wait : bool
+        Whether to wait for another run that uses the folder, which else is an error.
     """
 
     def __init__(
@@ -329,8 +331,10 @@ class Table:
         processes: int,
         folder: Path | None = None,
         key: Mapping[str, Any] | None = None,
+        wait: bool = False,
     ) -> None:
-        self._bar, self._processes, self.folder, self._key = bar, processes, folder, key or {}
+        self._bar, self._processes, self.folder = bar, processes, folder
+        self._key, self._wait = key or {}, wait
 
     def row(
         self,
@@ -359,7 +363,7 @@ class Table:
         """
         task = self._bar.add_task(name, total=count, note="")
         path = None if self.folder is None else self.folder / name.replace(" ", "-")
-        with Checkpoint(path, {**self._key, **(key or {})}) as kept:
+        with Checkpoint(path, {**self._key, **(key or {})}, self._wait) as kept:
             records = [] if path is None else kept.load()[:count]
             jobs = [job(at, min(at + block, count)) for at in range(len(records), count, block)]
             for found in spread_over(self._processes, played, jobs):
