@@ -8,7 +8,6 @@ Killed, the command goes on where it was when called again; finished, it prints 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -25,29 +24,14 @@ from agents.settings import EnvSettings, env_settings
 from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.reporting.intervals import share
+from magfold_env.scoring.results import Row
 
 SEEING, BUILT = "seeing", "built beforehand"
 
 
-@dataclass(frozen=True)
-class Row:
-    """How a policy does without a part of it."""
-
-    change: episodes.Change
-    """What was taken away."""
-    name: str
-    """As shown."""
-    success: intervals.Estimate
-    """Share of the episodes."""
-    score: float
-    """Mean over the episodes."""
-    difference: intervals.Estimate
-    """Success above that of the policy as it is."""
-
-
 def measure(
     method: Method, settings: EnvSettings, draws: int, processes: int, folder: Path
-) -> list[Row]:
+) -> dict[str, Row]:
     """Play every ablation on every target with the same draws, none of which training sees.
 
     Episodes are kept in `folder`, and those that are there are not played again. So many
@@ -77,40 +61,43 @@ def measure(
         for name, change in changes.items()
     ]
     results = evaluate(methods, settings, draws, processes, folder=folder / "episodes")
-    return summarise(results, changes, dynamics)
+    rows = summarise(results, dynamics)
+    files = report.files_of(method.policies)
+    return {name: row.model_copy(update={"files": files}) for name, row in rows.items()}
 
 
-def summarise(
-    results: Played, changes: Mapping[str, episodes.Change], built: bool = False
-) -> list[Row]:
-    """Return a row for each ablation, and for what is frozen when it is `built` beforehand."""
+def summarise(results: Played, built: bool = False) -> dict[str, Row]:
+    """Return a row for each ablation, and for what is frozen when it is `built` beforehand.
+
+    What it succeeds above the policy as it is, is its ``difference``.
+    """
     targets, seeing = targets_of(results), by_target(results[SEEING])
     tried = {name: (runs, "success", "score") for name, runs in results.items()}
     if built:
         tried[BUILT] = results[episodes.FROZEN], "built", "built_score"
-    return [
-        Row(
-            change=changes.get(name, name),
-            name=name,
-            success=intervals.estimate(success := by_target(runs, ended), targets),
+    rows: dict[str, Row] = {}
+    for name, (runs, ended, score) in tried.items():
+        success = by_target(runs, ended)
+        above = intervals.estimate(success - seeing, targets)
+        rows[name] = Row(
+            success=report.numbers(intervals.estimate(success, targets)),
             score=float(np.mean([getattr(each, score) for run in runs for each in run])),
-            difference=intervals.estimate(success - seeing, targets),
+            figures={"difference": report.numbers(above)},
         )
-        for name, (runs, ended, score) in tried.items()
-    ]
+    return rows
 
 
-def best_speed(rows: list[Row]) -> Row:
-    """Return the row of the best of the fixed speeds, by success, then score."""
-    fixed = [row for row in rows if isinstance(row.change, float)]
-    return max(fixed, key=lambda row: (row.success.value, row.score))
+def best_speed(rows: Mapping[str, Row]) -> str:
+    """Return the best of the fixed speeds, by success, then score."""
+    fixed = [name for name in rows if name.endswith(" m/s")]
+    return max(fixed, key=lambda name: (rows[name].success[0], rows[name].score or 0.0))
 
 
-def show(name: str, rows: list[Row], count: int) -> table.Table:
+def show(name: str, rows: Mapping[str, Row], count: int) -> table.Table:
     """Return the table; every row has so many episodes, `count`."""
     shown = table.Table(
         title=f"{name}, {count} episodes a row",
-        caption=f"Best of the speeds, chosen on these draws: {best_speed(rows).name}. Where all "
+        caption=f"Best of the speeds, chosen on these draws: {best_speed(rows)}. Where all "
         f"episodes end alike an interval has no width; Wilson's of {count} successes is "
         f"{intervals.percent(share(count, count).low)}–100 %.",
         caption_justify="left",
@@ -119,9 +106,13 @@ def show(name: str, rows: list[Row], count: int) -> table.Table:
     shown.add_column("")
     for column in ("success (95 %)", "score", f"points above {SEEING}"):
         shown.add_column(column, justify="right")
-    for row in rows:
-        above = "" if row.name == SEEING else row.difference.points()
-        shown.add_row(row.name, str(row.success), f"{row.score:.3f}", above)
+    for each, row in rows.items():
+        success, above = (
+            intervals.Estimate(*map(np.asarray, values))
+            for values in (row.success, row.figures["difference"])
+        )
+        points = "" if each == SEEING else above.points()
+        shown.add_row(each, str(success), f"{row.score:.3f}", points)
     return shown
 
 
@@ -154,18 +145,8 @@ def main(
         folder = output or Path("runs") / f"ablation-{method.name}"
         episodes.warm_up(settings)
         rows = measure(method, settings, draws, processes, folder)
-    files = report.files_of(method.policies)
-    kept = {
-        row.name: report.Row(
-            success=report.numbers(row.success),
-            score=row.score,
-            files=files,
-            figures={"difference": report.numbers(row.difference)},
-        )
-        for row in rows
-    }
-    own_seeds, best = tuple(evaluation_seeds(draws)), {"best speed": best_speed(rows).name}
-    results = report.made("ablation", settings, kept, seeds=own_seeds, figures=best)
+    own_seeds, best = tuple(evaluation_seeds(draws)), {"best speed": best_speed(rows)}
+    results = report.made("ablation", settings, rows, seeds=own_seeds, figures=best)
     results.write(folder / "ablation.json")
     count = len(method.policies) * len(episodes.make_env(settings).targets) * draws
     options.show(show(method.name, rows, count))
