@@ -18,55 +18,51 @@ from agents.evaluation import episodes, page, report
 from agents.settings import EnvSettings, env_settings
 from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
+from magfold_env.files import physics_digest
 
 SHOWN = 4
 """Targets whose folds the report plays."""
 
 
 def evaluate(
-    methods: Sequence[report.Method],
+    methods: Sequence[episodes.Method],
     settings: EnvSettings,
     draws: int,
     processes: int = 2,
     built: bool = False,
     trust_pickle: bool = False,
-) -> report.Results:
+    folder: Path | None = None,
+) -> report.Played:
     """Play every policy on every target with the same draws, none of which training sees.
 
     Each policy has so many `draws` on each target, so many `processes` play at a time, and every
     choice is folded once more `built` beforehand if wanted. The runs come by the methods' names.
-    What `trust_pickle` allows says `agents.training.policy_files.load`.
+    What `trust_pickle` allows says `agents.training.policy_files.load`. Episodes that are kept in a
+    `folder` are not played again, and their choices and scenes are not told.
     """
     seeds = evaluation_seeds(draws)
     wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]
-    results: dict[str, list[list[episodes.Outcome]]] = {}
+    key = {"env": settings.model_dump(mode="json"), "physics": physics_digest()}
     with progress_bar() as bar:
-        for method in methods:
-            task = bar.add_task(method.name, total=len(wanted) * len(method.policies), note="")
-            runs = results[method.name] = []
-            played = successes = 0
-            for policy in method.policies:
-                runs.append([])
-                for outcome in episodes.play_all(
-                    policy, settings, wanted, processes, built, trust_pickle
-                ):
-                    runs[-1].append(outcome)
-                    played += 1
-                    successes += outcome.success
-                    note = f"success {100 * successes / played:.0f} %"
-                    bar.update(task, advance=1, note=note)
-    return results
+        table = episodes.Table(bar, processes, folder, key)
+        return {
+            each.name: [
+                episodes.play_all(table, each, policy, settings, wanted, built, trust_pickle)
+                for policy in each.policies
+            ]
+            for each in methods
+        }
 
 
 def compare(
-    methods: Sequence[report.Method],
+    methods: Sequence[episodes.Method],
     settings: EnvSettings,
     draws: int,
     processes: int,
     folder: Path,
     built: bool = False,
     trust_pickle: bool = False,
-) -> report.Results:
+) -> report.Played:
     """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
 
     Random actions and the energy minimiser's designs are compared with, the latter unless one of
@@ -82,7 +78,7 @@ def compare(
         text_table("In all", report.overall_rows(summaries)),
     )
     seeds = evaluation_seeds(draws)
-    report.write_results(folder / "results.json", settings, every, seeds, results, summaries)
+    report.results_of(settings, every, seeds, results, summaries).write(folder / "results.json")
     pictures = page.draw(folder, results, summaries)
     moving = episodes.make_env(settings).task.fidelity == "dynamics"
     shown = page.replays(results, SHOWN) if moving else {}
@@ -95,7 +91,7 @@ def compare(
     return results
 
 
-def _usual(given: Sequence[report.Method], settings: EnvSettings) -> list[report.Method]:
+def _usual(given: Sequence[episodes.Method], settings: EnvSettings) -> list[episodes.Method]:
     """Return what is compared with, unless it is given."""
     env = episodes.make_env(settings)
     names = [report.RANDOM]
@@ -105,7 +101,7 @@ def _usual(given: Sequence[report.Method], settings: EnvSettings) -> list[report
     else:
         names.append(report.REFERENCE)
     taken = {method.name for method in given}
-    return [report.Method(name, (name,)) for name in names if name not in taken]
+    return [episodes.Method(name, (name,)) for name in names if name not in taken]
 
 
 def main(
@@ -138,7 +134,7 @@ def main(
         options.need_render(charts=True)
         options.check_folder("--output", output)
         settings = env_settings(config, env or [])
-        methods = report.parse_methods(agents or [])
+        methods = episodes.parse_methods(agents or [])
         for policy in (each for method in methods for each in method.policies):
             episodes.check(policy, settings, trust_pickle)
         episodes.warm_up(settings)

@@ -5,11 +5,10 @@ the others, then plays its own, held out, and theirs, seen. Another method, chos
 by itself, may play them all beside. Killed, the command goes on where it was when called again.
 """
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -18,14 +17,12 @@ from agents.commands import Assignments, reported_errors, run_command, text_tabl
 from agents.evaluate import evaluate
 from agents.evaluation import episodes, intervals, report
 from agents.settings import EnvSettings, TrainSettings, env_settings, load_settings
-from agents.training.folder import file_digest, provenance
+from agents.training.folder import file_digest
 from agents.training.run import train
 from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
-from magfold_env.files import write_text
 from magfold_env.shapes import folded_words, mirror
 
-FORMAT = "magfold_env generalisation 1"
 DIFFERENCES = ("lost", "ahead of it, held out")
 """Rows of the summary that are not rates."""
 DEAL = 0
@@ -64,11 +61,17 @@ def settings_of(
 
 
 def play(
-    policy: str, env: EnvSettings, words: Sequence[str], draws: int, processes: int
+    policy: str,
+    env: EnvSettings,
+    words: Sequence[str],
+    draws: int,
+    processes: int,
+    folder: Path | None = None,
 ) -> dict[str, float]:
     """Return the rate of success of a policy on each of some words."""
     env = env.model_copy(update={"targets": tuple(words)})
-    runs = evaluate([report.Method("policy", (policy,))], env, draws, processes)["policy"]
+    method = episodes.Method("policy", (policy,))
+    runs = evaluate([method], env, draws, processes, folder=folder)["policy"]
     return dict(zip(words, report.by_target(runs)[0].tolist(), strict=True))
 
 
@@ -84,29 +87,18 @@ def measure(
 
     `folds` are the words of each fold and `settings` its training, `draws` the episodes of each
     word that was held out, and of each that was seen. `folder` is that of the training runs,
-    ``fold-0`` and so on, and of what each came to.
+    ``fold-0`` and so on, and of the episodes that were played.
     """
     found: list[Fold] = []
     words = [word for fold in folds for word in fold]
     for k, (held, each) in enumerate(zip(folds, settings, strict=True)):
-        policy = train(each, folder / f"fold-{k}")
+        policy = str(train(each, folder / f"fold-{k}"))
         seen = [word for word in words if word not in held]
-        key = {
-            "format": FORMAT,
-            "policy": file_digest(str(policy)),
-            "env": env.model_dump(mode="json"),
-            "draws": list(draws),
-        }
-        path = folder / f"fold-{k}.json"
-        known: dict[str, Any] = json.loads(path.read_text("utf-8")) if path.exists() else {}
-        if known.get("key") != key:
-            rates = [
-                play(str(policy), env, some, count, processes)
-                for some, count in zip((held, seen), draws, strict=True)
-            ]
-            known = {"key": key, "fold": asdict(Fold(*rates, policy=str(key["policy"])))}
-            write_text(path, json.dumps(known, indent=1) + "\n")
-        found.append(Fold(**known["fold"]))
+        rates = [
+            play(policy, env, some, count, processes, folder / f"{name}-{k}")
+            for name, some, count in zip(("held", "seen"), (held, seen), draws, strict=True)
+        ]
+        found.append(Fold(*rates, policy=str(file_digest(policy))))
     return found
 
 
@@ -171,21 +163,18 @@ def main(
         if against is not None:
             other = play(against, places, words, draws, processes)
     rows = summary(found, other)
-    told = [
+    shown = [
         {"": name, "success (95 %)": each.points(" points") if name in DIFFERENCES else str(each)}
         for name, each in rows.items()
     ]
-    options.show(text_table(f"Words held out, {folds} folds", told))
-    content = {
-        "format": FORMAT,
-        "env": places.model_dump(mode="json"),
-        "seeds": evaluation_seeds(draws),
-        "provenance": provenance(),
-        "summary": {name: [float(part) for part in each] for name, each in rows.items()},
-        "folds": [asdict(fold) for fold in found],
-        "other": other,
-    }
-    write_text(folder / "generalise.json", json.dumps(content, indent=1) + "\n")
+    options.show(text_table(f"Words held out, {folds} folds", shown))
+    told = {name: report.numbers(each) for name, each in rows.items()}
+    kept = {name: report.Row(success=told[name]) for name in told if name not in DIFFERENCES}
+    figures = {name: told[name] for name in DIFFERENCES if name in told}
+    figures |= {"folds": [asdict(fold) for fold in found], "other": other}
+    seeds = tuple(evaluation_seeds(draws))
+    made = report.made("generalisation", places, kept, seeds=seeds, figures=figures)
+    made.write(folder / "generalise.json")
     options.say_written(folder / "generalise.json")
 
 

@@ -8,8 +8,8 @@ import typer
 
 from agents.commands import reported_errors, run_command
 from agents.evaluate import compare
-from agents.evaluation.policies import BLIND
-from agents.evaluation.report import Method
+from agents.evaluation.episodes import Method
+from agents.evaluation.policies import NO_MOTION
 from agents.settings import SettingsError, env_settings, load_settings
 from agents.training.run import train
 from magfold_env.cli import options
@@ -25,15 +25,15 @@ def main(
 ) -> None:
     """Train a policy briefly and compare it with random actions and the energy minimiser.
 
-    It also plays blind: what that costs is what it owes to seeing the chain.
+    It also plays without seeing motion: what that costs is what it owes to seeing the chain.
     """
     with reported_errors(SettingsError):
         options.need_render(charts=True)
         settings = load_settings(CONFIG, minutes=minutes)
         policy = train(settings, output, resume=False)
         method = Method("PPO", (str(policy),))
-        blind = Method("PPO, blind", (f"{BLIND}{policy}",))
-        compare([method, blind], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
+        unseeing = Method("PPO, no motion", (f"{NO_MOTION}{policy}",))
+        compare([method, unseeing], env_settings(CONFIG, []), draws, joblib.cpu_count(), output)
 
 
 if __name__ == "__main__":

@@ -81,17 +81,17 @@ def _check_name(name: str) -> None:
         raise ValueError(f"dataset: {name!r} is there already; must be a new name")
 
 
-def _play(env: gymnasium.Env[Any, Any], player: Policy, seed: int) -> tuple[Any, dict[str, Any]]:
+def _play(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tuple[Any, dict[str, Any]]:
     """Return an episode as Minari's buffer, and the info at its end."""
     from minari.data_collector import EpisodeBuffer  # noqa: PLC0415
 
-    inner, rng = cast("FoldEnv[Any]", env.unwrapped), np.random.default_rng(seed)
+    inner, row = cast("FoldEnv[Any]", env.unwrapped), np.array([0])
     observation, info = env.reset(seed=seed)
-    player.begin()
+    act = policy(inner, inner.episodes.numbers.tolist(), [np.random.default_rng(seed)])
     seen, actions = [observation], []
     steps: list[tuple[float, bool, bool]] = []
     while not (steps and any(steps[-1][1:])):
-        actions.append(player.act(inner, observation, rng))
+        actions.append(act(inner.episodes, row)[0])
         observation, reward, terminated, truncated, info = env.step(actions[-1])
         seen.append(observation)
         steps.append((float(reward), terminated, truncated))

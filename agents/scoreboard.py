@@ -1,24 +1,24 @@
 """Make ``agents/SCOREBOARD.md`` from files: ``python -m agents.scoreboard``.
 
 The files, in ``agents/scores``, are what ``magfold score --json`` and `agents.admission` have
-written; of the latter, ``admission-….json``, one a track, random actions, always forward and the
-oracle are taken.
+written; of the latter, one a track, random actions, always forward and the oracle are taken.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
 import typer
 
-from agents.admission import FORMAT
 from agents.admission.contestants import FORWARD, ORACLE, RANDOM
 from agents.commands import reported_errors, run_command
 from agents.evaluation.intervals import Estimate
-from magfold_env.files import reading_json, write_text
-from magfold_env.scoring.score import Score
+from magfold_env.files import write_text
+from magfold_env.scene import Problem
+from magfold_env.scene.errors import refuse
+from magfold_env.scoring.results import Results
 from magfold_env.scoring.track import TRACKS
 
 SCORES = Path(__file__).parent / "scores"
@@ -79,19 +79,29 @@ class Row:
     sha256: str = "–"
 
     @classmethod
-    def of(cls, score: Score) -> Self:
-        """Return that of something that was handed in."""
-        found = score.success
-        return cls(
-            score.name,
-            Estimate(*map(np.asarray, (found.rate, found.low, found.high))),
-            score.score,
-            len(score.episodes),
-            score.physics,
-            privileged=score.kind == "actions",
-            seed=str(score.seed),
-            sha256=f"`{score.sha256[:12]}…`",
+    def of(cls, results: Results, name: str) -> Self:
+        """Return that of a row of results.
+
+        Raises
+        ------
+        ValueError
+            If they have no such row, with a score.
+        """
+        row = results.rows.get(name)
+        if row is None or row.score is None:
+            refuse([Problem("rows", list(results.rows), f"must have {name}, with a score")])
+            raise AssertionError
+        own = cls(
+            name,
+            Estimate(*map(np.asarray, row.success)),
+            row.score,
+            len(row.runs[0].success) if row.runs else int(results.figures["episodes"]),
+            results.physics,
+            privileged=name == ORACLE or row.kind == "actions",
         )
+        if results.view == "admission":
+            return own
+        return replace(own, seed=str(results.seed), sha256=f"`{str(row.files[0].sha256)[:12]}…`")
 
 
 @dataclass(frozen=True)
@@ -146,29 +156,6 @@ class Track:
         return f"| {' | '.join(cells)} |"
 
 
-def read_admission(path: Path) -> tuple[str, dict[str, Row]]:
-    """Return a track's ID, and its rows of `agents.admission` by name.
-
-    Raises
-    ------
-    ValueError
-        If the file holds none.
-    """
-    with reading_json(path, "what agents.admission wrote", FORMAT) as data:
-        rows = {
-            name: Row(
-                name,
-                Estimate(*map(np.asarray, data["rows"][name]["success"])),
-                float(data["rows"][name]["score"]),
-                int(data["episodes"]),
-                str(data["provenance"]["physics"]),
-                privileged=name == ORACLE,
-            )
-            for name in (RANDOM, FORWARD, ORACLE)
-        }
-        return str(data["id"]), rows
-
-
 def tracks(folder: Path) -> dict[str, Track]:
     """Return what the files in a folder tell of every track, by its ID.
 
@@ -177,24 +164,26 @@ def tracks(folder: Path) -> dict[str, Track]:
     ValueError
         If a file is none of those that are understood, or is a track's second admission.
     """
-    admitted: dict[str, dict[str, Row]] = {}
+    admitted: dict[str, list[Row]] = {}
     handed_in: dict[str, list[Row]] = {name: [] for name in TRACKS}
     for path in sorted(folder.glob("*.json")):
-        if path.name.startswith("admission-"):
-            name, rows = read_admission(path)
-            wrong = name in admitted
-            admitted[name] = rows
-        else:
-            score = Score.read(path)
-            name, wrong = score.id, False
-            handed_in.setdefault(name, []).append(Row.of(score))
-        if wrong or name not in TRACKS:
+        results = Results.read(path, "score", "admission")
+        name, admission = results.id, results.view == "admission"
+        if name not in TRACKS or (admission and name in admitted):
             allowed = f"must be one of {', '.join(TRACKS)}, one admission for each"
             raise ValueError(f"{path}: id: {name!r} is not allowed; {allowed}")
-    return {
-        name: Track(rows, *(admitted.get(name, {}).get(each) for each in (RANDOM, FORWARD, ORACLE)))
-        for name, rows in handed_in.items()
-    }
+        try:
+            rows = [
+                Row.of(results, each)
+                for each in ((RANDOM, FORWARD, ORACLE) if admission else results.rows)
+            ]
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+        if admission:
+            admitted[name] = rows
+        else:
+            handed_in[name] += rows
+    return {name: Track(rows, *admitted.get(name, ())) for name, rows in handed_in.items()}
 
 
 def page(folder: Path) -> str:

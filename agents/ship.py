@@ -4,34 +4,28 @@
 what `agents.evaluate NAME`, `agents.ablate NAME` and `agents.admission` found onto their card.
 """
 
-import json
 import shutil
-from collections import defaultdict
+from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
-from agents.ablate import FORMAT as ABLATION
-from agents.admission import FORMAT as ADMISSION
+from agents.ablate import SEEING
 from agents.admission.contestants import TRAINED
 from agents.commands import reported_errors
+from agents.evaluation.intervals import estimate
 from agents.evaluation.policies import policies_dir
-from agents.evaluation.shipped import (
-    AblationRow,
-    AdmissionRow,
-    Card,
-    CardAblation,
-    CardAdmission,
-    CardError,
-    CardResult,
-    Training,
-)
-from agents.settings import EnvSettings, load_settings
+from agents.evaluation.report import numbers
+from agents.evaluation.shipped import Card, CardError, Training
+from agents.settings import load_settings
 from agents.training import policy_files
 from agents.training.folder import RunInfo, file_digest
 from magfold_env.cli import options
 from magfold_env.files import replacing
+from magfold_env.scoring.results import Results, Row, Run
 
 app = options.Application(help=__doc__, no_args_is_help=True)
 """The command."""
@@ -69,79 +63,50 @@ def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
 
 
 def with_results(card: Card, files: list[Path]) -> Card:
-    """Return a card with the results of `agents.evaluate` in place of those that it had.
+    """Return a card with what `agents.evaluate` found in place of what it had of it.
 
-    Those of `agents.ablate` and `agents.admission` replace its ablations and admissions likewise;
-    what there is no file of stays.
+    So what `agents.ablate` and `agents.admission` found; what there is no file of stays.
 
     Raises
     ------
     CardError
         If a file has no results of these policies.
     """
-    found: dict[str, list[CardResult | CardAblation | CardAdmission]] = defaultdict(list)
+    found: list[Results] = []
     for file in files:
         try:
-            content = json.loads(file.read_text(encoding="utf-8"))
-            if content.get("format") == ADMISSION:
-                found["admissions"].append(_admission(card, content))
-                continue
-            ablation = content.get("format") == ABLATION
-            env = EnvSettings.model_validate(content["env"])
-            shared = {
-                "env": env.model_dump(mode="json", exclude_defaults=True),
-                "seeds": content["seeds"],
-                "physics": content["provenance"]["physics"],
-            }
-            if ablation:
-                found["ablations"].append(CardAblation(**shared, **_ablation(card, content)))
-            else:
-                found["results"].append(CardResult(**shared, successes=_ends(card, content)))
-        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-            raise CardError(f"{file}: has no results of all of {card.name}: {error!r}") from None
-    return card.model_copy(update={key: tuple(parts) for key, parts in found.items()})
+            found.append(_own(card, Results.read(file, "evaluation", "ablation", "admission")))
+        except (OSError, ValueError, KeyError) as error:
+            raise CardError(f"{file}: has no results of all of {card.name}: {error}") from None
+    views = {each.view for each in found}
+    kept = [each for each in card.results if each.view not in views]
+    return card.model_copy(update={"results": (*kept, *found)})
 
 
-def _ends(card: Card, content: dict[str, Any]) -> dict[str, tuple[str, ...]]:
-    """Return which draws ended in each target, by policy of the card."""
-    runs = {
-        each["sha256"]: episodes
-        for method in content["methods"].values()
-        for each, episodes in zip(method["policies"], method["runs"], strict=True)
-    }
-    successes: dict[str, list[str]] = defaultdict(list)
-    for episodes in [runs[policy.sha256] for policy in card.policies]:
-        ends: dict[str, str] = defaultdict(str)
-        for episode in episodes:
-            ends[episode["target"]] += str(int(episode["success"]))
-        for target, letters in ends.items():
-            successes[target].append(letters)
-    return {target: tuple(rows) for target, rows in successes.items()}
+def _own(card: Card, results: Results) -> Results:
+    """Return what is kept of results: of episodes success, and that of the card's policies."""
+    rows = {name: row.model_copy(update={"runs": ()}) for name, row in results.rows.items()}
+    if results.view == "evaluation":
+        runs = {
+            file.sha256: (file, run.success)
+            for row in results.rows.values()
+            for file, run in zip(row.files, row.runs, strict=True)
+        }
+        files, letters = zip(*(runs[each.sha256] for each in card.policies), strict=True)
+        shape = len(card.policies), len(results.tasks), len(results.seeds)
+        ends = np.array([[float(each) for each in row] for row in letters]).reshape(shape)
+        success = estimate(ends.mean(axis=2), results.tasks)
+        rows = {card.name: Row(success=numbers(success), files=files, runs=_runs(letters))}
+    else:
+        own = TRAINED if results.view == "admission" else SEEING
+        card.numbers(results.rows[own])
+        letters = [run.success for run in results.rows[own].runs]
+        rows[own] = rows[own].model_copy(update={"runs": _runs(letters)})
+    return results.model_copy(update={"rows": rows})
 
 
-def _admission(card: Card, content: dict[str, Any]) -> CardAdmission:
-    """Return what a track's admission found of the policies of the card."""
-    seeds = {policy.sha256: policy.run.seed for policy in card.policies}
-    return CardAdmission(
-        id=content["id"],
-        physics=content["provenance"]["physics"],
-        verdict=content["verdict"],
-        rows={
-            name: AdmissionRow(**{key: row[key] for key in AdmissionRow.model_fields})
-            for name, row in content["rows"].items()
-        },
-        policies=tuple(seeds[each["sha256"]] for each in content["policies"][TRAINED]),
-        successes=tuple(each["successes"] for each in content["policies"][TRAINED]),
-    )
-
-
-def _ablation(card: Card, content: dict[str, Any]) -> dict[str, Any]:
-    """Return the rows of an ablation, and which policies of the card played."""
-    seeds = {policy.sha256: policy.run.seed for policy in card.policies}
-    return {
-        "policies": [seeds[each["sha256"]] for each in content["policies"]],
-        "rows": {name: AblationRow(**row) for name, row in content["rows"].items()},
-    }
+def _runs(letters: Iterable[str]) -> tuple[Run, ...]:
+    return tuple(Run(success=each) for each in letters)
 
 
 Name = Annotated[str, typer.Argument(help="Name of the set.")]
@@ -177,9 +142,9 @@ def results_command(
 
 
 def _say(card: Card) -> None:
-    counts = {key: getattr(card, key) for key in ("policies", "results", "ablations", "admissions")}
-    told = f"{card.name}: {', '.join(f'{len(each)} {name}' for name, each in counts.items())}"
-    typer.echo(told, err=True)
+    counts = Counter(each.view for each in card.results)
+    told = [f"{counts[view]} {view}" for view in counts]
+    typer.echo(f"{card.name}: {', '.join([f'{len(card.policies)} policies', *told])}", err=True)
 
 
 if __name__ == "__main__":

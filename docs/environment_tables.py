@@ -173,14 +173,16 @@ def admission(env_id: str) -> Iterator[str]:
     """Yield the results of all players, and the lines of the admission rule."""
     name = env_id.split("/")[1]
     found = json.loads((SCORES / f"admission-{name}.json").read_text("utf-8"))
-    head = (f"{found['episodes']:,} episodes", "success, %", "score", "normalised")
+    figures = found["figures"]
+    head = (f"{figures['episodes']:,} episodes", "success, %", "score", "normalised")
     yield from table(head, _contestants(found))
     yield ""
-    for each in found["rule"]:
+    for each in figures["rule"]:
         holds = "" if each["holds"] else ", **which fails**"
         yield f"- {each['line']}: {_points(each['measured'])}{holds}"
     yield ""
-    yield f"Headroom, oracle less policy: {_points(found['headroom'])}; **{found['verdict']}**."
+    room = _points(figures["headroom"])
+    yield f"Headroom, oracle less policy: {room}; **{figures['verdict']}**."
     yield "[What the rows mean](../evaluation.md#admission). The command:"
     yield ""
     yield f"```text\n{found['provenance']['command']}\n```"
@@ -188,9 +190,9 @@ def admission(env_id: str) -> Iterator[str]:
 
 def _contestants(found: Any) -> Iterator[tuple[str, ...]]:
     for key, name in CONTESTANTS.items():
-        row, seeds = found["rows"][key], len(found["policies"].get(key, ()))
+        row, seeds = found["rows"][key], len(found["rows"][key].get("files", ()))
         told = f"{name}{f', {seeds} seeds' if seeds > 1 else ''}"
-        yield told, _share(row), f"{row['score']:.3f}", f"{row['normalised']:.2f}"
+        yield told, _share(row), f"{row['score']:.3f}", f"{row['figures']['normalised']:.2f}"
 
 
 def standing(_: None) -> Iterator[str]:
@@ -204,8 +206,9 @@ def _standing() -> Iterator[tuple[str, ...]]:
         name = found["id"].split("/")[1].removesuffix("-v0")
         page = re.sub("(?<=[a-z])(?=[A-Z])", "-", name).lower()
         shares = (_share(found["rows"][key]) for key in STANDING)
-        room = f"{100 * found['headroom'][0]:.1f}".replace("-", "−")
-        yield f"[`{name}`](environments/{page}.md)", *shares, room, found["verdict"]
+        figures = found["figures"]
+        room = f"{100 * figures['headroom'][0]:.1f}".replace("-", "−")
+        yield f"[`{name}`](environments/{page}.md)", *shares, room, figures["verdict"]
 
 
 def _share(row: Any) -> str:

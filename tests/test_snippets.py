@@ -48,7 +48,6 @@ LESS = {
     "agents.admission": ["--tasks=1", "--episodes=2", "--search", "2", "2", "--race", "2", "2"],
     "agents.baselines": ["--budget=1"],
     "agents.evaluate": ["--draws=1"],
-    "agents.sample_cost": ["--draws=1", "--calls=0,1"],
     "agents.train": ["--timesteps=1", "--set=validation_episodes=26", "--set=pretraining=[]"],
 }
 PLACEHOLDERS = {"COMMAND": "fold", "NAME": "design", "SEED": "1"}

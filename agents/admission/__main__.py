@@ -6,8 +6,7 @@ need trained policies are measured where these are given. Killed, the command go
 when called again; called with other policies, or more episodes, it plays what is missing.
 """
 
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,8 +15,7 @@ import numpy as np
 import typer
 from rich import console, markdown, progress
 
-from agents.admission import FORMAT, contestants, rule
-from agents.admission.arena import SEARCH, Arena, own_arena
+from agents.admission import contestants, rule
 from agents.admission.contestants import (
     BLIND,
     DRAWN,
@@ -25,18 +23,21 @@ from agents.admission.contestants import (
     OPEN_LOOP,
     ORACLE,
     SAME_DRAW,
+    SEARCH,
     SIMPLE,
     TRAINED,
+    Arena,
+    own_arena,
 )
 from agents.commands import progress_bar, reported_errors, run_command
-from agents.evaluation.episodes import spread_over
-from agents.open_loops.field import Search
-from agents.open_loops.halving import Ranked, rounds
+from agents.evaluation.episodes import Table
+from agents.evaluation.report import files_of, numbers
+from agents.open_loops.search import Ranked, Search, rounds
 from agents.training.folder import file_digest, provenance
-from magfold_env.checkpoint import Checkpoint
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest, write_text
 from magfold_env.scoring.player import Player
+from magfold_env.scoring.results import Results, Row, Run
 
 Job = tuple[Any, ...]
 
@@ -48,27 +49,25 @@ class Contest:
     """Plays what is not in its folder yet, on so many processes."""
 
     def __init__(self, arena: Arena, processes: int, folder: Path, bar: progress.Progress) -> None:
-        self._arena, self._processes, self._folder, self._bar = arena, processes, folder, bar
-        self._given = arena.env_id, arena.tasks
-        self._key: dict[str, Any] = {
-            "format": FORMAT,
+        self._arena, self._given = arena, (arena.env_id, arena.tasks)
+        key = {
             "id": arena.env_id,
             "scene": arena.world.scene.model_dump(mode="json"),
             "tasks": [arena.env.tasks[number].model_dump(mode="json") for number in arena.numbers],
             "draws": EVALUATION_VERSION,
             "physics": physics_digest(),
         }
+        self._table = Table(bar, processes, folder, key)
 
     def search(self, effort: Search) -> dict[int, list[Ranked]]:
         """Return what has been tried in every task, by number, the best first."""
         numbers = self._arena.numbers
-        found = self._played(
+        found = self._table.row(
             OPEN_LOOP,
-            {"search": effort},
             len(numbers),
             lambda start, stop: (*self._given, numbers[start:stop], effort),
             _search,
-            block=1,
+            key={"search": effort},
         )
         return {
             number: [Ranked(*each) for each in ranked]
@@ -85,21 +84,20 @@ class Contest:
         """
         key: dict[str, Any] = {"search": searched}
         open_loops = {number: ranked[0] for number, ranked in best.items()}
-        simple = self._played(
+        simple = self._table.row(
             "simple",
-            key,
             episodes,
             lambda start, stop: (*self._given, open_loops, start, stop),
             _play_simple,
             BLOCK,
+            key,
         )
-        oracle = self._played(
+        oracle = self._table.row(
             ORACLE,
-            key | {"race": raced},
             episodes,
             lambda start, stop: (*self._given, best, raced.budget, start, stop),
             _play_oracle,
-            block=1,
+            key=key | {"race": raced},
         )
         tables = (SIMPLE, simple), ((ORACLE, SAME_DRAW), oracle)
         return {
@@ -114,37 +112,16 @@ class Contest:
         for path in paths:
             digest = file_digest(path) or path
             runs.append(
-                self._played(
+                self._table.row(
                     f"{kind}-{digest[:16]}",
-                    {"policy": digest, "kind": kind},
                     episodes,
                     partial(_policy_job, self._given, path, kind),
                     _play_policy,
                     BLOCK,
+                    {"policy": digest, "kind": kind},
                 )
             )
         return np.array(runs)
-
-    def _played(
-        self,
-        name: str,
-        key: dict[str, Any],
-        count: int,
-        job: Callable[[int, int], Job],
-        play: Callable[..., list[Any]],
-        block: int,
-    ) -> list[Any]:
-        """Return so many records, of which those are kept that a run before this has made."""
-        with Checkpoint(self._folder / name.replace(" ", "-"), self._key | key) as kept:
-            records = kept.load()[:count]
-            jobs = [job(at, min(at + block, count)) for at in range(len(records), count, block)]
-            task = self._bar.add_task(name, total=count, completed=len(records), note="")
-            for found in spread_over(self._processes, play, jobs):
-                for record in found:
-                    records.append(record)
-                    kept.add(record)
-                self._bar.update(task, completed=len(records))
-        return records
 
 
 def _search(env_id: str, tasks: int, numbers: list[int], effort: Search) -> list[Any]:
@@ -233,51 +210,49 @@ def main(  # noqa: PLR0913 - one parameter an option
                 if paths:
                     ends[kind] = contest.play_policies(paths, kind, episodes)
     verdict = rule.judge(ends)
-    content = {
-        "format": FORMAT,
-        "id": env_id,
+    rows = {
+        row.name: Row(
+            success=numbers(row.success),
+            score=row.score,
+            files=files_of(given.get(row.name, [])),
+            runs=tuple(Run.of(ends[row.name][k, :, 0]) for k in range(len(ends[row.name]))),
+            figures={
+                "normalised": row.normalised,
+                "by task": rule.by_task(ends[row.name], arena.numbers),
+            },
+        )
+        for row in verdict.rows
+    }
+    figures = {
         "episodes": episodes,
         "search": searched._asdict(),
         "race": raced._asdict(),
-        "confidence": 0.95,
-        "provenance": provenance(),
-        "policies": {
-            kind: [
-                {
-                    "policy": path,
-                    "sha256": file_digest(path),
-                    "successes": "".join(str(int(each)) for each in ends[kind][number, :, 0]),
-                }
-                for number, path in enumerate(paths)
-            ]
-            for kind, paths in given.items()
-        },
         "open loops": {
             number: {"schedule": str(best[number][0]), **ranked[0]._asdict()}
             for number, ranked in found.items()
         },
-        "rows": {
-            row.name: {
-                "success": [float(part) for part in row.success],
-                "score": row.score,
-                "normalised": row.normalised,
-                "by task": rule.by_task(ends[row.name], arena.numbers),
-            }
-            for row in verdict.rows
-        },
         "rule": [
             {
                 "line": str(line),
-                "measured": line.measured and [float(part) for part in line.measured],
+                "measured": line.measured and numbers(line.measured),
                 "holds": line.holds,
             }
             for line in verdict.lines
         ],
-        "headroom": verdict.headroom and [float(part) for part in verdict.headroom],
+        "headroom": verdict.headroom and numbers(verdict.headroom),
         "verdict": verdict.said,
     }
+    results = Results(
+        view="admission",
+        id=env_id,
+        draws=EVALUATION_VERSION,
+        physics=physics_digest(),
+        provenance=provenance(),
+        rows=rows,
+        figures=figures,
+    )
     text = rule.markdown(verdict)
-    write_text(folder / "admission.json", json.dumps(content, indent=1) + "\n")
+    results.write(folder / "admission.json")
     write_text(folder / "admission.md", text)
     out = console.Console()
     out.print(markdown.Markdown(text))

@@ -1,5 +1,8 @@
 """Who is compared by the rule of admission, and how each plays some episodes of an `Arena`.
 
+The draws that results are reported on are of a stream of their own, which neither searches nor
+training use.
+
 ================= ================================================================================
 random            actions drawn evenly
 always forward    the highest speed; of a tray the first components as they come
@@ -24,22 +27,84 @@ trained blind     policies that were trained without motion, shown none, as
 
 from collections.abc import Sequence
 from copy import deepcopy
-from dataclasses import replace
-from functools import cache
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
 from typing import Any
 from zlib import crc32
 
 import numpy as np
 import torch
 
-from agents.admission.arena import Arena, copies, replaying
-from agents.open_loops.field import Field
+from agents.open_loops.search import Field, OpenLoops, Ranked, open_loops_of
 from agents.training import policy_files
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Ints
-from magfold_env.scoring.player import Player, choices
-from magfold_env.scoring.track import WIDTH
+from magfold_env.envs.tasks.feed_tasks import Task
+from magfold_env.scene import Scene
+from magfold_env.scoring.player import Player, play
+from magfold_env.scoring.track import WIDTH, Track
+
+EVALUATION = "admission"
+"""Stream of the draws that results are reported on."""
+
+SEARCH = "admission search"
+"""Stream of the draws that open loops are chosen on."""
+
+
+def copies(episode: int) -> str:
+    """Return the stream of the draws that the oracle tries an episode's physics on."""
+    return f"admission copies {episode}"
+
+
+@dataclass(frozen=True)
+class Arena(Track):
+    """A track on the draws of `EVALUATION`, and what else contestants need."""
+
+    stream: str = field(default=EVALUATION, kw_only=True)
+
+    @cached_property
+    def open_loops(self) -> OpenLoops:
+        """What can be chosen beforehand."""
+        return open_loops_of(self.env)
+
+    def ranked(self, count: int, number: int, best: list[Ranked]) -> list[Any]:
+        """Return those of so many open loops of a task that came farthest."""
+        tried = self.open_loops.candidates(count, number)
+        return [tried[each.place] for each in best]
+
+    @cached_property
+    def field(self) -> Field:
+        """Room for episodes of these tasks, made once."""
+        return Field(self.episodes(WIDTH), self.open_loops)
+
+    def drawn(self, episode: int) -> tuple[Scene, Task]:
+        """Return scene and task of an episode, with all that is drawn of them."""
+        numbers, seeds = self.draws(episode, episode + 1)
+        self.env.reset(seed=seeds[0], options={"task": int(numbers[0])})
+        return self.open_loops.drawn()
+
+
+@cache
+def own_arena(env_id: str, tasks: int, randomised: bool = True) -> Arena:
+    """Return this process's own arena, made once."""
+    return Arena(env_id, tasks, randomised)
+
+
+def replaying(chosen: Sequence[Sequence[Any]]) -> Plan:
+    """Return what plays choices that were made before, one a step; the last one is kept.
+
+    `chosen` are those of every row, as `World.actions` reads a single one.
+    """
+    taken = np.zeros(len(chosen), dtype=np.int64)
+
+    def plan(_: Any, rows: Ints) -> Any:
+        now = [chosen[row][min(int(taken[row]), len(chosen[row]) - 1)] for row in rows.tolist()]
+        taken[rows] += 1
+        return tuple(np.array(part) for part in zip(*now, strict=True))
+
+    return plan
+
 
 RANDOM, FORWARD, BASELINE, OPEN_LOOP = "random", "always forward", "baseline", "open loop"
 ORACLE, SAME_DRAW = "oracle", "oracle, same draw"
@@ -123,16 +188,16 @@ def _play(
 ) -> tuple[list[list[float]], list[Any]]:
     """Return success and score of a policy in episodes, and its choices in the first of them."""
     env, episodes = arena.env_of(saved.policy.action_space), arena.episodes(len(seeds))
-    player = Player(saved.policy, saved.shown, env, len(seeds), sampled)
-    choose, first = choices(player, env, episodes), list[Any]()
+    plan = Player(saved.policy, saved.shown, env, len(seeds), sampled).plan(env)
+    first: list[Any] = []
 
-    def noted(rows: Ints) -> Any:
-        choice = choose(rows)
+    def noted(episodes: Any, rows: Ints) -> Any:
+        choice = plan(episodes, rows)
         if rows[0] == 0:
             first.append([part[0] for part in choice])
         return choice
 
-    ends = episodes.play(seeds, numbers.tolist(), noted)
+    (ends,) = play(episodes, numbers, seeds, lambda _: noted)
     return np.column_stack([ends["is_success"], ends["score"]]).tolist(), first
 
 

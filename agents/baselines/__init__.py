@@ -1,5 +1,1 @@
-"""Baselines that decide before the chain folds: sequences and speeds, frozen for each target.
-
-`searches` lists them; ``python -m agents.baselines SEARCH`` lets one search with a stated budget of
-physics calls and writes what it chose, which `agents.evaluate` then scores on fresh draws.
-"""
+"""Searches that choose before the chain folds."""

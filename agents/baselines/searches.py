@@ -1,36 +1,167 @@
-"""The searches by name, and one after another for all targets.
+"""Baselines that decide before the chain folds: one sequence and its speeds for each target.
 
-Some begin with energies: the minimiser's designs, and robust open-loop design. Others go by
-physics calls alone.
+Some begin with energies: the minimiser's designs, and robust open-loop design. Others go by physics
+calls alone. ``python -m agents.baselines SEARCH`` lets one search and writes what it chose, which
+`agents.evaluate` then scores on fresh draws.
 
-A trained policy that is given physics calls proposes choices, which are arms of a bandit without
-end, and calls go to them by Thompson sampling (Thompson, *Biometrika* 25, 1933): every known
-choice, and the next proposal, draws its share of successes from what is known of it, and the
-largest has the call.
+A physics call is an episode that is played in a search. They are counted, and never more than the
+budget allows. Call d of every choice has the same draws, so that choices are compared under equal
+conditions; what was asked before is not played again. The draws are neither those of the evaluation
+nor those of any training.
 """
 
 import hashlib
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Protocol
+from zlib import crc32
 
 import numpy as np
 
 import magfold_env as mf
-from agents.baselines import calls as physics
-from agents.evaluation import episodes, policies
+from agents.evaluation import episodes, intervals, policies
 from agents.settings import EnvSettings
 from magfold_env import designer
-from magfold_env.designer import annealing, trials
+from magfold_env.designer import Choice, annealing, trials
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.spaces.actions import PATTERNS, SIGNS
+from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.files import physics_digest
 from magfold_env.minimiser import LONGEST_OF_ALL, strengths
 from magfold_env.shapes import folded_words, overlaps
+
+USUAL_SPEED = 0.2
+"""Feed speed [m/s] to begin with: the one at which most designs do well."""
+
+
+class SpentError(Exception):
+    """The budget has no call left; ends a search wherever it is."""
+
+
+class Tally(NamedTuple):
+    """What is known of a choice."""
+
+    choice: policies.OpenLoop
+    scores: tuple[float, ...]
+    """Of the calls made for it: 1 is a success, a miss is worth half at most."""
+
+    @property
+    def successes(self) -> int:
+        """How many of its calls were."""
+        return sum(score == 1.0 for score in self.scores)
+
+    @property
+    def expected(self) -> float:
+        """Its mean score as if it had had one call more, worth one half.
+
+        Few calls say little: one success of one must not beat nine of nine.
+        """
+        return (sum(self.scores) + 0.5) / (len(self.scores) + 1)
+
+
+class Calls:
+    """Plays choices for one target until the budget of calls is spent; `seed` is of their draws.
+
+    Whatever makes a call raises `SpentError` when none is left.
+    """
+
+    def __init__(self, env: FoldEnv[Any], target: str, budget: int, seed: int) -> None:
+        self.env, self.target, self.budget = env, target, budget
+        self.count = 0
+        self._stream = f"search {seed}"
+        self._seeds: list[int] = []
+        self._scores: dict[policies.OpenLoop, list[float]] = {}
+
+    def scores(self, choices: Sequence[Choice | policies.OpenLoop], draws: int) -> intervals.Floats:
+        """Return the scores of the first calls of choices, shape (choices, draws).
+
+        The first call of every choice is made before the second of any, so that a small budget
+        is spread over all.
+        """
+        played = [self._as_played(choice) for choice in choices]
+        for draw in range(draws):
+            for choice in played:
+                scores = self._scores.setdefault(choice, [])
+                if len(scores) == draw:
+                    scores.append(self._play(choice, draw))
+        return np.array([self._scores[choice][:draws] for choice in played])
+
+    def tallies(self) -> list[Tally]:
+        """Return what is known of every choice, the most promising first."""
+        known = [Tally(choice, tuple(scores)) for choice, scores in self._scores.items()]
+        return sorted((each for each in known if each.scores), key=lambda each: -each.expected)
+
+    def _as_played(self, choice: Choice | policies.OpenLoop) -> policies.OpenLoop:
+        if isinstance(choice, Choice):
+            assert choice.speed is not None  # a tube feeds in every environment
+            choice = policies.OpenLoop.at_one_speed(choice.sequence, choice.speed)
+        return choice.as_played(self.env)
+
+    def _play(self, choice: policies.OpenLoop, draw: int) -> float:
+        if self.count == self.budget:
+            raise SpentError
+        self.count += 1
+        if draw >= len(self._seeds):
+            self._seeds = episode_seeds(self._stream, 2 * draw + 1)
+        policy = policies.chosen({self.target: choice})
+        return episodes.play(policy, self.env, self.target, self._seeds[draw]).score
+
+
+class Search(Protocol):
+    """A way to choose a sequence and speeds."""
+
+    def run(self, calls: Calls, rng: np.random.Generator) -> None:
+        """Try choices, until one is good enough or the budget is spent (`SpentError`)."""
+        ...
+
+    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
+        """Return what is chosen without a single physics call."""
+        ...
+
+
+def choose_for(
+    search: Search, env: FoldEnv[Any], target: str, budget: int, seed: int
+) -> policies.Chosen:
+    """Return what a search chooses for a target within a budget of physics calls, at least one.
+
+    Of the choices that were tried in `env`, under its randomisation, it is the one with the best
+    record (`Tally.expected`). The seed is that of the search and of its physics calls.
+    """
+    calls = Calls(env, target, budget, seed)
+    with suppress(SpentError):
+        search.run(calls, _generator(target, seed))
+    best = calls.tallies()[0]
+    return policies.Chosen(*best.choice, calls.count, best.successes, len(best.scores))
+
+
+def choose_unseen(search: Search, env: FoldEnv[Any], target: str, seed: int) -> policies.Chosen:
+    """Return what a search chooses for a target without a physics call."""
+    first = search.first(env, target, _generator(target, seed)).as_played(env)
+    return policies.Chosen(*first, calls=0, successes=0, releases=0)
+
+
+def _generator(target: str, seed: int) -> np.random.Generator:
+    """Return the random numbers of a search for a target."""
+    return np.random.default_rng([seed, crc32(target.encode())])
+
+
+def speeds_to_try(env: FoldEnv[Any]) -> list[float]:
+    """Return the feed speeds that actions offer [m/s], the usual ones first."""
+    return sorted(env.actions.speeds.tolist(), key=lambda v: abs(np.log(v / USUAL_SPEED)))
+
+
+def random_choice(env: FoldEnv[Any], rng: np.random.Generator) -> policies.OpenLoop:
+    """Return a choice of which every one is equally likely."""
+    n = env.scene.n
+    poles = rng.choice(["N", "S"], (n, 4))
+    speeds = rng.choice(env.actions.speeds, n)
+    return policies.OpenLoop(tuple("".join(faces) for faces in poles), tuple(speeds.tolist()))
+
 
 Prediction = Literal["free", "forward", "backward"]
 """How energies predict a fold: all shapes compared, or joint by joint from one end."""
@@ -52,12 +183,12 @@ class MinimiserDesign:
 
     def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return the design at a usual speed."""
-        speed = physics.speeds_to_try(env)[0]
+        speed = speeds_to_try(env)[0]
         return policies.OpenLoop.at_one_speed(self._sequence(env, target), speed)
 
-    def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
+    def run(self, calls: Calls, rng: np.random.Generator) -> None:
         """Race the speeds."""
-        sequence, speeds = self._sequence(calls.env, calls.target), physics.speeds_to_try(calls.env)
+        sequence, speeds = self._sequence(calls.env, calls.target), speeds_to_try(calls.env)
         trials.race([designer.Choice(sequence, speed) for speed in speeds], calls)
 
     def _sequence(self, env: FoldEnv[Any], target: str) -> tuple[str, ...]:
@@ -142,9 +273,9 @@ class RobustSearch:
     def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return the best sequence by energy at a usual speed."""
         best = _proposed(_task(env, target, rng))[0]
-        return policies.OpenLoop.at_one_speed(best, physics.USUAL_SPEED)
+        return policies.OpenLoop.at_one_speed(best, USUAL_SPEED)
 
-    def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
+    def run(self, calls: Calls, rng: np.random.Generator) -> None:
         """Race proposals at more and more speeds, then refine the best."""
         task = _task(calls.env, calls.target, rng)
         sequences = _proposed(task)
@@ -173,9 +304,8 @@ def _task(env: FoldEnv[Any], target: str, rng: np.random.Generator) -> designer.
     )  # fmt: skip
 
 
-@lru_cache(maxsize=64)
 def _proposed(task: designer.Task) -> list[tuple[str, ...]]:
-    """Return sequences that are good by energy; kept, since one budget after another asks."""
+    """Return sequences that are good by energy."""
     return designer.candidates(task, Counter(), lambda done: None)
 
 
@@ -188,9 +318,9 @@ class CrossEntropySearch:
 
     def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
         """Return a random choice."""
-        return physics.random_choice(env, rng)
+        return random_choice(env, rng)
 
-    def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
+    def run(self, calls: Calls, rng: np.random.Generator) -> None:
         """Move the distribution towards what folds."""
         env = calls.env
         trials.cross_entropy(
@@ -198,32 +328,7 @@ class CrossEntropySearch:
         )
 
 
-@dataclass(frozen=True)
-class PolicySearch:
-    """Watches a policy, first at its best, then as it explores, and tries what it chose again."""
-
-    greedy: policies.Policy
-    """Plays what it thinks best."""
-    exploring: policies.Policy
-    """Plays as in training, so that it proposes something else each time."""
-
-    def run(self, calls: physics.Calls, rng: np.random.Generator) -> None:
-        """Watch the greedy policy, then propose or try again, call by call."""
-        proposals = [calls.watch(self.greedy, rng)]
-        while True:
-            known = calls.tallies()
-            drawn = [
-                rng.beta(1 + each.successes, 1 + len(each.scores) - each.successes)
-                for each in known
-            ]
-            new = rng.beta(1 + sum(proposals), 1 + len(proposals) - sum(proposals))
-            if drawn and max(drawn) >= new:
-                calls.again(known[int(np.argmax(drawn))].choice)
-            else:
-                proposals.append(calls.watch(self.exploring, rng))
-
-
-SEARCHES: Mapping[str, Callable[[float], physics.Search]] = {
+SEARCHES: Mapping[str, Callable[[float], Search]] = {
     "minimiser-free": lambda goal: MinimiserDesign("free"),
     "minimiser-forward": lambda goal: MinimiserDesign("forward"),
     "minimiser-backward": lambda goal: MinimiserDesign("backward"),
@@ -233,7 +338,7 @@ SEARCHES: Mapping[str, Callable[[float], physics.Search]] = {
 """By name, each made with the share of successes that is enough."""
 
 
-def search_of(name: str, goal: float) -> physics.Search:
+def search_of(name: str, goal: float) -> Search:
     """Return the search called `name`.
 
     Raises
@@ -301,21 +406,8 @@ def choose(
 def _search(
     name: str, settings: EnvSettings, target: str, budget: int, goal: float, seed: int
 ) -> policies.Chosen:
-    return frozen_by(name, episodes.own_env(settings), target, budget, goal, seed)
-
-
-def frozen_by(
-    name: str, env: FoldEnv[Any], target: str, budget: int, goal: float, seed: int
-) -> policies.Chosen:
-    """Return what a search, or a trained policy that is watched, chooses for a target.
-
-    The name is one of `SEARCHES`, or the path of a policy, which needs a call at least; the
-    rest is as for `choose`.
-    """
-    if name not in SEARCHES:
-        pair = (episodes.own_trained(name, sampled) for sampled in (False, True))
-        return physics.freeze(PolicySearch(*pair), env, target, budget, seed)
-    search = search_of(name, goal)
+    """Return what a search chooses for a target; the arguments are those of `choose`."""
+    search, env = search_of(name, goal), episodes.own_env(settings)
     if budget == 0:
-        return physics.freeze_unseen(search, env, target, seed)
-    return physics.freeze(search, env, target, budget, seed)
+        return choose_unseen(search, env, target, seed)
+    return choose_for(search, env, target, budget, seed)

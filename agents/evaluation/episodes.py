@@ -1,23 +1,49 @@
-"""Playing evaluation episodes, on several processes if wanted."""
+"""The table of who is compared: players, and the episodes that each has played.
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+A player may have a part taken away:
+
+================ =================================================================================
+no motion        none in what it is shown, see `magfold_env.scoring.shown.blind`
+frozen           it repeats the actions of one episode in which nothing is drawn
+a speed          its choice of magnets, every component fed at this one speed [m/s]
+random speeds    its choice of magnets, the speed of each step drawn evenly from those on offer,
+                 which lie evenly on a log scale
+================ =================================================================================
+
+With other speeds than its own a policy goes on seeing the chain, and the speeds that were taken.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar, cast
 from zlib import crc32
 
 import joblib
 import numpy as np
+from rich.progress import Progress
 
 import magfold_env as mf
 from agents.evaluation import policies
+from agents.evaluation.shipped import shipped_files
 from agents.settings import EnvSettings
 from agents.training.envs import make_env as make_gym_env
+from agents.training.folder import file_digest
+from magfold_env.checkpoint import Checkpoint
+from magfold_env.envs.baselines.constant_speed import Plan
+from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.tasks.goals import goal_of
 from magfold_env.parallel import without_warning
+from magfold_env.scoring import player as scoring
 
 Result = TypeVar("Result")
+
+NO_MOTION, FROZEN, RANDOM_SPEEDS = "no motion", "frozen", "random speeds"
+
+Change = str | float | None
+"""What is taken away: one of the names, or all speeds but one [m/s]; None: nothing."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +74,76 @@ class Outcome:
     built: bool | None = None
     """Whether the same choice, under the same draws, folds into the target when the chain is built
     beforehand, so that magnets act inside the tube too; None if that was not tried."""
+    built_score: float | None = None
+    """Score of the chain that is built beforehand."""
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What is kept of it, as values that JSON can hold."""
+        aside = ("joints", "choice", "scene")
+        return {key: value for key, value in vars(self).items() if key not in aside}
+
+
+@dataclass(frozen=True)
+class Method:
+    """What is compared under one name."""
+
+    name: str
+    """As shown."""
+    policies: tuple[str, ...]
+    """What `agents.evaluation.policies.make_policy` understands, one a seed."""
+    change: Change = None
+    """What they are without."""
+    built: bool = False
+    """Whether every choice is folded once more, built beforehand."""
+
+    @classmethod
+    def parse(cls, text: str) -> "Method":
+        """Return the method that ``NAME=PATH,PATH,...``, or a policy alone, stands for.
+
+        A file's name without its ending is what it is called then, with its folder's for
+        ``policy.safetensors``, the name that every training gives. The name of a set of shipped
+        policies stands for the paths of all its seeds.
+
+        Raises
+        ------
+        ValueError
+            If a name or a policy is empty, or given twice.
+        """
+        name, separator, listed = text.rpartition("=")
+        shipped = policies.shipped_names()
+        files = tuple(
+            path
+            for each in listed.split(",")
+            for path in (map(str, shipped_files(each)) if each in shipped else (each,))
+        )
+        if not all(files) or (separator and not name) or len(set(files)) < len(files):
+            raise ValueError(
+                f"{text!r} is not allowed; must be random, minimiser, a path, or NAME=PATH,PATH,… "
+                "with a path for each seed"
+            )
+        return cls(name or (listed if listed in shipped else _short(files)), files)
+
+
+def _short(files: Sequence[str]) -> str:
+    path = Path(files[0])
+    return path.parent.name if path.stem == "policy" and path.parent.name else path.stem
+
+
+def parse_methods(texts: Sequence[str]) -> list[Method]:
+    """Return the methods that `texts` stand for.
+
+    Raises
+    ------
+    ValueError
+        If one is not allowed, or two have one name.
+    """
+    methods = [Method.parse(text) for text in texts]
+    names = [method.name for method in methods]
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise ValueError(f"{twice[0]}: two methods have this name; give others, NAME=PATH")
+    return methods
 
 
 def make_env(settings: EnvSettings) -> FoldEnv[Any]:
@@ -64,10 +160,40 @@ def own_env(settings: EnvSettings) -> FoldEnv[Any]:
     return make_env(settings)
 
 
+own_policy = cache(policies.make_policy)
+"""Returns this process's own copy of the policy of some name, made once."""
+
+
+def changed(
+    name: str, change: Change, settings: EnvSettings, trust_pickle: bool = False
+) -> policies.Policy:
+    """Return a policy, by its name, with a part of it taken away, or as it is."""
+    if change == NO_MOTION:
+        return own_policy(policies.NO_MOTION + name, trust_pickle)
+    policy = own_policy(name, trust_pickle)
+    if change is None:
+        return policy
+    if change != FROZEN:
+        return policies.at_speed(policy, None if isinstance(change, str) else change)
+
+    def frozen(env: FoldEnv[Any], numbers: Sequence[int], rngs: Any) -> policies.Act:
+        targets = {env.targets[number] for number in numbers}
+        found = {each: _rehearsed(name, settings, each, trust_pickle) for each in targets}
+        return policies.chosen(found)(env, numbers, rngs)
+
+    return frozen
+
+
 @cache
-def own_trained(path: str, sampled: bool) -> policies.TrainedPolicy:
-    """Return this process's own copy of a trained policy, loaded once."""
-    return policies.TrainedPolicy.load(path, sampled)
+def _rehearsed(
+    name: str, settings: EnvSettings, target: str, trust_pickle: bool
+) -> policies.OpenLoop:
+    """Return what a policy chooses in an episode in which nothing is drawn."""
+    env = own_env(settings.model_copy(update={"randomisation": "none"}))
+    choice = play(own_policy(name, trust_pickle), env, target, seed=0).choice
+    if choice is None:
+        raise ValueError(f"{name}: without randomisation the simulation of {target} broke down")
+    return choice
 
 
 def warm_up(settings: EnvSettings) -> None:
@@ -95,13 +221,12 @@ def check(policy: str, settings: EnvSettings, trust_pickle: bool = False) -> Non
         actions.
     """
     env, player = own_env(settings), own_policy(policy, trust_pickle)
-    for target in env.targets:
-        observation, _ = env.reset(seed=0, options={"target": target})
-        player.begin()
+    for number, target in enumerate(env.targets):
+        env.reset(seed=0, options={"target": target})
         try:
-            player.act(env, observation, np.random.default_rng(0))
+            player(env, [number], [np.random.default_rng(0)])(env.episodes, np.array([0]))
         except ValueError as error:
-            trained = isinstance(player, policies.TrainedPolicy)
+            trained = policy.endswith((".safetensors", ".zip"))
             remedy = "; magfold score plays the policies of tracks" if trained else ""
             raise ValueError(f"{policies.as_given(policy)}: {error}{remedy}") from None
 
@@ -121,65 +246,39 @@ def play(
     """
     key = (1, crc32(target.encode()))
     rng = rng or np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
-    observation, info = env.reset(seed=seed, options={"target": target})
-    policy.begin()
-    actions: list[Any] = []
-    total, terminated = 0.0, False
-    while not terminated:
-        actions.append(policy.act(env, observation, rng))
-        observation, reward, terminated, _, info = env.step(actions[-1])
-        total += float(reward)
-    scene = env.to_scene() if info["step"] == env.scene.n else None
+    number, actions = env.world.number_of(target), list[Any]()
+
+    def plan_of(_: slice) -> Plan:
+        act = policy(env, [number], [rng])
+
+        def plan(episodes: Any, rows: Ints) -> Any:
+            (action,) = act(episodes, rows)
+            actions.append(action)
+            return env.actions.read_one(action)
+
+        return plan
+
+    (ends,) = scoring.play(env.episodes, [number], [seed], plan_of)
+    told = {name: column.tolist()[0] for name, column in ends.items()}
+    reward = env.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
+    episodes, row = env.episodes, np.array([0])
+    scene = env.to_scene() if episodes.arrays.fed[0] == env.scene.n else None
     judged = built_beforehand(env, scene, target) if built else None
     in_order = actions if env.scene.feed.direction == "forward" else actions[::-1]
     return Outcome(
         target=target,
-        word=info["word"],
-        status=info["status"],
+        word=str(episodes.words(row)[0]),
+        status=told["status"],
         seed=seed,
-        success=info["is_success"],
-        score=info["score"],
-        reward=total,
+        success=told["is_success"],
+        score=told["score"],
+        reward=float(reward[0]),
         joints=tuple(env.state.joint_angles.tolist()),
         choice=None if scene is None else policies.OpenLoop.of_actions(env, in_order),
         scene=scene,
         built=None if judged is None else judged[0],
+        built_score=None if judged is None else judged[1],
     )
-
-
-def spread_over(
-    processes: int, function: Callable[..., Result], jobs: Iterable[tuple[Any, ...]]
-) -> Iterator[Result]:
-    """Yield what a function returns for each of some arguments, in their order.
-
-    So many processes share the work; they are kept for what comes next. This one does it for 1.
-    """
-    parallel: Any = joblib.Parallel(processes, return_as="generator")
-    yield from without_warning(parallel(joblib.delayed(function)(*job) for job in jobs))
-
-
-def play_all(
-    policy: str,
-    settings: EnvSettings,
-    episodes: Sequence[tuple[str, int]],
-    processes: int = 1,
-    built: bool = False,
-    trust_pickle: bool = False,
-) -> Iterator[Outcome]:
-    """Play `episodes`, pairs of target and seed, and return their outcomes in that order.
-
-    `agents.evaluation.policies.make_policy` says what `policy` may be and `trust_pickle` allows,
-    and `play` what `built` means.
-    """
-    jobs = ((policy, settings, target, seed, built, trust_pickle) for target, seed in episodes)
-    return spread_over(processes, _play, jobs)
-
-
-def _play(
-    policy: str, settings: EnvSettings, target: str, seed: int, built: bool, trust_pickle: bool
-) -> Outcome:
-    """Play one episode with this process's own policy and environment."""
-    return play(own_policy(policy, trust_pickle), own_env(settings), target, seed, built=built)
 
 
 def built_beforehand(
@@ -198,5 +297,133 @@ def built_beforehand(
     return goal.is_reached(*end), goal.score(*end)
 
 
-own_policy = cache(policies.make_policy)
-"""Returns this process's own copy of the policy of some name, made once."""
+def spread_over(
+    processes: int, function: Callable[..., Result], jobs: Iterable[tuple[Any, ...]]
+) -> Iterator[Result]:
+    """Yield what a function returns for each of some arguments, in their order.
+
+    So many processes share the work; they are kept for what comes next. This one does it for 1.
+    """
+    parallel: Any = joblib.Parallel(processes, return_as="generator")
+    yield from without_warning(parallel(joblib.delayed(function)(*job) for job in jobs))
+
+
+class Table:
+    """Players' episodes, row by row, played on so many processes.
+
+    Parameters
+    ----------
+    bar : rich.progress.Progress
+        Shows how far every row is.
+    processes : int
+        How many.
+    folder : Path, optional
+        Where episodes are kept: those that are there are not played again.
+    key : dict, optional
+        What they depend on, as values that JSON can hold.
+    wait : bool
+        Whether to wait for another run that uses the folder, which else is an error.
+    """
+
+    def __init__(
+        self,
+        bar: Progress,
+        processes: int,
+        folder: Path | None = None,
+        key: Mapping[str, Any] | None = None,
+        wait: bool = False,
+    ) -> None:
+        self._bar, self._processes, self.folder = bar, processes, folder
+        self._key, self._wait = key or {}, wait
+
+    def row(
+        self,
+        name: str,
+        count: int,
+        job: Callable[[int, int], tuple[Any, ...]],
+        played: Callable[..., list[Any]],
+        block: int = 1,
+        key: Mapping[str, Any] | None = None,
+    ) -> list[Any]:
+        """Return so many records of a player, of which those that are kept are not played.
+
+        Parameters
+        ----------
+        name : str
+            Of the row, and of its folder.
+        count : int
+            How many.
+        job, played : callable
+            From the first record and the one after the last to what `played` is called with, in
+            some process, to return them; JSON must be able to hold them if they are kept.
+        block : int
+            Records of a job.
+        key : dict, optional
+            What these depend on besides.
+        """
+        task = self._bar.add_task(name, total=count, note="")
+        path = None if self.folder is None else self.folder / name.replace(" ", "-")
+        with Checkpoint(path, {**self._key, **(key or {})}, self._wait) as kept:
+            records = [] if path is None else kept.load()[:count]
+            jobs = [job(at, min(at + block, count)) for at in range(len(records), count, block)]
+            for found in spread_over(self._processes, played, jobs):
+                for record in found:
+                    records.append(record)
+                    kept.add(record)
+                self._bar.update(task, completed=len(records), note=_note(records))
+        return records
+
+
+def _note(records: Sequence[Any]) -> str:
+    """Return the share of successes so far, where it is known."""
+    if isinstance(records[0], Outcome):
+        records = [each.record for each in records]
+    if not isinstance(records[0], dict):
+        return ""
+    return f"success {100 * sum(each['success'] for each in records) / len(records):.0f} %"
+
+
+def play_all(
+    table: Table,
+    method: Method,
+    policy: str,
+    settings: EnvSettings,
+    episodes: Sequence[tuple[str, int]],
+    built: bool = False,
+    trust_pickle: bool = False,
+) -> list[Outcome]:
+    """Return how one of a method's policies ends `episodes`, pairs of target and seed, in order.
+
+    If `built` every choice is folded once more, whatever the method says, and `trust_pickle` is as
+    for `agents.evaluation.policies.make_policy`.
+    """
+    change, built = method.change, built or method.built
+
+    def job(start: int, stop: int) -> tuple[Any, ...]:
+        return policy, change, settings, episodes[start:stop], built, trust_pickle
+
+    if table.folder is None:
+        return table.row(method.name, len(episodes), job, _play)
+    digest = file_digest(policy) or policy
+    targets, seeds = (list(dict.fromkeys(each)) for each in zip(*episodes, strict=True))
+    key = {"player": digest, "change": change, "built": built, "targets": targets, "seeds": seeds}
+    name = f"{method.name} {digest[:16]}"
+    records = table.row(name, len(episodes), job, _records, key=key)
+    return [Outcome(**record) for record in records]
+
+
+def _records(*job: Any) -> list[dict[str, Any]]:
+    return [each.record for each in _play(*job)]
+
+
+def _play(
+    policy: str,
+    change: Change,
+    settings: EnvSettings,
+    episodes: Sequence[tuple[str, int]],
+    built: bool,
+    trust_pickle: bool,
+) -> list[Outcome]:
+    """Play episodes with this process's own policy and environment."""
+    player, env = changed(policy, change, settings, trust_pickle), own_env(settings)
+    return [play(player, env, target, seed, built=built) for target, seed in episodes]

@@ -58,7 +58,7 @@ class Replay(NamedTuple):
     """A page that plays it, whole in itself."""
 
 
-def replays(results: report.Results, count: int) -> dict[str, list[Replay]]:
+def replays(results: report.Played, count: int) -> dict[str, list[Replay]]:
     """Return the same episodes of every method, as pages, and a miss of each if there is one.
 
     They are the first draw of `count` targets, evenly picked, by a method's first run: nothing is
@@ -214,7 +214,7 @@ def _text(value: Any) -> str:
 
 
 def draw(
-    folder: Path, results: report.Results, summaries: Mapping[str, report.Summary]
+    folder: Path, results: report.Played, summaries: Mapping[str, report.Summary]
 ) -> dict[str, Path]:
     """Write all pictures to `folder`; return their paths, by what they show."""
     pictures = {
@@ -259,7 +259,7 @@ def _means(summaries: Mapping[str, report.Summary]) -> Any:
     return figure
 
 
-def _bars(results: report.Results, summaries: Mapping[str, report.Summary]) -> Any:
+def _bars(results: report.Played, summaries: Mapping[str, report.Summary]) -> Any:
     """Draw bars by target, a row a method; dots are the runs of a method that has several."""
     words = report.targets_of(results)
     figure, grid = make_figure(0.8 + 1.2 * len(results), rows=len(results))
@@ -286,7 +286,7 @@ def _bars(results: report.Results, summaries: Mapping[str, report.Summary]) -> A
     return figure
 
 
-def _profile(results: report.Results) -> Any:
+def _profile(results: report.Played) -> Any:
     """Draw which share of runs on targets succeed more often than τ."""
     figure, ((axes,),) = make_figure(3.6)
     for k, (name, runs) in enumerate(results.items()):

@@ -5,179 +5,26 @@ A choice is the magnets of every component and its speed; files hold those of se
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 from pydantic import TypeAdapter, ValidationError
 
 from agents.training import policy_files
+from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Problem, errors
 from magfold_env.scoring.player import Player
-from magfold_env.scoring.shown import blind
+from magfold_env.scoring.policy_file import Shown
 
 FORMAT = "magfold_env choices 1"
-BLIND = "blind:"
-"""What the name of a policy that is to see no motion begins with."""
-
-
-class Policy(Protocol):
-    """Anything that chooses the next action."""
-
-    def begin(self) -> None:
-        """Forget all episodes before the next."""
-
-    def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
-        """Return the action for the present state of `env`; `rng` is the episode's own.
-
-        Raises
-        ------
-        ValueError
-            If the policy has nothing for the target, or knows other observations or actions.
-        """
-        ...
-
-
-class RandomPolicy(Policy):
-    """Draws every action evenly."""
-
-    def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
-        """Return a random action."""
-        env.action_space.seed(int(rng.integers(2**31)))
-        return env.action_space.sample()
-
-
-class DesignPolicy(Policy):
-    """Feeds the energy minimiser's design for the target at the speed that suits it best.
-
-    It is the design that the reward is measured against: it does not look at the chain, and its
-    speed is the nearest that the actions offer.
-    """
-
-    def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
-        """Return the next component of the design."""
-        baseline = env.baseline
-        if baseline.sequence is None or baseline.speed is None:
-            raise ValueError(f"target: {env.target!r} has no design to follow")
-        return OpenLoop.at_one_speed(baseline.sequence, baseline.speed).action(env)
-
-
-class TrainedPolicy(Policy):
-    """A trained policy, which plays the most probable action, or draws it as in training.
-
-    Of what is observed it sees what its file says.
-    """
-
-    def __init__(self, saved: policy_files.SavedPolicy, sampled: bool = False) -> None:
-        self._saved = saved
-        self._sampled = sampled
-        self._player: Player | None = None
-
-    @classmethod
-    def load(cls, path: str | Path, sampled: bool = False, trust_pickle: bool = False) -> Self:
-        """Read a policy that `agents.train` wrote, see `agents.training.policy_files.load`."""
-        torch.set_num_threads(1)
-        return cls(policy_files.load(path, trust_pickle), sampled)
-
-    @property
-    def training_steps(self) -> int:
-        """Environment steps that it was trained for."""
-        return self._saved.steps
-
-    def begin(self) -> None:
-        """Forget all episodes before the next."""
-        self._player = None
-
-    def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
-        """Return the policy's action."""
-        if self._player is None:
-            self._player = Player(self._saved.policy, self._saved.shown, env, sampled=self._sampled)
-        if self._sampled:
-            torch.manual_seed(int(rng.integers(2**31)))
-        if isinstance(observation, dict):
-            batch: Any = {name: part[None] for name, part in observation.items()}
-        else:
-            batch = observation[None]
-        return self._player.act(batch)[0]
-
-
-class BlindPolicy(Policy):
-    """Plays a policy, however it was trained, that is shown no motion.
-
-    `magfold_env.scoring.shown.blind` says what that is.
-    """
-
-    def __init__(self, policy: Policy) -> None:
-        self._policy = policy
-
-    def begin(self) -> None:
-        """Forget all episodes before the next."""
-        self._policy.begin()
-
-    def act(self, env: FoldEnv[Any], observation: Any, rng: np.random.Generator) -> Any:
-        """Return what the policy does without seeing the chain."""
-        return self._policy.act(env, blind(env.layout, observation), rng)
-
-
-def make_policy(name: str, trust_pickle: bool = False) -> Policy:
-    """Return the policy called `name`.
-
-    Parameters
-    ----------
-    name : str
-        ``random``; ``minimiser``, the design that rewards are measured against; the path of
-        choices that `agents.baselines` wrote (``.json``), or of a policy (``.safetensors``);
-        ``blind:`` and one of these, which is then shown no motion.
-    trust_pickle : bool
-        Whether it may be a model as Stable-Baselines3 saves it, which can run any code.
-
-    Raises
-    ------
-    ValueError
-        If it is none of these, or the file is damaged or not one that is understood.
-    """
-    if name.startswith(BLIND):
-        return BlindPolicy(make_policy(name.removeprefix(BLIND), trust_pickle))
-    if name == "random":
-        return RandomPolicy()
-    if name == "minimiser":
-        return DesignPolicy()
-    path = Path(name)
-    if not path.is_file():
-        raise ValueError(none_called(name, ("random", "minimiser")))
-    if path.suffix == ".json":
-        return FrozenPolicy(read_choices(path))
-    return TrainedPolicy.load(path, trust_pickle=trust_pickle)
-
-
-def policies_dir() -> Path:
-    """Return the folder of the sets of policies that come with the project."""
-    return configs_dir() / "policies"
-
-
-def shipped_names() -> list[str]:
-    """Return the names of these sets."""
-    return sorted(path.stem for path in policies_dir().glob("*.json"))
-
-
-def as_given(policy: str) -> str:
-    """Return how a user calls a policy: one that comes with the project by its name alone."""
-    path = Path(policy)
-    return path.stem if path.parent == policies_dir() else policy
-
-
-def none_called(name: str, others: Iterable[str]) -> str:
-    """Return which policies there are, beside `others`, and which may have been meant."""
-    known = [*others, *shipped_names()]
-    return (
-        f"{name}: no such file; must be {', '.join(known)}, or a file of choices (.json) or of "
-        f"a policy (.safetensors){errors.nearest(name, known)}"
-    )
+NO_MOTION, BLIND = "no-motion:", "blind:"
+"""What the name of a policy begins with that is shown no motion; the second is the older word."""
 
 
 class OpenLoop(NamedTuple):
@@ -213,27 +60,160 @@ class OpenLoop(NamedTuple):
             return self.of_actions(env, [encode(self.sequence, self.speeds[0])])
         return self.of_actions(env, [encode(*each) for each in zip(*self, strict=True)])
 
-    def action(self, env: FoldEnv[Any]) -> Any:
-        """Return the action with which the present episode of `env` goes on as chosen."""
+    def action(self, env: FoldEnv[Any], episodes: Any, row: int) -> Any:
+        """Return the action with which an episode of an environment goes on as chosen."""
         if env.actions.components > 1:
             return env.actions.encode(self.sequence, self.speeds[0])
-        index = env.next_component
+        arrays = episodes.arrays
+        index = arrays.order(row)[int(arrays.fed[row])]
         return env.actions.encode(self.sequence[index], self.speeds[index])
 
 
-class FrozenPolicy(Policy):
-    """Plays a choice for each target, whatever the chain does."""
+Act = Callable[[Any, Ints], Sequence[Any]]
+"""From episodes and some of their rows to the actions of these, one a row."""
 
-    def __init__(self, choices: Mapping[str, OpenLoop]) -> None:
-        self._choices = choices
+Policy = Callable[[FoldEnv[Any], Sequence[int], Sequence[np.random.Generator]], Act]
+"""Begins episodes of an environment, in whose rows it then acts.
 
-    def act(self, env: FoldEnv[Any], observation: Any, rng: object) -> Any:
-        """Return the next action of what was chosen for the target of `env`."""
-        if env.target not in self._choices:
-            raise ValueError(
-                f"target: {env.target!r} has no choice; must be one of {', '.join(self._choices)}"
-            )
-        return self._choices[env.target].action(env)
+It is given the numbers of their targets, and the random numbers of each. It raises a `ValueError`
+if it has nothing for a target, or knows other observations or actions."""
+
+
+def at_random(env: FoldEnv[Any], numbers: object, rngs: Sequence[np.random.Generator]) -> Act:
+    """Draw every action evenly."""
+    space = env.action_space
+
+    def act(_: object, rows: Ints) -> Sequence[Any]:
+        found: list[Any] = []
+        for row in rows.tolist():
+            space.seed(int(rngs[row].integers(2**31)))
+            found.append(space.sample())
+        return found
+
+    return act
+
+
+def designs(env: FoldEnv[Any], numbers: Sequence[int], rngs: object) -> Act:
+    """Feed the energy minimiser's design for the target at the speed that suits it best.
+
+    It is the design that the reward is measured against: it does not look at the chain, and its
+    speed is the nearest that the actions offer.
+    """
+    found: dict[str, OpenLoop] = {}
+    for target in {env.targets[number] for number in numbers}:
+        baseline = env.baseline_of(target)
+        if baseline.sequence is None or baseline.speed is None:
+            raise ValueError(f"target: {target!r} has no design to follow")
+        found[target] = OpenLoop.at_one_speed(baseline.sequence, baseline.speed)
+    return chosen(found)(env, numbers, ())
+
+
+def chosen(choices: Mapping[str, OpenLoop]) -> Policy:
+    """Return what plays a choice for each target, whatever the chain does."""
+
+    def begin(env: FoldEnv[Any], numbers: Sequence[int], rngs: object) -> Act:
+        targets = [env.targets[number] for number in numbers]
+        if missing := [target for target in targets if target not in choices]:
+            allowed = f"must be one of {', '.join(choices)}"
+            raise ValueError(f"target: {missing[0]!r} has no choice; {allowed}")
+        own = [choices[target] for target in targets]
+        return lambda episodes, rows: [own[row].action(env, episodes, row) for row in rows.tolist()]
+
+    return begin
+
+
+def trained(saved: policy_files.SavedPolicy, no_motion: bool = False) -> Policy:
+    """Return what plays the most probable actions of a trained policy.
+
+    Of what is observed it is shown what its file says; whatever that is, `no_motion` takes motion
+    out of it, see `magfold_env.scoring.shown.blind`.
+    """
+    shown = saved.shown
+    if no_motion:
+        shown = Shown(frames=shown.frames, blind=True)
+
+    def begin(env: FoldEnv[Any], numbers: Sequence[int], rngs: object) -> Act:
+        player = Player(saved.policy, shown, env, len(numbers))
+        return lambda episodes, rows: player.act(episodes.observe())[rows]
+
+    return begin
+
+
+def at_speed(policy: Policy, speed: float | None) -> Policy:
+    """Return what plays the magnets of a policy at one speed [m/s], at random ones for None."""
+
+    def begin(
+        env: FoldEnv[Any], numbers: Sequence[int], rngs: Sequence[np.random.Generator]
+    ) -> Act:
+        act = policy(env, numbers, rngs)
+
+        def other(episodes: Any, rows: Ints) -> Sequence[Any]:
+            found: list[Any] = []
+            for row, action in zip(rows.tolist(), act(episodes, rows), strict=True):
+                faces, _ = env.actions.decode(action)
+                fed = float(rngs[row].choice(env.actions.speeds)) if speed is None else speed
+                found.append(env.actions.encode(faces, fed))
+            return found
+
+        return other
+
+    return begin
+
+
+def make_policy(name: str, trust_pickle: bool = False) -> Policy:
+    """Return the policy called `name`.
+
+    Parameters
+    ----------
+    name : str
+        ``random``; ``minimiser``, the design that rewards are measured against; the path of
+        choices that `agents.baselines` wrote (``.json``), or of a policy (``.safetensors``);
+        ``no-motion:`` and one of these, which is then shown no motion.
+    trust_pickle : bool
+        Whether it may be a model as Stable-Baselines3 saves it, which can run any code.
+
+    Raises
+    ------
+    ValueError
+        If it is none of these, or the file is damaged or not one that is understood.
+    """
+    no_motion = name.startswith((NO_MOTION, BLIND))
+    path = name.partition(":")[2] if no_motion else name
+    if path == "random":
+        return at_random
+    if path == "minimiser":
+        return designs
+    if not Path(path).is_file():
+        raise ValueError(none_called(path, ("random", "minimiser")))
+    if Path(path).suffix == ".json":
+        return chosen(read_choices(Path(path)))
+    torch.set_num_threads(1)
+    return trained(policy_files.load(path, trust_pickle), no_motion)
+
+
+def policies_dir() -> Path:
+    """Return the folder of the sets of policies that come with the project."""
+    return configs_dir() / "policies"
+
+
+def shipped_names() -> list[str]:
+    """Return the names of these sets."""
+    return sorted(path.stem for path in policies_dir().glob("*.json"))
+
+
+def as_given(policy: str) -> str:
+    """Return how a user calls a policy: one that comes with the project by its name alone."""
+    path = Path(policy)
+    return path.stem if path.parent == policies_dir() else policy
+
+
+def none_called(name: str, others: Iterable[str]) -> str:
+    """Return which policies there are, beside `others`, and which may have been meant."""
+    known = [*others, *shipped_names()]
+    return (
+        f"{name}: no such file; must be {', '.join(known)}, or a file of choices (.json) or of "
+        f"a policy (.safetensors){errors.nearest(name, known)}"
+    )
 
 
 @dataclass(frozen=True)

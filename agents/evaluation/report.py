@@ -3,26 +3,22 @@
 Each method is one policy, or the policies that several seeds have trained.
 """
 
-import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from agents.evaluation import episodes, intervals
-from agents.evaluation.policies import shipped_names
-from agents.evaluation.shipped import shipped_files
 from agents.settings import EnvSettings
 from agents.training.folder import file_digest, provenance
+from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
-from magfold_env.files import write_text
+from magfold_env.files import physics_digest
 from magfold_env.reporting.intervals import Share, share
+from magfold_env.scoring.results import File, Results, Row, Run, View
 from magfold_env.shapes import word_to_angles
-
-FORMAT = "magfold_env evaluation 2"
 
 RANDOM = "random"
 REFERENCE = "minimiser"
@@ -33,7 +29,7 @@ USUAL = (RANDOM, REFERENCE)
 Runs = Sequence[Sequence[episodes.Outcome]]
 """The outcomes of each run of a method; all runs have the same targets and draws."""
 
-Results = Mapping[str, Runs]
+Played = Mapping[str, Runs]
 """The runs of each method, by its name."""
 
 ENDS = ("target", "other fold", "misfolded", "unsettled", "failed")
@@ -41,65 +37,7 @@ ENDS = ("target", "other fold", "misfolded", "unsettled", "failed")
 not at rest when time or work ran out, or with numbers that broke down."""
 
 
-@dataclass(frozen=True)
-class Method:
-    """What is compared under one name."""
-
-    name: str
-    """As shown."""
-    policies: tuple[str, ...]
-    """What `agents.evaluation.policies.make_policy` understands, one a seed."""
-
-    @classmethod
-    def parse(cls, text: str) -> "Method":
-        """Return the method that ``NAME=PATH,PATH,...``, or a policy alone, stands for.
-
-        A file's name without its ending is what it is called then, with its folder's for
-        ``policy.safetensors``, the name that every training gives. The name of a set of shipped
-        policies stands for the paths of all its seeds.
-
-        Raises
-        ------
-        ValueError
-            If a name or a policy is empty, or given twice.
-        """
-        name, separator, listed = text.rpartition("=")
-        shipped = shipped_names()
-        policies = tuple(
-            path
-            for each in listed.split(",")
-            for path in (map(str, shipped_files(each)) if each in shipped else (each,))
-        )
-        if not all(policies) or (separator and not name) or len(set(policies)) < len(policies):
-            raise ValueError(
-                f"{text!r} is not allowed; must be random, minimiser, a path, or NAME=PATH,PATH,… "
-                "with a path for each seed"
-            )
-        return cls(name or (listed if listed in shipped else _short(policies)), policies)
-
-
-def _short(policies: Sequence[str]) -> str:
-    path = Path(policies[0])
-    return path.parent.name if path.stem == "policy" and path.parent.name else path.stem
-
-
-def parse_methods(texts: Sequence[str]) -> list[Method]:
-    """Return the methods that `texts` stand for.
-
-    Raises
-    ------
-    ValueError
-        If one is not allowed, or two have one name.
-    """
-    methods = [Method.parse(text) for text in texts]
-    names = [method.name for method in methods]
-    twice = [name for name in names if names.count(name) > 1]
-    if twice:
-        raise ValueError(f"{twice[0]}: two methods have this name; give others, NAME=PATH")
-    return methods
-
-
-def targets_of(results: Results) -> list[str]:
+def targets_of(results: Played) -> list[str]:
     """Return the targets in the order in which they were played."""
     runs = next(iter(results.values()))
     return list(dict.fromkeys(outcome.target for outcome in runs[0]))
@@ -176,7 +114,7 @@ class Summary:
     """How often each joint stayed open, or folded to the wrong side, in episodes that missed."""
 
 
-def summarise(results: Results) -> dict[str, Summary]:
+def summarise(results: Played) -> dict[str, Summary]:
     """Return what the outcomes of each method come to."""
     targets = targets_of(results)
     reference = by_target(results[REFERENCE]) if REFERENCE in results else None
@@ -229,55 +167,80 @@ def overall_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
     return [{column: row[column] for column in said} for row in rows]
 
 
-def write_results(
-    path: Path,
+def files_of(policies: Sequence[str]) -> tuple[File, ...]:
+    """Return what policies are made of, for a file of results."""
+    return tuple(File(name=policy, sha256=file_digest(policy)) for policy in policies)
+
+
+def made(view: View, settings: EnvSettings, rows: Mapping[str, Row], **given: Any) -> Results:
+    """Return a view of the table of an environment, and what repeats it."""
+    return Results(
+        view=view,
+        id=settings.id,
+        env=settings.model_dump(mode="json", exclude_defaults=True),
+        draws=EVALUATION_VERSION,
+        physics=physics_digest(),
+        provenance=provenance(),
+        rows=dict(rows),
+        **given,
+    )
+
+
+def results_of(
     settings: EnvSettings,
-    methods: Sequence[Method],
+    methods: Sequence[episodes.Method],
     seeds: Sequence[int],
-    results: Results,
+    played: Played,
     summaries: Mapping[str, Summary],
-) -> None:
-    """Write everything that was measured, and what repeats it, to `path` as JSON."""
-    content: dict[str, Any] = {
-        "format": FORMAT,
-        "env": settings.model_dump(mode="json"),
-        "confidence": 0.95,
-        "seeds": list(seeds),
-        "provenance": provenance(),
-        "methods": {
-            method.name: {
-                "policies": [
-                    {"policy": policy, "sha256": file_digest(policy)} for policy in method.policies
-                ],
-                "summary": _plain(summaries[method.name]),
-                "runs": [[_episode(each) for each in run] for run in results[method.name]],
-            }
-            for method in methods
-        },
+) -> Results:
+    """Return everything that was measured."""
+    rows = {
+        method.name: Row(
+            success=numbers(summaries[method.name].success),
+            score=float(summaries[method.name].score.value),
+            files=files_of(method.policies),
+            runs=tuple(map(_run, played[method.name])),
+            figures=_figures(summaries[method.name]),
+        )
+        for method in methods
     }
-    write_text(path, json.dumps(content) + "\n")
+    tasks = tuple(targets_of(played))
+    return made("evaluation", settings, rows, tasks=tasks, seeds=tuple(seeds))
 
 
-def _plain(summary: Summary) -> dict[str, Any]:
+def numbers(estimate: intervals.Estimate) -> tuple[float, float, float]:
+    """Return a value with its interval as numbers."""
+    return float(estimate.value), float(estimate.low), float(estimate.high)
+
+
+def _figures(summary: Summary) -> dict[str, Any]:
     """Return a summary as values that JSON can hold."""
-    values = {
-        name: {key: float(part) for key, part in value._asdict().items()}
-        if isinstance(value, intervals.Estimate)
-        else value
+    figures = {
+        name: numbers(value) if isinstance(value, intervals.Estimate) else value
         for name, value in vars(summary).items()
+        if name != "success"
     }
-    shares = {word: {"rate": each.rate, **asdict(each)} for word, each in summary.targets.items()}
-    return values | {"targets": shares}
+    shares = {word: [each.successes, each.trials] for word, each in summary.targets.items()}
+    return figures | {"targets": shares}
 
 
-def _episode(outcome: episodes.Outcome) -> dict[str, Any]:
-    """Return an episode as plain values; magnets and drawn speeds stand for its scene."""
-    values = {key: value for key, value in vars(outcome).items() if key not in ("scene", "choice")}
-    if outcome.choice is not None:
-        values |= outcome.choice._asdict()
-    if outcome.scene is not None:
-        values["drawn_speeds"] = outcome.scene.speeds.tolist()
-    return values
+def _run(outcomes: Sequence[episodes.Outcome]) -> Run:
+    """Return episodes as columns; magnets and drawn speeds stand for their scenes."""
+    details: dict[str, Any] = {
+        name: [getattr(each, name) for each in outcomes]
+        for name in ("word", "status", "reward", "built", "built_score")
+    }
+    details["joints"] = [
+        [angle if np.isfinite(angle) else None for angle in each.joints] for each in outcomes
+    ]
+    for k, name in enumerate(("sequence", "speeds")):
+        details[name] = [each.choice and each.choice[k] for each in outcomes]
+    details["drawn_speeds"] = [each.scene and each.scene.speeds.tolist() for each in outcomes]
+    return Run.of(
+        [each.success for each in outcomes],
+        score=tuple(each.score for each in outcomes),
+        details={name: tuple(column) for name, column in details.items()},
+    )
 
 
 def _share(outcomes: Sequence[episodes.Outcome]) -> Share:

@@ -1,18 +1,22 @@
 """Trained policies that come with the project, and the cards that say what they are worth.
 
-`load_shipped("ppo-tube-feed")` loads one; `agents.evaluate` and `agents.sample_cost` take the name
-for the policies of all its seeds. A set of them lies in ``configs/policies``: a file for each
-seed and a card, JSON, with their training, checksums and results.
+`load_shipped("ppo-tube-feed")` loads one; `agents.evaluate` takes the name for the policies of all
+its seeds. A set of them lies in ``configs/policies``: a file for each seed and a card, JSON, with
+their training, checksums and results.
 """
 
+import json
 from pathlib import Path
 from typing import Any, Self
 
+import torch
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from agents.evaluation import policies
+from agents.training import policy_files
 from agents.training.folder import RunInfo, file_digest
 from magfold_env.files import write_text
+from magfold_env.scoring.results import Results, Row, View, one_line_lists
 
 
 class CardError(ValueError):
@@ -34,72 +38,6 @@ class Training(_Part):
     """What was noted of the training: commit, versions, seed, steps, seconds."""
 
 
-class _Played(_Part):
-    """What was found in one environment."""
-
-    env: dict[str, Any]
-    """Settings of the environment that differ from its own."""
-    seeds: tuple[int, ...]
-    """Of the draws that every target was played on."""
-    physics: str
-    """Digest of the physics' sources."""
-
-
-class CardResult(_Played):
-    """What the policies scored in one environment."""
-
-    successes: dict[str, tuple[str, ...]]
-    """By target and policy which draws ended in it, a letter each: 1 or 0."""
-
-
-class AblationRow(_Part):
-    """What is left of the policies without a part of them."""
-
-    success: tuple[float, float, float]
-    """Share of the episodes, and its interval."""
-    score: float
-    """Mean over the episodes."""
-    difference: tuple[float, float, float]
-    """Success above that of the policies as they are, and its interval."""
-
-
-class CardAblation(_Played):
-    """What `agents.ablate` found in one environment."""
-
-    policies: tuple[int, ...]
-    """Training seeds of those that played."""
-    rows: dict[str, AblationRow]
-    """By what was taken away."""
-
-
-class AdmissionRow(_Part):
-    """How a contestant did where a task was to be admitted."""
-
-    success: tuple[float, float, float]
-    """Share of the episodes, and its interval."""
-    score: float
-    """Mean over the episodes."""
-    normalised: float | None
-    """The same, random actions 0 and the oracle 1."""
-
-
-class CardAdmission(_Part):
-    """What `agents.admission` found of a track and the policies."""
-
-    id: str
-    """Of the environment."""
-    physics: str
-    """Digest of the physics' sources."""
-    verdict: str
-    """Whether the track is admitted."""
-    rows: dict[str, AdmissionRow]
-    """By contestant."""
-    policies: tuple[int, ...]
-    """Training seeds of those that played."""
-    successes: tuple[str, ...]
-    """By policy which episodes succeeded, a letter each: 1 or 0."""
-
-
 class Card(_Part):
     """What is known of a set of shipped policies."""
 
@@ -109,12 +47,23 @@ class Card(_Part):
     """Those of the training, as in its YAML file, but for the seed."""
     policies: tuple[Training, ...]
     """One a seed."""
-    results: tuple[CardResult, ...] = ()
-    """What was measured."""
-    ablations: tuple[CardAblation, ...] = ()
-    """What is left of it without parts of the policies."""
-    admissions: tuple[CardAdmission, ...] = ()
-    """What they are worth beside others on their track."""
+    results: tuple[Results, ...] = ()
+    """What was measured: what `agents.evaluate` and `agents.ablate` found in some environment, and
+    `agents.admission` on a track, of which only the episodes of these policies are kept."""
+
+    def of(self, view: View) -> list[Results]:
+        """Return what one of these has found."""
+        return [each for each in self.results if each.view == view]
+
+    def numbers(self, row: Row) -> list[int]:
+        """Return which of the policies are those of a row, from 0.
+
+        Raises
+        ------
+        ValueError
+            If a file of it is none of theirs.
+        """
+        return [[each.sha256 for each in self.policies].index(str(f.sha256)) for f in row.files]
 
     @classmethod
     def read(cls, path: Path) -> Self:
@@ -136,7 +85,9 @@ class Card(_Part):
 
     def write(self, path: Path) -> None:
         """Write the card to `path`."""
-        write_text(path, self.model_dump_json(indent=1) + "\n")
+        whole = self.model_dump(mode="json", exclude={"results"})
+        results = [each.model_dump(mode="json", exclude_defaults=True) for each in self.results]
+        write_text(path, one_line_lists(json.dumps(whole | {"results": results}, indent=1)) + "\n")
 
 
 def shipped_card(name: str) -> Card:
@@ -158,7 +109,7 @@ def shipped_files(name: str) -> list[Path]:
     return [policies.policies_dir() / policy.file for policy in shipped_card(name).policies]
 
 
-def load_shipped(name: str, number: int = 0) -> policies.TrainedPolicy:
+def load_shipped(name: str, number: int = 0) -> policy_files.SavedPolicy:
     """Load a policy that comes with the project: of a set such as ``ppo-tube-feed``, one seed.
 
     Raises
@@ -169,4 +120,5 @@ def load_shipped(name: str, number: int = 0) -> policies.TrainedPolicy:
     files = shipped_files(name)
     if not 0 <= number < len(files):
         raise ValueError(f"number: {number} is not allowed; must be 0 to {len(files) - 1}")
-    return policies.TrainedPolicy.load(files[number])
+    torch.set_num_threads(1)
+    return policy_files.load(files[number])

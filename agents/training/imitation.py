@@ -27,7 +27,7 @@ from torch.nn import functional
 from torch.nn.utils.rnn import pad_sequence
 
 from agents.commands import progress_bar
-from agents.open_loops.field import Search
+from agents.open_loops.search import Search
 from agents.settings import TrainSettings
 from agents.training.envs import make_env
 from agents.training.mending import Mending, mended

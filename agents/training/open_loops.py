@@ -18,11 +18,10 @@ from typing import Any
 import numpy as np
 
 from agents.commands import progress_bar
-from agents.evaluation.episodes import spread_over
-from agents.open_loops.field import Field, Search, open_loops_of
+from agents.evaluation.episodes import Table
+from agents.open_loops.search import Field, Search, open_loops_of
 from agents.settings import EnvSettings
 from agents.training.envs import make_env
-from magfold_env.checkpoint import Checkpoint
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Bools
 from magfold_env.files import physics_digest
@@ -128,16 +127,14 @@ def kept_search(
     }
     digest = hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:8]
     name = f"{title.replace(' ', '-')}-{settings.id.rpartition('/')[2]}-{digest}"
-    # Runs that begin together share one search: the first makes it, the others wait.
-    with Checkpoint(folder / name, key, wait=True) as kept, progress_bar() as bar:
-        found: list[Any] = kept.load()
-        task = bar.add_task(title, total=len(jobs), completed=len(found), note="")
-        cores = len(os.sched_getaffinity(0))
-        for result in spread_over(cores, search, jobs[len(found) :]):
-            found.append(result)
-            kept.add(result)
-            bar.update(task, completed=len(found))
-    return found
+    with progress_bar() as bar:
+        # Runs that begin together share one search: the first makes it, the others wait.
+        table = Table(bar, len(os.sched_getaffinity(0)), folder, key, wait=True)
+        return table.row(name, len(jobs), lambda at, _: (search, *jobs[at]), _searched)
+
+
+def _searched(search: Callable[..., Any], *job: Any) -> list[Any]:
+    return [search(*job)]
 
 
 def _search(settings: EnvSettings, number: int, effort: Search) -> list[int]:

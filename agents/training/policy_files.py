@@ -147,7 +147,7 @@ def _read(path: Path) -> tuple[PolicySettings, policies.BasePolicy]:
         raise ValueError(f"{path}: its networks cannot be made: {error}") from None
     shapes = {name: tuple(tensor.shape) for name, tensor in policy.state_dict().items()}
     try:
-        if unknown := file.header.keys() - shapes.keys():
+        if unknown := file.tensors.keys() - shapes.keys():
             raise ValueError(f"{min(unknown)}: is not one of the network's")
         weights = file.weights(shapes)
     except ValueError as error:

@@ -12,8 +12,8 @@ from zlib import crc32
 
 import numpy as np
 
-from agents.open_loops.field import Search
 from agents.open_loops.schedules import LONGEST_PAUSE, Schedule
+from agents.open_loops.search import Search
 from agents.settings import REPROGRAM_ENV, EnvSettings
 from agents.training.drawing_back import DrawingBack, DrawingBackTwice, Redoing, Refolding
 from agents.training.envs import make_env

@@ -24,7 +24,7 @@ from agents.training.imitation import imitate
 from magfold_env.checkpoint import alone_in
 from magfold_env.envs.episodes import Episodes
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.scoring.player import Player, choices
+from magfold_env.scoring.player import Player, play
 
 EPISODES_PER_RECORD = 60
 """How often learners that learn all the time write their numbers."""
@@ -113,8 +113,8 @@ class Validation:
         """Return the rate of success and the mean score of `model`."""
         episodes = self._episodes
         player = Player(model.policy, self._shown, self._env, episodes.count)
-        choose = choices(player, self._env, episodes)
-        ends = episodes.play(self._seeds, self._numbers.tolist(), choose)
+        plan = player.plan(self._env)
+        (ends,) = play(episodes, self._numbers, self._seeds, lambda _: plan)
         return {
             "success_rate": float(np.mean(ends["is_success"])),
             "score": float(np.mean(ends["score"])),

@@ -41,7 +41,7 @@ def network(name: str) -> dict[str, Any]:
     if not plain or settings.features == "symmetric":
         raise ValueError(f"{path}: must be tanh layers that see all of the last observations")
     shapes = {
-        part: file.header[part]["shape"]
+        part: file.tensors[part]["shape"]
         for layer in [*(f"{HIDDEN}.{2 * k}" for k in range(len(settings.actor))), LAST]
         for part in (f"{layer}.weight", f"{layer}.bias")
     }
@@ -51,7 +51,7 @@ def network(name: str) -> dict[str, Any]:
         "frames": settings.frames,
         "order": _order(settings) if settings.features == "mouth" else None,
         "choices": _choices(settings),
-        "inputs": file.header[f"{HIDDEN}.0.weight"]["shape"][1],
+        "inputs": file.tensors[f"{HIDDEN}.0.weight"]["shape"][1],
         "widths": [shape[0] for shape in shapes.values() if len(shape) == 2],
         "weights": base64.b64encode(
             shortened(np.concatenate([each.ravel() for each in weights]))

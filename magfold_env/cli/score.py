@@ -55,13 +55,15 @@ def score(
             )
         if json is not None:
             found.write(json)
+    ((name, row),) = found.rows.items()
+    rate, low, high = (100 * each for each in row.success)
+    seconds, (run,) = found.provenance["seconds"], row.runs
     rows = {
         "track": found.id,
-        "played": f"{len(found.episodes)} episodes of seed {found.seed}, {found.seconds:.0f} s",
-        "success": f"{100 * found.success.rate:.1f} % "
-        f"({100 * found.success.low:.1f}–{100 * found.success.high:.1f})",
-        "mean score": f"{found.score:.4f}",
+        "played": f"{len(run.success)} episodes of seed {found.seed}, {seconds:.0f} s",
+        "success": f"{rate:.1f} % ({low:.1f}–{high:.1f})",
+        "mean score": f"{row.score:.4f}",
     }
-    options.show(options.entries(f"{found.name}, {found.kind}", rows))
-    typer.echo(f"SHA-256: {found.sha256}")
+    options.show(options.entries(f"{name}, {row.kind}", rows))
+    typer.echo(f"SHA-256: {row.files[0].sha256}")
     options.say_written(json)

@@ -1,14 +1,20 @@
-"""Networks that play many episodes at once: what they are shown and what they remember."""
+"""Who plays many episodes at once, and the one loop in which episodes are played.
+
+Whoever plays is a `Plan`: from episodes and some of their rows to what these do next. Networks
+become one by a `Player`, which knows what they are shown and what they remember.
+"""
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 from gymnasium import Space
 
+from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Ints
-from magfold_env.envs.episodes import Episodes
+from magfold_env.envs.episodes import Columns, Episodes
 from magfold_env.scoring.policy_file import Shown
 from magfold_env.scoring.shown import View, shown_space
 
@@ -93,23 +99,52 @@ class Player:
         self._begun = np.zeros_like(self._begun)
         return actions
 
+    def plan(self, env: Any) -> Plan:
+        """Return what it asks for in the first rows of episodes, as many as it plays.
 
-def choices(player: Player, env: Any, episodes: Episodes[Any]) -> Callable[[Ints], Any]:
-    """Return what a player asks for in its episodes, as `Episodes.play` wants it.
+        Those of them that go on have all taken the same steps; `env` is a single environment that
+        takes its actions.
+        """
+        table, first = env.world.actions, slice(self.count)
 
-    They are the first ones, and those of them that go on have all taken the same steps; `env` is a
-    single environment that takes its actions.
+        def choose(episodes: Episodes[Any], rows: Ints) -> Any:
+            masks = episodes.action_masks(table)
+            if masks is not None:
+                masks = masks[first]
+            observations: Any = episodes.observe()
+            if self.count < episodes.count:
+                observations = observations[first]
+            choice = table.read(self.act(observations, masks), self.count)
+            return tuple(part[rows] for part in choice)
+
+        return choose
+
+
+def play(
+    episodes: Episodes[Any],
+    numbers: Sequence[int] | Ints,
+    seeds: Sequence[int],
+    plan_of: Callable[[slice], Plan],
+) -> Iterator[Columns]:
+    """Play episodes to their ends, as many at a time as there is room for.
+
+    Parameters
+    ----------
+    episodes : Episodes
+        The room.
+    numbers : sequence of int
+        Numbers of their targets, or tasks.
+    seeds : sequence of int
+        Of their draws, as `reset` of a single environment takes them.
+    plan_of : callable
+        Returns what plays a part of them, each in a row of its own.
+
+    Yields
+    ------
+    dict
+        How the episodes of a part end, as `Episodes.play` returns it.
     """
-    table, first = env.world.actions, slice(player.count)
-
-    def choose(rows: Ints) -> Any:
-        masks = episodes.action_masks(table)
-        if masks is not None:
-            masks = masks[first]
-        observations: Any = episodes.observe()
-        if player.count < episodes.count:
-            observations = observations[first]
-        choice = table.read(player.act(observations, masks), player.count)
-        return tuple(part[rows] for part in choice)
-
-    return choose
+    for start in range(0, len(seeds), episodes.count):
+        part = slice(start, start + episodes.count)
+        choose = partial(plan_of(part), episodes)
+        yield episodes.play(seeds[part], [int(each) for each in numbers[part]], choose)

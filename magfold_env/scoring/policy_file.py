@@ -1,23 +1,24 @@
 """Policies as files that run no code: weights and settings, of which networks are made.
 
-A file is one of `safetensors <https://github.com/huggingface/safetensors>`_: the length of a
-header, 8 bytes, little-endian; the header, JSON, with each weight's type, shape and place, and the
-settings, JSON too, among its metadata; then the weights.
+A file is one of `safetensors <https://github.com/huggingface/safetensors>`_. The entry ``policy``
+of its metadata is JSON: the format, the settings, JSON too, and the SHA-256 of settings and
+weights. In older files these are three entries of the metadata.
 """
 
 import hashlib
 import itertools
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
+import safetensors
 from gymnasium import spaces
 from numpy.typing import NDArray
 from pydantic import Discriminator, Field, Tag, ValidationError, model_validator
+from safetensors.numpy import save
 
 from magfold_env.files import replacing
 from magfold_env.scene import Problem, SceneError
@@ -25,6 +26,16 @@ from magfold_env.scene.base import Part
 from magfold_env.scene.errors import problems_of, refuse
 
 FORMAT = "magfold_env policy 1"
+_POLICY = "policy"
+_DAMAGED = (
+    safetensors.SafetensorError,
+    ValueError,
+    KeyError,
+    TypeError,
+    AttributeError,
+    RecursionError,
+)
+"""What reading a file that is no policy, or a damaged one, may raise."""
 
 Algorithm = Literal["ppo", "maskable-ppo", "recurrent-ppo", "sac", "tqc"]
 Features = Literal["chain", "mouth", "symmetric"]
@@ -208,10 +219,8 @@ class PolicyFile:
 
     settings: PolicySettings
     """Everything but its weights."""
-    header: Mapping[str, Any]
-    """What the file says of each weight, by name."""
-    data: bytes
-    """The weights."""
+    tensors: Mapping[str, Mapping[str, Any]]
+    """The weights by name: ``dtype``, ``shape`` and ``data`` of each."""
 
     def weights(self, shapes: Mapping[str, Sequence[int]]) -> dict[str, NDArray[np.float32]]:
         """Return the weights of these names.
@@ -223,26 +232,15 @@ class PolicyFile:
         """
         found: dict[str, NDArray[np.float32]] = {}
         for name, each in shapes.items():
-            shape = list(each)
-            entry = self.header.get(name)
-            begin = _begin(entry)
-            size = 4 * math.prod(shape)
-            right = {"dtype": "F32", "shape": shape, "data_offsets": [begin, begin + size]}
-            if entry != right or begin + size > len(self.data):
-                raise ValueError(f"{name}: {entry} is not allowed; must be F32 numbers, {shape}")
-            numbers = np.frombuffer(self.data, "<f4", size // 4, begin).astype(np.float32)
+            shape, tensor = list(each), self.tensors.get(name, {})
+            given = tensor.get("dtype"), tensor.get("shape")
+            if given != ("F32", shape):
+                raise ValueError(f"{name}: {given} is not allowed; must be F32 numbers, {shape}")
+            numbers = np.frombuffer(tensor["data"], "<f4").astype(np.float32)
             if not np.isfinite(numbers).all():
                 raise ValueError(f"{name}: has numbers that are not finite")
             found[name] = numbers.reshape(shape)
         return found
-
-
-def _begin(entry: Any) -> int:
-    """Return where a weight begins, as its entry in the header says; 0 if it says nothing."""
-    try:
-        return max(0, int(entry["data_offsets"][0]))
-    except (LookupError, TypeError, ValueError, OverflowError):
-        return 0
 
 
 def write(
@@ -250,19 +248,12 @@ def write(
 ) -> None:
     """Write a policy to `path` under a temporary name and move it into place."""
     text = settings.model_dump_json()
-    header: dict[str, Any] = {}
-    parts: list[bytes] = []
-    end = 0
-    for name, each in weights.items():
-        begin, end = end, end + 4 * each.size
-        header[name] = {"dtype": "F32", "shape": list(each.shape), "data_offsets": [begin, end]}
-        parts.append(each.astype("<f4").tobytes())
-    data = b"".join(parts)
-    header["__metadata__"] = {"format": FORMAT, "settings": text, "sha256": _digest(text, data)}
-    head = json.dumps(header).encode()
-    head += b" " * (-len(head) % 8)
+    tensors = {name: np.asarray(each, np.float32, order="C") for name, each in weights.items()}
+    told = {"format": FORMAT, "settings": text, "sha256": _digest(text, _data(save(tensors)))}
+    # One entry, since the package writes several in an order that changes from process to process.
+    content = save(tensors, {_POLICY: json.dumps(told)})
     with replacing(path) as temporary:
-        temporary.write_bytes(len(head).to_bytes(8, "little") + head + data)
+        temporary.write_bytes(content)
 
 
 def is_zip(path: Path) -> bool:
@@ -297,17 +288,18 @@ def read(path: str | Path) -> PolicyFile:
             "trust_pickle=True)"
         )
     content = path.read_bytes()
+    data = _data(content)
     try:
-        start = 8 + int.from_bytes(content[:8], "little")
-        header = json.loads(content[8:start])
-        metadata = header.pop("__metadata__")
-        if metadata["format"] != FORMAT:
-            raise ValueError(f"format: {metadata['format']!r} is not {FORMAT!r}")
-        text, data = metadata["settings"], content[start:]
-        if metadata["sha256"] != _digest(text, data):
+        tensors = dict(cast("Any", safetensors).deserialize(content))
+        told = json.loads(content[8 : len(content) - len(data)])["__metadata__"]
+        told = json.loads(told[_POLICY]) if _POLICY in told else told
+        if told["format"] != FORMAT:
+            raise ValueError(f"format: {told['format']!r} is not {FORMAT!r}")
+        text = told["settings"]
+        if told["sha256"] != _digest(text, data):
             raise ValueError("sha256: the weights or settings are not what was saved")
         given = json.loads(text)
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except _DAMAGED as error:
         raise ValueError(f"{path}: is not a policy, or is damaged: {error}") from None
     try:
         settings = PolicySettings.model_validate(given)
@@ -317,7 +309,12 @@ def read(path: str | Path) -> PolicyFile:
         allowed = f"must be those of the weights, {len(data)} bytes"
         widths = [*settings.actor, *settings.critic]
         raise SceneError([Problem("actor, critic", widths, allowed)], str(path))
-    return PolicyFile(settings, header, data)
+    return PolicyFile(settings, tensors)
+
+
+def _data(content: bytes) -> bytes:
+    """Return what follows the header of a file."""
+    return content[8 + int.from_bytes(content[:8], "little") :]
 
 
 def _digest(text: str, data: bytes) -> str:

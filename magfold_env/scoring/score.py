@@ -7,91 +7,28 @@ import time
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
-from pydantic import Field, ValidationError
 
+from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Ints
+from magfold_env.envs.episodes import Columns
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
-from magfold_env.files import physics_digest, reading_json, write_json
-from magfold_env.reporting.intervals import Share, share
+from magfold_env.files import physics_digest
 from magfold_env.scene import Problem, SceneError
-from magfold_env.scene.base import Part
-from magfold_env.scene.errors import problems_of, refuse
+from magfold_env.scene.errors import refuse
 from magfold_env.scoring import action_file
 from magfold_env.scoring.action_file import ActionFile
 from magfold_env.scoring.network import Actor
-from magfold_env.scoring.player import Player, choices
+from magfold_env.scoring.player import Player, play
+from magfold_env.scoring.results import File, Results, Row, Run, summed
 from magfold_env.scoring.track import TRACKS, WIDTH, Track
 
-FORMAT = "magfold_env score 1"
 EPISODES = 1000
 MINUTES = 10.0
 
 _LIBRARIES = ("magfold_env", "numpy", "numba", "gymnasium")
-
-Choose = Callable[[Ints], tuple[Any, ...]]
-
-Ended = tuple[int, bool, float, float | None]
-"""Of an episode its task, success, score and energy [J]."""
-
-
-class Score(Part):
-    """How an entry did."""
-
-    format: Literal["magfold_env score 1"] = FORMAT
-    name: Annotated[str, Field(pattern=r"^[\w .+-]{1,80}$")]
-    """That of its file, without suffix; other characters than these are underscores."""
-    kind: Literal["policy", "actions"]
-    """Actions may have been chosen with knowledge of the draws."""
-    sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-    """Of its file."""
-    id: str
-    """The environment's name with Gymnasium."""
-    seed: int
-    """Of the draws."""
-    draws: int
-    """Version of the draws, see `magfold_env.envs.tasks.draws`."""
-    physics: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
-    """See `magfold_env.files.physics_digest`."""
-    versions: dict[str, str]
-    """Of what played."""
-    seconds: float
-    """How long it took."""
-    episodes: Annotated[tuple[Ended, ...], Field(min_length=1)]
-    """Each one's task, success, score and energy at the end [J]: the last of them tell bits of the
-    motion apart; None where it broke down."""
-
-    @property
-    def success(self) -> Share:
-        """Share of the episodes that succeeded."""
-        return share(sum(success for _, success, _, _ in self.episodes), len(self.episodes))
-
-    @property
-    def score(self) -> float:
-        """Mean score."""
-        return sum(score for _, _, score, _ in self.episodes) / len(self.episodes)
-
-    def write(self, path: Path) -> None:
-        """Write to `path`, under a temporary name first."""
-        write_json(path, self.model_dump(mode="json"), "episodes")
-
-    @classmethod
-    def read(cls, path: Path) -> "Score":
-        """Read what `write` wrote.
-
-        Raises
-        ------
-        ValueError
-            If it is no such file.
-        """
-        with reading_json(path, "a score", FORMAT) as data:
-            content = data
-        try:
-            return cls.model_validate(content)
-        except ValidationError as error:
-            raise SceneError(problems_of(error, cls), str(path)) from None
 
 
 def track_of(env_id: str, seed: int) -> Track:
@@ -115,7 +52,7 @@ def score(
     episodes: int | None = None,
     minutes: float = MINUTES,
     tell: Callable[[int, int], object] = lambda played, wanted: None,
-) -> Score:
+) -> Results:
     """Play what is in a file and return how it did.
 
     Parameters
@@ -156,22 +93,28 @@ def score(
         track = track_of(env_id, seed)
         if isinstance(entry, ActionFile):
             action_file.check(entry, track.single_actions.space)
-        found = _play(track, entry, episodes or EPISODES, until, tell)
+        run = _play(track, entry, episodes or EPISODES, until, tell)
     except TimeoutError:
         raise ValueError(f"{path}: takes longer than the {minutes:g} minutes allowed") from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-    return Score(
-        name=re.sub(r"[^\w .+-]", "_", path.stem)[:80],
-        kind="policy" if isinstance(entry, Actor) else "actions",
-        sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
+    file = File(name=path.name, sha256=hashlib.sha256(path.read_bytes()).hexdigest())
+    kind = "policy" if isinstance(entry, Actor) else "actions"
+    return Results(
+        view="score",
         id=env_id,
-        seed=seed,
         draws=EVALUATION_VERSION,
+        seed=seed,
         physics=physics_digest(),
-        versions={name: version(name) for name in _LIBRARIES},
-        seconds=round(time.monotonic() - begun, 1),
-        episodes=found,
+        provenance={
+            "seconds": round(time.monotonic() - begun, 1),
+            **{name: version(name) for name in _LIBRARIES},
+        },
+        rows={
+            re.sub(r"[^\w .+-]", "_", path.stem)[:80]: Row(
+                **summed(run), kind=kind, files=(file,), runs=(run,)
+            )
+        },
     )
 
 
@@ -181,35 +124,42 @@ def _play(
     count: int,
     until: float,
     tell: Callable[[int, int], object],
-) -> tuple[Ended, ...]:
+) -> Run:
     """Return how episodes end, unless they are not over by some moment of `time.monotonic`."""
     room = track.episodes(min(count, WIDTH), threads=os.cpu_count() or 1)
-    found: list[Ended] = []
+    numbers, seeds = track.draws(0, count)
+    parts: list[Columns] = []
     tell(0, count)
-    for start in range(0, count, WIDTH):
-        stop = min(start + WIDTH, count)
-        choose = _choices(track, entry, room, start, stop)
 
-        def hurried(rows: Ints, choose: Choose = choose) -> tuple[Any, ...]:
+    def plan_of(part: slice) -> Plan:
+        plan = _plan(track, entry, range(count)[part])
+
+        def hurried(episodes: Any, rows: Ints) -> Any:
             if time.monotonic() > until:
                 raise TimeoutError
-            return choose(rows)
+            return plan(episodes, rows)
 
-        numbers, seeds = track.draws(start, stop)
-        ends = room.play(seeds, numbers.tolist(), hurried)
-        energies = [None if np.isnan(each) else each for each in ends["energy"].tolist()]
-        columns = numbers, ends["is_success"], ends["score"]
-        found += zip(*(each.tolist() for each in columns), energies, strict=True)
-        tell(stop, count)
-    return tuple(found)
+        return hurried
+
+    for ends in play(room, numbers, seeds, plan_of):
+        parts.append(ends)
+        tell(min(len(parts) * room.count, count), count)
+    columns = ("is_success", "score", "energy")
+    success, scores, energies = (np.concatenate([part[key] for part in parts]) for key in columns)
+    return Run.of(
+        success,
+        task=numbers.tolist(),
+        score=scores.tolist(),
+        energy=[None if np.isnan(each) else each for each in energies.tolist()],
+    )
 
 
-def _choices(track: Track, entry: Actor | ActionFile, room: Any, start: int, stop: int) -> Choose:
+def _plan(track: Track, entry: Actor | ActionFile, part: range) -> Plan:
     """Return what an entry asks for in some of the episodes."""
     if isinstance(entry, Actor):
         env = track.env_of(entry.action_space)
-        return choices(Player(entry, entry.settings, env, stop - start), env, room)
-    given, actions = entry.actions[start:stop], track.single_actions
+        return Player(entry, entry.settings, env, len(part)).plan(env)
+    given, actions = entry.actions[part.start : part.stop], track.single_actions
     lengths = np.array([len(each) for each in given])
     shape = actions.space.shape or ()
     table = np.zeros((len(given), lengths.max(), *shape), dtype=np.float64 if shape else np.int64)
@@ -218,12 +168,12 @@ def _choices(track: Track, entry: Actor | ActionFile, room: Any, start: int, sto
 
     taken = np.zeros(len(given), dtype=np.int64)
 
-    def choose(rows: Ints) -> tuple[Any, ...]:
+    def choose(_: Any, rows: Ints) -> Any:
         steps = taken[rows]
         taken[rows] += 1
         if (short := rows[steps >= lengths[rows]]).size:
             raise ValueError(
-                f"actions[{start + short[0]}]: {lengths[short[0]]} actions are not allowed; must "
+                f"actions[{part[short[0]]}]: {lengths[short[0]]} actions are not allowed; must "
                 "be more, the episode goes on"
             )
         return actions.read(table[rows, steps], len(rows))

@@ -10,12 +10,13 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from agents.ablate import __main__ as command
-from agents.ablate.ablations import BLIND, FROZEN, RANDOM_SPEEDS, SEEING, SpeedPolicy, ablated
-from agents.ablate.ablations import play as play_ablated
+from agents import ablate
+from agents.ablate import SEEING
 from agents.evaluation import episodes, policies
-from agents.evaluation.report import Method
+from agents.evaluation.episodes import FROZEN, NO_MOTION, RANDOM_SPEEDS, Method, Outcome
 from agents.settings import EnvSettings
+from agents.training.policy_files import SavedPolicy
+from magfold_env.scoring.policy_file import Shown
 from magfold_env.scoring.shown import blind
 from tests.agents.test_intervals import WORDS
 from tests.killed import run_until_killed
@@ -23,45 +24,43 @@ from tests.killed import run_until_killed
 STRONG = EnvSettings(targets=("LRLLL", "RLRRR"), randomisation="strong")
 QUASI = EnvSettings(components=4, fidelity="quasistatic", targets=("LRL", "RLR"))
 RANDOM = Method("random", ("random",))
+ROW = np.array([0])
 
 
 def seen(env: Any, observation: Any) -> Any:
     """Return the entries of an observation that a camera would have to measure."""
     entries = observation["observation"] if isinstance(observation, dict) else observation
-    return np.concatenate([entries[env.layout.slices[name]] for name in env.layout.measured])
+    return np.concatenate([entries[..., env.layout.slices[name]] for name in env.layout.measured])
 
 
-class Reading(policies.Policy):
+class Reading:
     """Lets what it sees of the chain decide, and nothing else."""
 
-    def act(self, env: Any, observation: Any, rng: object) -> Any:
-        number = int(1e4 * abs(float(seen(env, observation).sum())))
-        return np.array([number % 16, number % 9])
+    def __init__(self) -> None:
+        env = episodes.make_env(STRONG)
+        self.observation_space, self.action_space = env.observation_space, env.action_space
+        self._layout = env.layout
 
-
-class Looking(policies.DesignPolicy):
-    """Plays the minimiser's design while it sees a chain."""
-
-    def act(self, env: Any, observation: Any, rng: Any) -> Any:
-        action = super().act(env, observation, rng)
-        return action if seen(env, observation).any() else np.zeros_like(action)
+    def predict(self, observation: Any, state: Any, episode_start: Any, deterministic: bool) -> Any:
+        parts = [observation[:, self._layout.slices[name]] for name in self._layout.measured]
+        numbers = (1e4 * np.abs(np.hstack(parts).sum(axis=1))).astype(int)
+        return np.stack([numbers % 16, numbers % 9], axis=1), None
 
 
 @pytest.fixture
-def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let names stand for the policies of this test."""
-    known = {"reading": Reading(), "looking": Looking(), "design": policies.DesignPolicy()}
+def reading(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let a name stand for the policy that reads."""
+    saved: Any = SavedPolicy(Reading(), Shown(), steps=0)  # pyright: ignore[reportArgumentType]
 
-    def own_policy(name: str) -> policies.Policy:
-        policy = known[name.removeprefix(policies.BLIND)]
-        return policies.BlindPolicy(policy) if name.startswith(policies.BLIND) else policy
+    def own_policy(name: str, trust_pickle: bool = False) -> policies.Policy:
+        return policies.trained(saved, name.startswith(policies.NO_MOTION))
 
     monkeypatch.setattr(episodes, "own_policy", own_policy)
 
 
 @pytest.mark.parametrize("kind", ["MagFold/TubeFeed-v0", "MagFold/TubeFeedGoal-v0"])
 @pytest.mark.parametrize("direction", ["forward", "backward"])
-def test_two_motions_of_one_task_look_alike_to_the_blind(kind: Any, direction: str) -> None:
+def test_two_motions_of_one_task_look_alike_without_motion(kind: Any, direction: str) -> None:
     settings = STRONG.model_copy(update={"id": kind})
     envs = [episodes.make_env(settings) for _ in range(2)]
     if direction == "backward":
@@ -98,117 +97,107 @@ def known(env: Any, one: Any, whole: Any) -> None:
         assert one[part].any()
 
 
-@pytest.mark.usefixtures("made_up")
-def test_the_frozen_replay_one_episode_whatever_the_draw() -> None:
+@pytest.mark.usefixtures("reading")
+def test_what_is_frozen_repeats_one_episode_and_no_motion_decides_nothing() -> None:
     env = episodes.make_env(STRONG)
 
-    def choices(policy: policies.Policy) -> set[Any]:
+    def choices(change: episodes.Change) -> set[Any]:
+        policy = episodes.changed("reading", change, STRONG)
         return {episodes.play(policy, env, "LRLLL", seed).choice for seed in range(4)}
 
-    assert len(choices(Reading())) == 4
-    frozen = choices(ablated(FROZEN, "reading", STRONG, "LRLLL"))
+    assert len(choices(None)) == 4
     still = episodes.make_env(STRONG.model_copy(update={"randomisation": "none"}))
-    assert frozen == {episodes.play(Reading(), still, "LRLLL", seed=9).choice}
+    policy = episodes.changed("reading", None, STRONG)
+    assert choices(FROZEN) == {episodes.play(policy, still, "LRLLL", seed=9).choice}
+    (unseeing,) = choices(NO_MOTION)
+    assert set(unseeing.sequence) == {"NNNN"}
 
 
 @pytest.mark.parametrize("kind", ["multidiscrete", "discrete", "box"])
 def test_other_speeds_change_speeds_only(kind: Any) -> None:
     env = episodes.make_env(QUASI.model_copy(update={"actions": kind}))
-    observation, _ = env.reset(seed=0)
-    rng, seeds = np.random.default_rng(0), np.random.default_rng(1)
-    drawn: list[float] = []
-    for _ in range(60):
-        seed = int(seeds.integers(2**31))
-        faces, _ = env.actions.decode(
-            policies.RandomPolicy().act(env, observation, np.random.default_rng(seed))
-        )
+    env.reset(seed=0)
+    drawn: set[float] = set()
 
-        def replaced(speed: float | None, rng: Any, seed: int = seed) -> tuple[Any, float]:
-            class Given(policies.RandomPolicy):
-                def act(self, env: Any, observation: Any, rng: object) -> Any:
-                    return super().act(env, observation, np.random.default_rng(seed))
+    def chosen(policy: policies.Policy, seed: int) -> tuple[Any, float]:
+        act = policy(env, [0], [np.random.default_rng(seed)])
+        return env.actions.decode(act(env.episodes, ROW)[0])
 
-            return env.actions.decode(SpeedPolicy(Given(), speed).act(env, observation, rng))
-
+    for seed in range(60):
+        faces, _ = chosen(policies.at_random, seed)
         for speed in env.actions.speeds:
-            assert replaced(speed, None) == (faces, pytest.approx(speed, rel=1e-6))
-        same, speed = replaced(None, rng)
+            other = chosen(policies.at_speed(policies.at_random, speed), seed)
+            assert other == (faces, pytest.approx(speed, rel=1e-6))
+        same, speed = chosen(policies.at_speed(policies.at_random, None), seed)
         assert same == faces
-        drawn.append(round(speed, 6))
-    assert set(drawn) == set(env.actions.speeds.round(6))
-
-
-@pytest.mark.medium
-@pytest.mark.usefixtures("made_up")
-def test_only_who_reads_motion_loses_when_blind(tmp_path: Path) -> None:
-    worth: dict[str, dict[Any, float]] = {}
-    for name in ("looking", "design"):
-        rows = command.measure(Method(name, (name,)), STRONG, 2, 1, tmp_path / name)
-        assert [row.ablation for row in rows[:3]] == [SEEING, BLIND, FROZEN]
-        worth[name] = {row.ablation: float(row.difference.value) for row in rows}
-    assert worth["looking"][BLIND] <= -0.75
-    assert worth["looking"][FROZEN] >= -0.25
-    assert worth["design"][BLIND] == 0.0
+        drawn.add(round(speed, 6))
+    assert drawn == set(env.actions.speeds.round(6))
 
 
 @pytest.mark.medium
 def test_differences_are_paired_as_a_slow_bootstrap_pairs_them() -> None:
     rng = np.random.default_rng(0)
-    policies_, words, draws = 4, tuple(WORDS[:13]), 6
-    seeing = rng.random((policies_, len(words), 1)) * rng.random((1, len(words), 1))
+    runs, words, draws = 4, tuple(WORDS[:13]), 6
+    seeing = rng.random((runs, len(words), 1)) * rng.random((1, len(words), 1))
     chances = np.stack([seeing, seeing - 0.1 * rng.random(seeing.shape)])
-    ends = np.zeros((2, policies_, len(words), draws, 2))
     # The draws are the same for both.
-    ends[..., 0] = rng.random((policies_, len(words), draws)) < chances
-    ends[..., 1] = 0.5 + 0.5 * ends[..., 0]
-    row = command.summarise([SEEING, BLIND], ends, words)[1]
+    ends = rng.random((runs, len(words), draws)) < chances
+    results = {
+        name: [
+            [
+                Outcome(word, word, "folded", seed, bool(end), 0.5 + 0.5 * end, 0.0)
+                for word, row in zip(words, run, strict=True)
+                for seed, end in enumerate(row)
+            ]
+            for run in each
+        ]
+        for name, each in zip((SEEING, NO_MOTION), ends, strict=True)
+    }
+    row = ablate.summarise(results)[NO_MOTION]
+    value, *interval = row.figures["difference"]
     resamples: list[float] = []
+    difference = ends[1].astype(float) - ends[0]
     for _ in range(4000):
-        runs = rng.choice(policies_, policies_)
-        places = rng.choice(len(words), len(words))
-        total = 0.0
-        for run in runs:
-            for place in places:
-                for draw in range(draws):
-                    total += ends[1, run, place, draw, 0] - ends[0, run, place, draw, 0]
-        resamples.append(total / (policies_ * len(words) * draws))
+        places = np.ix_(rng.choice(runs, runs), rng.choice(len(words), len(words)))
+        resamples.append(difference[places].mean())
     low, high = np.percentile(resamples, [2.5, 97.5])
-    np.testing.assert_allclose((row.difference.low, row.difference.high), (low, high), atol=0.01)
-    assert row.difference.value == pytest.approx((ends[1] - ends[0])[..., 0].mean())
-    assert row.score == pytest.approx(ends[1, ..., 1].mean())
-    assert row.difference.high - row.difference.low < row.success.high - row.success.low
+    np.testing.assert_allclose(interval, (low, high), atol=0.01)
+    assert value == pytest.approx(difference.mean())
+    assert row.score == pytest.approx(0.5 + 0.5 * ends[1].mean())
+    assert interval[1] - interval[0] < row.success[2] - row.success[1]
 
 
 KILLED = """
 import sys
 from pathlib import Path
-from agents.ablate.__main__ import measure
-from agents.evaluation.report import Method
+from agents.ablate import measure
+from agents.evaluation.episodes import Method
 from agents.settings import EnvSettings
 
 settings = EnvSettings.model_validate_json(sys.argv[1])
-measure(Method("random", ("random",)), settings, 1, 1, Path(sys.argv[2]))
+measure(Method("random", ("random",)), settings, 5, 1, Path(sys.argv[2]))
 """
 
 
 @pytest.mark.medium
 def test_a_run_that_was_killed_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = command.measure(RANDOM, QUASI, 1, 1, tmp_path / "whole")
-    run_until_killed(10, KILLED, QUASI.model_dump_json(), str(tmp_path / "killed"))
-    played: list[Any] = []
+    whole = ablate.measure(RANDOM, QUASI, 5, 1, tmp_path / "whole")
+    run_until_killed(7, KILLED, QUASI.model_dump_json(), str(tmp_path / "killed"))
+    played: list[int] = []
+    own_play = episodes.play
 
-    def play(*job: Any) -> tuple[bool, float]:
-        played.append(job)
-        return play_ablated(*job)
+    def play(*given: Any, **options: Any) -> Outcome:
+        played.append(1)
+        return own_play(*given, **options)
 
-    monkeypatch.setattr(command, "play", play)
-    assert command.measure(RANDOM, QUASI, 1, 1, tmp_path / "killed") == whole
-    assert len(played) == len(whole) * 2 - 10
+    monkeypatch.setattr(episodes, "play", play)
+    assert ablate.measure(RANDOM, QUASI, 5, 1, tmp_path / "killed") == whole
+    assert len(played) == len(whole) * 10 - 7
 
 
 def test_the_command_prints_its_table_again_and_refuses_other_episodes(tmp_path: Path) -> None:
     app = typer.Typer()
-    app.command()(command.main)
+    app.command()(ablate.main)
     given = ["random", "--processes", "1", "--output", str(tmp_path), "--draws"]
     for key in ("components=4", "fidelity=quasistatic", "targets=[LRL, RLR]"):
         given = ["--env", key, *given]
@@ -217,7 +206,7 @@ def test_the_command_prints_its_table_again_and_refuses_other_episodes(tmp_path:
     table = first.stdout[first.stdout.index("random, ") :]
     assert again.stdout[again.stdout.index("random, ") :] == table
     content = json.loads((tmp_path / "ablation.json").read_text(encoding="utf-8"))
-    names = [SEEING, BLIND, FROZEN, "0.010 m/s", "0.600 m/s", RANDOM_SPEEDS]
+    names = [SEEING, NO_MOTION, FROZEN, "0.010 m/s", "0.600 m/s", RANDOM_SPEEDS]
     assert set(names) < set(content["rows"])
     assert all(name in table for name in content["rows"])
     assert other.exit_code == 2
@@ -227,4 +216,4 @@ def test_the_command_prints_its_table_again_and_refuses_other_episodes(tmp_path:
 def test_there_must_be_something_to_see(tmp_path: Path) -> None:
     settings = EnvSettings(id="MagFold/SequenceDesign-v0")
     with pytest.raises(ValueError, match=r"env\.id: 'MagFold/SequenceDesign-v0' is not allowed"):
-        command.measure(RANDOM, settings, 1, 1, tmp_path)
+        ablate.measure(RANDOM, settings, 1, 1, tmp_path)

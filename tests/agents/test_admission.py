@@ -15,22 +15,26 @@ from typer.testing import CliRunner
 
 from agents.admission import __main__ as command
 from agents.admission import contestants, rule
-from agents.admission.arena import EVALUATION, SEARCH, Arena, copies, own_arena, replaying
 from agents.admission.contestants import (
     BLIND,
+    EVALUATION,
     FROZEN,
     OPEN_LOOP,
     ORACLE,
     RANDOM,
+    SEARCH,
     SIMPLE,
     TRAINED,
+    Arena,
+    copies,
+    own_arena,
+    replaying,
 )
 from agents.evaluation import intervals
 from agents.open_loops import orders
-from agents.open_loops.field import Field
-from agents.open_loops.halving import halving, rounds
 from agents.open_loops.orders import Orders
 from agents.open_loops.schedules import Schedule, constant
+from agents.open_loops.search import Field, halving, rounds
 from agents.training import mending, open_loops, redoings
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.legs import Leg
@@ -497,9 +501,9 @@ def test_the_command_goes_on_where_it_was_killed(
     assert content == again
     assert {*SIMPLE, ORACLE} < set(content["rows"])
     for row in content["rows"].values():
-        of_task = list(row["by task"].values())
+        of_task = list(row["figures"]["by task"].values())
         assert row["success"][0] == pytest.approx((2 * of_task[0] + of_task[1]) / 3)
-    assert content["verdict"] in ("not measured as a whole", "not admitted")
+    assert content["figures"]["verdict"] in ("not measured as a whole", "not admitted")
     assert "Verdict:" in (folder / "admission.md").read_text(encoding="utf-8")
     other = CliRunner().invoke(app, [*given, str(folder), "--tasks", "1"])
     assert other.exit_code == 2

@@ -1,14 +1,32 @@
+"""Searches choose within their budgets; what they chose is kept, and a search goes on."""
+
+from collections.abc import Sequence
 from itertools import product
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from agents.baselines.calls import Calls, SpentError, Tally, freeze, freeze_unseen, random_choice
-from agents.baselines.searches import SEARCHES, PolicySearch, energy_design, search_of
+from agents.baselines.searches import (
+    SEARCHES,
+    Calls,
+    SpentError,
+    Tally,
+    choose,
+    choose_for,
+    choose_unseen,
+    energy_design,
+    random_choice,
+    search_of,
+)
 from agents.evaluation.episodes import play
-from agents.evaluation.policies import FrozenPolicy, OpenLoop, RandomPolicy
+from agents.evaluation.policies import ChoiceFile, Chosen, OpenLoop, at_random, read_choices
+from agents.evaluation.policies import chosen as choosing
+from agents.settings import EnvSettings
 from magfold_env.designer import gap_designs
 from magfold_env.envs.chains.quasistatic import fold
+from magfold_env.envs.episodes import Episodes
 from magfold_env.envs.sequence_design import SequenceDesignEnv
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.envs.tube_feed import TubeFeedEnv
@@ -18,17 +36,23 @@ TARGET = "LRL"
 GOOD = ("NSSN", "NSNS", "SNNS", "SNSN")
 
 
-class CountingEnv(TubeFeedEnv):
-    resets = 0
-
-    def reset(self, *, seed=None, options=None):  # pyright: ignore[reportIncompatibleMethodOverride]
-        self.resets += 1
-        return super().reset(seed=seed, options=options)
-
-
 @pytest.fixture(scope="module")
-def lattice() -> CountingEnv:
-    return CountingEnv(components=4, fidelity="quasistatic")
+def lattice() -> TubeFeedEnv:
+    return TubeFeedEnv(components=4, fidelity="quasistatic")
+
+
+@pytest.fixture
+def seeds(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Note the draws of every episode that is played."""
+    found: list[int] = []
+    own_play = Episodes.play
+
+    def noted(episodes: Any, seeds: Sequence[int], *given: Any) -> Any:
+        found.extend(seeds)
+        return own_play(episodes, seeds, *given)
+
+    monkeypatch.setattr(Episodes, "play", noted)
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -37,34 +61,35 @@ def chain() -> TubeFeedEnv:
 
 
 @pytest.mark.parametrize("name", SEARCHES)
-def test_a_search_finds_the_target_within_its_budget(name: str, lattice: CountingEnv) -> None:
-    before = lattice.resets
-    chosen = freeze(search_of(name, 1.0), lattice, TARGET, 600, seed=0)
-    assert chosen.calls == lattice.resets - before <= 600
+def test_a_search_finds_the_target_within_its_budget(
+    name: str, lattice: TubeFeedEnv, seeds: list[int]
+) -> None:
+    chosen = choose_for(search_of(name, 1.0), lattice, TARGET, 600, seed=0)
+    assert chosen.calls == len(seeds) <= 600
     assert chosen.successes == chosen.releases > 0
-    assert play(FrozenPolicy({TARGET: chosen.choice}), lattice, TARGET, 1).success
+    assert play(choosing({TARGET: chosen.choice}), lattice, TARGET, 1).success
 
 
 @pytest.mark.parametrize("name", SEARCHES)
 @pytest.mark.parametrize("budget", [1, 3, 10])
-def test_no_search_makes_a_call_too_many(name: str, budget: int, lattice: CountingEnv) -> None:
-    before = lattice.resets
-    chosen = freeze(search_of(name, 1.0), lattice, TARGET, budget, seed=0)
-    assert chosen.calls == lattice.resets - before <= budget
+def test_no_search_makes_a_call_too_many(
+    name: str, budget: int, lattice: TubeFeedEnv, seeds: list[int]
+) -> None:
+    chosen = choose_for(search_of(name, 1.0), lattice, TARGET, budget, seed=0)
+    assert chosen.calls == len(seeds) <= budget
     assert 0 < chosen.releases <= budget
 
 
 @pytest.mark.parametrize("name", SEARCHES)
-def test_a_choice_unseen_needs_no_call(name: str, lattice: CountingEnv) -> None:
-    before = lattice.resets
-    chosen = freeze_unseen(search_of(name, 1.0), lattice, TARGET, seed=0)
-    assert lattice.resets == before
+def test_a_choice_unseen_needs_no_call(name: str, lattice: TubeFeedEnv, seeds: list[int]) -> None:
+    chosen = choose_unseen(search_of(name, 1.0), lattice, TARGET, seed=0)
+    assert not seeds
     assert chosen.choice == chosen.choice.as_played(lattice)
 
 
 def test_the_seed_decides_a_search(chain: TubeFeedEnv) -> None:
     search = search_of("cross-entropy", 1.0)
-    choices = [freeze(search, chain, TARGET, 50, seed) for seed in (1, 2, 1)]
+    choices = [choose_for(search, chain, TARGET, 50, seed) for seed in (1, 2, 1)]
     assert choices[0] == choices[2] != choices[1]
 
 
@@ -103,22 +128,12 @@ def test_the_minimisers_free_design_is_the_one_of_largest_gap() -> None:
     assert energy_design(scene, TARGET, "free") == design.sequence  # pyright: ignore[reportArgumentType]
 
 
-def test_calls_of_equal_number_have_equal_draws_that_no_evaluation_has(chain: TubeFeedEnv) -> None:
-    calls = Calls(chain, TARGET, budget=10, seed=0)
-    seeds: list[int] = []
-    reset = chain.reset
-
-    def noted(**options):
-        seeds.append(options["seed"])
-        return reset(**options)
-
-    chain.reset = noted
+def test_calls_of_equal_number_have_equal_draws_that_no_evaluation_has(
+    chain: TubeFeedEnv, seeds: list[int]
+) -> None:
     one = OpenLoop.at_one_speed(GOOD, 0.2)
     other = OpenLoop.at_one_speed(GOOD, 0.4)
-    try:
-        calls.scores([one, other], 3)
-    finally:
-        del chain.reset
+    Calls(chain, TARGET, budget=10, seed=0).scores([one, other], 3)
     assert seeds[0::2] == seeds[1::2]
     assert len(set(seeds)) == 3
     assert not set(seeds) & set(evaluation_seeds(1000))
@@ -131,30 +146,19 @@ def test_what_was_asked_before_is_not_played_again(chain: TubeFeedEnv) -> None:
     np.testing.assert_array_equal(calls.scores([first], 5)[:, :3], before)
     assert calls.count == 5
     with pytest.raises(SpentError):
-        calls.again(first.as_played(chain))
+        calls.scores([first], 6)
 
 
 def test_what_a_policy_chose_does_the_same_when_it_is_frozen(chain: TubeFeedEnv) -> None:
-    calls = Calls(chain, TARGET, budget=2, seed=3)
-    calls.watch(RandomPolicy(), np.random.default_rng(0))
-    (watched,) = calls.tallies()
-    again = Calls(chain, TARGET, budget=1, seed=3).scores([watched.choice], 1)
-    assert again.item() == watched.scores[0]
+    watched = play(at_random, chain, TARGET, 3)
+    assert watched.choice is not None
+    assert play(choosing({TARGET: watched.choice}), chain, TARGET, 3).score == watched.score
 
 
 def test_one_lucky_call_does_not_beat_many() -> None:
     choice = OpenLoop(GOOD, (0.2,) * 4)
     assert Tally(choice, (1.0,)).expected < Tally(choice, (1.0,) * 9).expected
     assert Tally(choice, (0.4,)).expected < Tally(choice, (1.0,)).expected
-
-
-def test_a_policy_that_is_watched_settles_on_what_works(lattice: CountingEnv) -> None:
-    good = freeze(search_of("minimiser-forward", 1.0), lattice, TARGET, 9, seed=0).choice
-    bad = OpenLoop.at_one_speed(("NNNN",) * 4, 0.2)
-    search = PolicySearch(FrozenPolicy({TARGET: bad}), FrozenPolicy({TARGET: good}))
-    chosen = freeze(search, lattice, TARGET, 30, seed=0)
-    assert chosen.choice == good
-    assert chosen.calls == 30
 
 
 def test_a_choice_is_what_the_actions_can_express() -> None:
@@ -164,7 +168,7 @@ def test_a_choice_is_what_the_actions_can_express() -> None:
     assert set(played.sequence) <= {"NSNS", "NNSS"}
     assert set(played.speeds) <= set(env.actions.speeds.tolist())
     assert played.as_played(env) == played
-    assert play(FrozenPolicy({TARGET: choice}), env, TARGET, 0).choice == played
+    assert play(choosing({TARGET: choice}), env, TARGET, 0).choice == played
 
 
 @pytest.mark.parametrize("direction", ["forward", "backward"])
@@ -173,7 +177,7 @@ def test_frozen_speeds_belong_to_their_components(direction: str, chain: TubeFee
         chain.scene.replace(feed={"direction": direction}), baseline=None, randomisation="none"
     )
     choice = random_choice(env, np.random.default_rng(0))
-    outcome = play(FrozenPolicy({TARGET: choice}), env, TARGET, 0)
+    outcome = play(choosing({TARGET: choice}), env, TARGET, 0)
     assert outcome.scene is not None
     assert outcome.scene.sequence == choice.sequence
     np.testing.assert_allclose(outcome.scene.speeds, choice.speeds)
@@ -182,13 +186,13 @@ def test_frozen_speeds_belong_to_their_components(direction: str, chain: TubeFee
 def test_a_chain_that_is_chosen_as_a_whole_has_one_speed() -> None:
     env = SequenceDesignEnv(components=4, baseline=None, randomisation="none")
     choice = OpenLoop(GOOD, (0.01, 0.6, 0.6, 0.6))
-    outcome = play(FrozenPolicy({TARGET: choice}), env, TARGET, 0)
+    outcome = play(choosing({TARGET: choice}), env, TARGET, 0)
     assert outcome.choice == OpenLoop.at_one_speed(GOOD, 0.01)
 
 
-def test_a_target_without_a_choice_is_named(lattice: CountingEnv) -> None:
+def test_a_target_without_a_choice_is_named(lattice: TubeFeedEnv) -> None:
     with pytest.raises(ValueError, match="target: 'LRL' has no choice; must be one of LLR"):
-        play(FrozenPolicy({"LLR": OpenLoop(GOOD, (0.2,) * 4)}), lattice, TARGET, 0)
+        play(choosing({"LLR": OpenLoop(GOOD, (0.2,) * 4)}), lattice, TARGET, 0)
 
 
 @pytest.mark.parametrize(("name", "goal", "message"), [
@@ -198,3 +202,63 @@ def test_a_target_without_a_choice_is_named(lattice: CountingEnv) -> None:
 def test_a_wrong_search_is_named(name: str, goal: float, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         search_of(name, goal)
+
+
+SETTINGS = EnvSettings(targets=("LRLLL", "RLRRR"))
+KEY = {"search": "cross-entropy", "budget": 10}
+
+
+def chosen(speed: float) -> Chosen:
+    return Chosen(("NSNS",) * 6, (speed,) * 6, calls=10, successes=3, releases=4)
+
+
+def test_choices_survive_a_round_trip(tmp_path: Path) -> None:
+    path = tmp_path / "folder" / "choices.json"
+    ChoiceFile(path, KEY).add("LRLLL", chosen(0.1))
+    again = ChoiceFile(path, KEY)
+    assert again.chosen == {"LRLLL": chosen(0.1)}
+    again.add("RLRRR", chosen(0.2))
+    assert read_choices(path) == {"LRLLL": chosen(0.1).choice, "RLRRR": chosen(0.2).choice}
+
+
+def test_choices_of_another_search_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "choices.json"
+    ChoiceFile(path, KEY).add("LRLLL", chosen(0.1))
+    with pytest.raises(ValueError, match="another search, with budget 10; must be 20"):
+        ChoiceFile(path, KEY | {"budget": 20})
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"format": "other"}', '{"checksum": 1}'])
+def test_foreign_files_are_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "choices.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"choices\.json: holds no choices .* or is damaged"):
+        read_choices(path)
+
+
+def test_a_damaged_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "choices.json"
+    ChoiceFile(path, KEY).add("LRLLL", chosen(0.1))
+    path.write_text(path.read_text(encoding="utf-8").replace("0.1", "0.2"), encoding="utf-8")
+    with pytest.raises(ValueError, match="damaged"):
+        ChoiceFile(path, KEY)
+
+
+def test_a_search_that_was_stopped_goes_on_with_the_next_target(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "choices.json"
+    whole = dict(choose("cross-entropy", SETTINGS, tmp_path / "whole.json", budget=3))
+    next(choose("cross-entropy", SETTINGS, path, budget=3))
+    searched: set[str] = set()
+    own_play = Episodes.play
+
+    def noted(episodes: Any, seeds: Any, numbers: Any, *given: Any) -> Any:
+        searched.update(episodes.world.words[number] for number in numbers)
+        return own_play(episodes, seeds, numbers, *given)
+
+    monkeypatch.setattr(Episodes, "play", noted)
+    assert dict(choose("cross-entropy", SETTINGS, path, budget=3)) == whole
+    assert searched == {"RLRRR"}
+    with pytest.raises(ValueError, match="with seed 0; must be 1"):
+        list(choose("cross-entropy", SETTINGS, path, budget=3, seed=1))

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.open_loops.field import Search, open_loops_of
 from agents.open_loops.schedules import LONGEST_PAUSE, constant
+from agents.open_loops.search import Search, open_loops_of
 from agents.settings import EnvSettings, SettingsError, TrainSettings, checked
 from agents.training import drawing_back, open_loops, redoings
 from agents.training.drawing_back import (

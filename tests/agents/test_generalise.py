@@ -60,9 +60,9 @@ def test_the_command_trains_plays_and_goes_on(tmp_path: Path) -> None:
     assert first.exit_code == 0, first.output
     trained = (tmp_path / "runs" / "fold-1" / "policy.safetensors").stat().st_mtime_ns
     content = json.loads((tmp_path / "runs" / "generalise.json").read_text(encoding="utf-8"))
-    held = [word for fold in content["folds"] for word in fold["held"]]
+    held = [word for fold in content["figures"]["folds"] for word in fold["held"]]
     assert sorted(held) == sorted(folded_words(4))
-    assert set(content["other"]) == set(held)
+    assert set(content["figures"]["other"]) == set(held)
     again = CliRunner().invoke(app, arguments)
     assert again.exit_code == 0, again.output
     assert (tmp_path / "runs" / "fold-1" / "policy.safetensors").stat().st_mtime_ns == trained

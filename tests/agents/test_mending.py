@@ -11,6 +11,7 @@ from agents.training import mending
 from agents.training.envs import make_env
 from agents.training.imitation import Demonstrations
 from agents.training.mending import CHAINS, Mending, mended
+from magfold_env.envs.episodes import Episodes
 from magfold_env.envs.spaces.actions import AHEAD, BACK, LYING, PATTERNS, PULL
 from magfold_env.envs.tasks.draws import episode_seeds
 from tests.agents.training import tiny
@@ -65,7 +66,7 @@ def test_chains_can_be_had_from_their_trays_and_begin_alike(found: Any) -> None:
 @pytest.mark.slow
 def test_chains_are_searched_once(searched: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     folder, ways = searched
-    monkeypatch.setattr(mending, "_search", None)
+    monkeypatch.setattr(Episodes, "play", None)
     assert mended(SETTINGS, folder, DRAWS) == ways
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.open_loops.field import Field, Search, open_loops_of
+from agents.open_loops.search import Field, Search, open_loops_of
 from agents.settings import EnvSettings
 from agents.training import open_loops
 from agents.training.envs import make_env

@@ -3,6 +3,8 @@
 import base64
 import json
 import pickle
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ import pytest
 import stable_baselines3
 import torch
 import typer
+from safetensors.numpy import load, save
 from typer.testing import CliRunner
 
 from agents import evaluate
@@ -154,8 +157,9 @@ def changed(file: Path, settings: dict[str, Any], **weights: Any) -> None:
     content = file.read_bytes()
     start = 8 + int.from_bytes(content[:8], "little")
     header = json.loads(content[8:start])
-    metadata = header["__metadata__"]
-    metadata["settings"] = json.dumps(json.loads(metadata["settings"]) | settings)
+    told = json.loads(header["__metadata__"]["policy"])
+    told["settings"] = json.dumps(json.loads(told["settings"]) | settings)
+    header["__metadata__"]["policy"] = json.dumps(told)
     head = json.dumps(header | weights).encode()
     file.write_bytes(resigned(len(head).to_bytes(8, "little") + head + content[start:]))
 
@@ -197,22 +201,57 @@ def test_wrong_settings_name_file_and_key(file: Path, settings: Any, message: st
 
 
 @pytest.mark.parametrize(
-    ("entry", "message"),
+    "entry",
     [
-        ({"dtype": "F64"}, "must be F32 numbers"),
-        ({"data_offsets": [10**9, 10**9 + 16]}, "must be F32 numbers"),
-        ({"data_offsets": [-8, 8]}, "must be F32 numbers"),
-        ({"shape": [10**9]}, "must be F32 numbers"),
-        (None, "must be F32 numbers"),
+        {"dtype": "F64"},
+        {"data_offsets": [10**9, 10**9 + 16]},
+        {"data_offsets": [-8, 8]},
+        {"data_offsets": [0, 16]},  # where another lies
+        {"shape": [10**9]},
+        None,
     ],
 )
-def test_wrong_places_of_weights_name_file_and_key(file: Path, entry: Any, message: str) -> None:
+def test_wrong_places_of_weights_are_told(file: Path, entry: Any) -> None:
     content = file.read_bytes()
     header = json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")])
     name = "mlp_extractor.value_net.0.bias"
     changed(file, {}, **{name: entry and header[name] | entry})
-    with pytest.raises(ValueError, match=rf"policy\.safetensors: weights: {name}: .*{message}"):
+    with pytest.raises(ValueError, match=r"policy\.safetensors: is not a policy, or is damaged: "):
         policy_files.load(file)
+
+
+@pytest.mark.parametrize(
+    "weight", [np.zeros(5, np.float32), np.zeros((1, 4), np.float32), np.zeros(4), None]
+)
+def test_weights_of_another_kind_are_named(file: Path, weight: Any) -> None:
+    name, content = "mlp_extractor.value_net.0.bias", file.read_bytes()
+    start = 8 + int.from_bytes(content[:8], "little")
+    weights = {key: each for key, each in load(content).items() if key != name}
+    weights |= {} if weight is None else {name: weight}
+    file.write_bytes(resigned(save(weights, json.loads(content[8:start])["__metadata__"])))
+    with pytest.raises(ValueError, match=rf"policy\.safetensors: weights: {name}: .* F32 numbers"):
+        policy_files.load(file)
+
+
+def test_what_is_written_is_always_alike(model: Any, file: Path, tmp_path: Path) -> None:
+    code = (
+        "import sys; from magfold_env.scoring.policy_file import read, write; file = "
+        "read(sys.argv[1]); shapes = {name: each['shape'] for name, each in file.tensors.items()};"
+        "write(sys.argv[2], file.settings, file.weights(shapes))"
+    )
+    again = tmp_path / "again.safetensors"
+    subprocess.run([sys.executable, "-c", code, str(file), str(again)], check=True)
+    assert again.read_bytes() == file.read_bytes()
+
+
+def test_an_older_file_is_read(file: Path) -> None:
+    content = file.read_bytes()
+    start = 8 + int.from_bytes(content[:8], "little")
+    metadata = json.loads(json.loads(content[8:start])["__metadata__"]["policy"])
+    own = policy_files.load(file).policy.state_dict()
+    file.write_bytes(save(load(content), metadata))
+    others = policy_files.load(file).policy.state_dict()
+    assert all(torch.equal(own[name], others[name]) for name in own)
 
 
 def test_damage_is_told(file: Path) -> None:

@@ -1,27 +1,173 @@
-import json
+"""Methods, the policies that they name, and what their episodes come to."""
+
 import math
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+import sb3_contrib
+import stable_baselines3
 from rich.console import Console
+from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.commands import text_table
-from agents.evaluation.episodes import Outcome
-from agents.evaluation.policies import OpenLoop
+from agents.evaluation.episodes import Method, Outcome, parse_methods, play
+from agents.evaluation.policies import (
+    ChoiceFile,
+    Chosen,
+    OpenLoop,
+    at_random,
+    make_policy,
+)
 from agents.evaluation.report import (
-    Method,
+    ENDS,
+    by_target,
+    end_of,
+    ends,
+    joints_in_the_way,
     overall_rows,
+    pooled,
+    results_of,
     summarise,
     targets_rows,
-    write_results,
 )
 from agents.settings import EnvSettings
+from agents.training import policy_files
+from magfold_env.envs.tube_feed import TubeFeedEnv
+from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
 from magfold_env.reporting.intervals import share
+from magfold_env.scoring.results import Results
 from magfold_env.shapes import word_to_angles
 
+TARGET = "LRL"
+QUASI: dict[str, Any] = {"components": 4, "fidelity": "quasistatic"}
 
-def outcome(target: str, success: bool, built: bool | None = None) -> Outcome:
+CASES: dict[str, tuple[type[BaseAlgorithm], Any, dict[str, Any]]] = {
+    "PPO": (stable_baselines3.PPO, TubeFeedEnv, {}),
+    "MaskablePPO": (sb3_contrib.MaskablePPO, TubeFeedEnv, {"catalogue": ["NSNS", "NNSS"]}),
+    "SAC": (stable_baselines3.SAC, TubeFeedEnv, {"actions": "box"}),
+    "TQC": (sb3_contrib.TQC, TubeFeedGoalEnv, {"actions": "box"}),
+}
+
+
+@pytest.fixture(params=CASES, scope="module")
+def trained(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory):
+    algorithm, env_class, options = CASES[request.param]
+    env = env_class(**QUASI, **options)
+    kind = "MultiInputPolicy" if env_class is TubeFeedGoalEnv else "MlpPolicy"
+    buffer: dict[str, Any] = {} if "PPO" in request.param else {"buffer_size": 10}
+    small: dict[str, Any] = {"policy_kwargs": {"net_arch": [8]}, "device": "cpu", "seed": 0}
+    path = tmp_path_factory.mktemp("policy") / f"{request.param}.safetensors"
+    policy_files.save(algorithm(kind, env, **small, **buffer), path)
+    return algorithm, env, path
+
+
+def test_a_policy_of_any_algorithm_is_loaded_and_plays(trained: Any) -> None:
+    algorithm, env, path = trained
+    policy = make_policy(str(path))
+    outcomes = [play(policy, env, TARGET, 0) for _ in range(2)]
+    assert outcomes[0] == outcomes[1]
+    if algorithm is sb3_contrib.MaskablePPO:
+        assert outcomes[0].choice is not None
+        assert set(outcomes[0].choice.sequence) <= {"NSNS", "NNSS"}
+
+
+def test_random_actions_lie_in_any_space() -> None:
+    for kind in ("multidiscrete", "discrete", "box", "dict"):
+        env = TubeFeedEnv(**QUASI, actions=kind)
+        outcomes = [play(at_random, env, TARGET, seed) for seed in (1, 2, 1)]
+        assert outcomes[0] == outcomes[2]
+
+
+def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="nothing: no such file; must be random, minimiser"):
+        make_policy("nothing")
+    path = tmp_path / "policy.safetensors"
+    path.write_bytes(b"no policy")
+    with pytest.raises(ValueError, match=r"policy\.safetensors: is not a policy, or is damaged"):
+        make_policy(str(path))
+
+
+def test_choices_are_a_policy(tmp_path: Path) -> None:
+    path = tmp_path / "choices.json"
+    ChoiceFile(path, {}).add(TARGET, Chosen(("NSNS",) * 4, (0.2,) * 4, 1, 0, 1))
+    policy = make_policy(str(path))
+    outcome = play(policy, TubeFeedEnv(**QUASI), TARGET, 0)
+    assert outcome.choice is not None
+    assert outcome.choice.sequence == ("NSNS",) * 4
+
+
+QUARTER = 0.5 * np.pi
+
+
+def outcome(target: str, status: str, *joints: float, success: bool = False) -> Outcome:
+    word = "?" * len(target)
+    return Outcome(target, word, status, 1, success, score=0.0, reward=0.0, joints=joints)
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "policies"),
+    [
+        ("random", "random", ("random",)),
+        ("runs/robust.json", "robust", ("runs/robust.json",)),
+        ("runs/ppo/policy.safetensors", "ppo", ("runs/ppo/policy.safetensors",)),
+        ("policy.safetensors", "policy", ("policy.safetensors",)),
+        (
+            "PPO=a/p.safetensors,b/p.safetensors",
+            "PPO",
+            ("a/p.safetensors", "b/p.safetensors"),
+        ),
+    ],
+)
+def test_a_method_has_a_name_and_a_policy_a_seed(
+    text: str, name: str, policies: tuple[str, ...]
+) -> None:
+    assert Method.parse(text) == Method(name, policies)
+
+
+@pytest.mark.parametrize("text", ["", "PPO=", "=a.zip", "PPO=a.zip,", "PPO=a.zip,a.zip"])
+def test_a_wrong_method_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="is not allowed; must be random, minimiser, a path"):
+        Method.parse(text)
+
+
+def test_two_methods_of_one_name_are_refused() -> None:
+    with pytest.raises(ValueError, match="policy: two methods have this name"):
+        parse_methods(["policy.safetensors", "policy=other.zip"])
+
+
+def test_scores_are_put_in_a_table_of_runs_and_targets() -> None:
+    one, two = (outcome("LL", "folded", success=True), outcome("LL", "misfolded"))
+    other = outcome("RR", "folded", success=True)
+    runs = [[one, two, other], [two, two, other]]
+    np.testing.assert_array_equal(by_target(runs), [[0.5, 1.0], [0.0, 1.0]])
+    assert len(pooled(runs)) == 6
+    assert pooled(runs, "RR") == [other, other]
+
+
+def test_every_episode_comes_to_one_end() -> None:
+    outcomes = [
+        outcome("LL", "folded", success=True),
+        outcome("LL", "folded"),
+        *(outcome("LL", status) for status in ("misfolded", "unsettled", "failed")),
+    ]
+    assert [end_of(each) for each in outcomes] == list(ENDS)
+    assert ends(outcomes[1:]) == dict.fromkeys(ENDS, 1) | {"target": 0}
+
+
+def test_joints_that_were_in_the_way_are_counted() -> None:
+    outcomes = [
+        outcome("LRL", "misfolded", QUARTER, -0.3, QUARTER),  # joint 2 stayed open
+        outcome("LRL", "folded", -QUARTER, -QUARTER, QUARTER - 0.01),  # joint 1 is an R
+        outcome("LRL", "folded", QUARTER, -QUARTER, QUARTER, success=True),
+        outcome("LRL", "failed", 0.0, 0.0, 0.0),
+    ]
+    assert joints_in_the_way(outcomes) == {"open": [0, 1, 0], "wrong": [1, 0, 0]}
+
+
+def ended(target: str, success: bool, built: bool | None = None) -> Outcome:
     word = target if success else "SSSSS"
     return Outcome(
         target=target,
@@ -40,7 +186,7 @@ def outcome(target: str, success: bool, built: bool | None = None) -> Outcome:
 
 def run(*successes: bool, built: bool | None = None) -> list[Outcome]:
     words = ["LRLLL"] * (len(successes) - 1) + ["RRRLR"]
-    return [outcome(word, each, built) for word, each in zip(words, successes, strict=True)]
+    return [ended(word, each, built) for word, each in zip(words, successes, strict=True)]
 
 
 RESULTS = {
@@ -91,16 +237,15 @@ def test_the_tables_count_by_target_and_overall() -> None:
 def test_the_file_holds_every_number_and_what_repeats_it(tmp_path: Path) -> None:
     path = tmp_path / "results.json"
     summaries = summarise(RESULTS)
-    write_results(path, EnvSettings(), METHODS, [7, 8], RESULTS, summaries)
-    content = json.loads(path.read_text(encoding="utf-8"))
-    good = content["methods"]["good"]
-    assert good["summary"]["success"]["value"] == pytest.approx(0.875)
-    assert good["summary"]["success"]["low"] == pytest.approx(float(summaries["good"].success.low))
-    assert good["summary"]["targets"]["LRLLL"]["successes"] == 3
-    assert [len(each) for each in good["runs"]] == [3, 3]
-    assert good["runs"][0][0]["sequence"] == ["NSNS"] * 6
-    assert math.isclose(good["runs"][0][0]["joints"][0], math.pi / 2)
-    assert [each["policy"] for each in good["policies"]] == ["a.zip", "b.zip"]
-    assert content["env"]["id"] == "MagFold/TubeFeed-v0"
-    assert content["seeds"] == [7, 8]
-    assert {"commit", "physics", "torch", "magfold_env", "command"} <= set(content["provenance"])
+    results_of(EnvSettings(), METHODS, [7, 8], RESULTS, summaries).write(path)
+    found = Results.read(path, "evaluation")
+    good = found.rows["good"]
+    assert good.success == pytest.approx([float(each) for each in summaries["good"].success])
+    assert good.figures["targets"]["LRLLL"] == [3, 4]
+    assert [each.success for each in good.runs] == ["101", "111"]
+    assert good.runs[0].details["sequence"][0] == ["NSNS"] * 6
+    assert good.runs[0].details["joints"][0][0] == pytest.approx(math.pi / 2)
+    assert [each.name for each in good.files] == ["a.zip", "b.zip"]
+    assert (found.id, found.seeds) == ("MagFold/TubeFeed-v0", (7, 8))
+    assert found.tasks == ("LRLLL", "RRRLR")
+    assert {"commit", "physics", "torch", "magfold_env", "command"} <= set(found.provenance)

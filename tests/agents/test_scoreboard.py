@@ -1,49 +1,43 @@
 """The scoreboard says what the files say."""
 
-import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
 from agents import scoreboard
-from agents.admission import FORMAT
-from magfold_env.scoring.score import Score
+from magfold_env.scoring.results import Results, Row, Run, summed
 
 FLOOR, LUMEN = "MagFold/UnknownFloor-v0", "MagFold/Lumen-v0"
+RATES = {"random": 0.2, "always forward": 0.4, "open loop": 0.5, "oracle": 0.9}
 
 
-def score(folder: Path, name: str, successes: int, **changes: Any) -> None:
+def score(
+    folder: Path, name: str, successes: int, kind: str = "policy", env_id: str = FLOOR
+) -> None:
     """Write a score of ten episodes, so many of which succeed."""
-    content: dict[str, Any] = {
-        "name": name,
-        "kind": "policy",
-        "sha256": "ab" * 32,
-        "id": FLOOR,
-        "seed": 7,
-        "draws": 2,
-        "physics": "0123456789abcdef",
-        "versions": {},
-        "seconds": 1.0,
-        "episodes": tuple((0, k < successes, float(k < successes), 0.0) for k in range(10)),
-    }
-    Score(**content | changes).write(folder / f"{name}.json")
+    ended = [float(k < successes) for k in range(10)]
+    run = Run.of(ended, task=(0,) * 10, score=tuple(ended))
+    file = {"name": name, "sha256": "ab" * 32}
+    Results(
+        view="score", id=env_id, draws=2, seed=7, physics="0123456789abcdef", provenance={},
+        rows={name: Row(**summed(run), **{"kind": kind, "files": (file,), "runs": (run,)})},
+    ).write(folder / f"{name}.json")  # fmt: skip
 
 
-def admission(folder: Path, name: str = "admission-floor.json", **changes: Any) -> None:
+def admission(
+    folder: Path, name: str = "admission-floor.json", rates: dict[str, float] = RATES
+) -> None:
     """Write what a rehearsal of the admission could have written."""
-    rates = {"random": 0.2, "always forward": 0.4, "open loop": 0.5, "oracle": 0.9}
     rows = {
-        name: {"success": [rate, rate - 0.05, rate + 0.06], "score": rate, "normalised": None}
+        name: Row(success=(rate, rate - 0.05, rate + 0.06), score=rate)
         for name, rate in rates.items()
     }
-    content = {
-        "format": FORMAT, "id": FLOOR, "episodes": 1000, "rows": rows,
-        "provenance": {"physics": "fedcba9876543210"},
-    }  # fmt: skip
-    (folder / name).write_text(json.dumps(content | changes), encoding="utf-8")
+    Results(
+        view="admission", id=FLOOR, draws=2, physics="fedcba9876543210", provenance={}, rows=rows,
+        figures={"episodes": 1000},
+    ).write(folder / name)  # fmt: skip
 
 
 def tables(page: str) -> dict[str, list[list[str]]]:
@@ -84,7 +78,7 @@ def test_scores_stand_between_random_actions_and_the_oracle(tmp_path: Path) -> N
 
 
 def test_what_no_oracle_has_played_is_said(tmp_path: Path) -> None:
-    score(tmp_path, "good", 9, id=LUMEN)
+    score(tmp_path, "good", 9, env_id=LUMEN)
     found = tables(scoreboard.page(tmp_path))
     assert [row[0] for row in found[FLOOR]] == ["random", "always forward", "oracle"]
     row = dict(zip(scoreboard.COLUMNS, found[LUMEN][3], strict=True))
@@ -110,13 +104,14 @@ def test_what_is_not_understood_is_named(tmp_path: Path) -> None:
     admission(tmp_path)
     admission(tmp_path, "admission-two.json")
     refused("admission-two.json", "id: 'MagFold/UnknownFloor-v0' is not allowed")
-    admission(tmp_path, "admission-two.json", rows={"random": {}})
-    refused("admission-two.json", "is not what agents.admission wrote")
+    admission(tmp_path, "admission-two.json", {"random": 0.1})
+    (tmp_path / "admission-floor.json").unlink()
+    refused("admission-two.json", r"rows: \['random'\] is not allowed; must have always forward")
     (tmp_path / "admission-two.json").unlink()
-    score(tmp_path, "elsewhere", 1, id="MagFold/TubeFeed-v0")
+    score(tmp_path, "elsewhere", 1, env_id="MagFold/TubeFeed-v0")
     refused("elsewhere.json", "id: 'MagFold/TubeFeed-v0' is not allowed")
     (tmp_path / "elsewhere.json").write_text("{}", encoding="utf-8")
-    refused("elsewhere.json", "is not a score")
+    refused("elsewhere.json", "is not a file of results")
 
 
 def test_names_cannot_break_the_table(tmp_path: Path) -> None:
@@ -124,5 +119,5 @@ def test_names_cannot_break_the_table(tmp_path: Path) -> None:
     path = tmp_path / "good.json"
     content = path.read_text(encoding="utf-8").replace('"good"', '"good | 100 %"')
     path.write_text(content, encoding="utf-8")
-    with pytest.raises(ValueError, match=r"good\.json: name: 'good \| 100 %' is not allowed"):
+    with pytest.raises(ValueError, match=r"good\.json: rows: 'good \| 100 %' is not allowed"):
         scoreboard.page(tmp_path)

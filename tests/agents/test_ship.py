@@ -2,20 +2,23 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
-from agents.ablate import __main__ as ablate
-from agents.admission import FORMAT as ADMISSION
+from agents import ablate
 from agents.admission import __main__ as admission
 from agents.evaluate import compare
 from agents.evaluation import policies
-from agents.evaluation.report import Method
+from agents.evaluation.episodes import Method
+from agents.evaluation.report import numbers, summarise
 from agents.evaluation.shipped import Card, CardError, load_shipped, shipped_files
 from agents.ship import app, ship_policies, with_results
+from agents.training import policy_files
 from agents.training.run import train
+from magfold_env.scoring.results import FORMAT, Results
 from tests.agents.training import tiny
 
 pytestmark = pytest.mark.train
@@ -47,7 +50,8 @@ def test_policies_are_those_of_the_runs(card: Card, runs: list[Path], tmp_path: 
 
 
 def test_a_shipped_policy_is_loaded_by_its_name(card: Card) -> None:
-    assert load_shipped(NAME, 1).training_steps == card.policies[1].run.steps
+    assert policy_files.load(shipped_files(NAME)[1]).steps == card.policies[1].run.steps
+    load_shipped(NAME, 1)
     method = Method.parse(NAME)
     assert method == Method(NAME, tuple(map(str, shipped_files(NAME))))
     with pytest.raises(ValueError, match="number: 2 is not allowed; must be 0 to 1"):
@@ -60,11 +64,12 @@ def test_a_shipped_policy_is_loaded_by_its_name(card: Card) -> None:
 def test_the_card_takes_what_an_evaluation_found(card: Card, tmp_path: Path) -> None:
     settings = tiny().env
     results = compare([Method.parse(NAME)], settings, 3, 1, tmp_path / "out")
-    found = with_results(card, [tmp_path / "out" / "results.json"]).results[0]
+    (found,) = with_results(card, [tmp_path / "out" / "results.json"]).results
     assert len(found.seeds) == 3
-    for number, run in enumerate(results[NAME]):
-        ends = "".join(row[number] for row in found.successes.values())
-        assert ends == "".join(str(int(each.success)) for each in run)
+    assert found.tasks == tuple(dict.fromkeys(each.target for each in results[NAME][0]))
+    for kept, run in zip(found.rows[NAME].runs, results[NAME], strict=True):
+        assert kept.success == "".join(str(int(each.success)) for each in run)
+    assert found.rows[NAME].success == numbers(summarise(results)[NAME].success)
     assert found.env == settings.model_dump(mode="json", exclude_defaults=True)
 
 
@@ -82,33 +87,32 @@ def test_the_card_takes_what_an_ablation_found_and_keeps_the_rest(
     done = CliRunner().invoke(command, given)
     assert done.exit_code == 0, done.output
     found = with_results(card, [tmp_path / "ablation.json"])
-    assert found.results == card.results
-    (ablation,) = found.ablations
-    assert (ablation.policies, ablation.env) == ((0,), card.results[0].env)
-    content = json.loads((tmp_path / "ablation.json").read_text(encoding="utf-8"))
-    assert ablation.model_dump(mode="json")["rows"] == content["rows"]
+    assert tuple(found.of("evaluation")) == card.results
+    (ablation,) = found.of("ablation")
+    assert ablation == Results.read(tmp_path / "ablation.json", "ablation")
+    assert found.numbers(ablation.rows["seeing"]) == [0]
+    assert ablation.env == card.results[0].env
 
 
 def test_the_card_takes_what_an_admission_found(card: Card, tmp_path: Path) -> None:
-    row = {"success": [0.5, 0.1, 0.9], "score": 0.6, "normalised": None, "by task": {"0": 0.5}}
-    played = [
-        {"policy": "x", "sha256": policy.sha256, "successes": ends}
-        for policy, ends in zip(reversed(card.policies), ("01", "11"), strict=True)
-    ]
-    content = {
-        "format": ADMISSION,
-        "id": "MagFold/UnknownFloor-v0",
-        "provenance": {"physics": "abc"},
-        "verdict": "admitted",
-        "rows": {"trained": row},
-        "policies": {"trained": played},
-    }
+    files = [{"name": "x", "sha256": policy.sha256} for policy in reversed(card.policies)]
+    row = {
+        "success": [0.5, 0.1, 0.9], "score": 0.6, "files": files,
+        "runs": [{"success": "01"}, {"success": "11"}], "figures": {"normalised": None},
+    }  # fmt: skip
+    content: dict[str, Any] = {
+        "format": FORMAT, "view": "admission", "id": "MagFold/UnknownFloor-v0",
+        "draws": 2, "physics": "0" * 16, "rows": {"trained": row},
+        "figures": {"verdict": "admitted"},
+    }  # fmt: skip
     path = tmp_path / "admission.json"
     path.write_text(json.dumps(content), encoding="utf-8")
-    (found,) = with_results(card, [path]).admissions
-    assert (found.policies, found.successes) == ((1, 0), ("01", "11"))
-    assert found.rows["trained"].success == (0.5, 0.1, 0.9)
-    played[0]["sha256"] = "of another"
+    (found,) = with_results(card, [path]).of("admission")
+    trained = found.rows["trained"]
+    assert card.numbers(trained) == [1, 0]
+    assert [run.success for run in trained.runs] == ["01", "11"]
+    assert trained.success == (0.5, 0.1, 0.9)
+    files[0]["sha256"] = "0" * 64
     path.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(CardError, match=r"admission\.json: has no results of all of tiny-set"):
         with_results(card, [path])
@@ -125,11 +129,11 @@ def test_an_admission_tells_what_cards_take(tmp_path: Path) -> None:
     given += ["--episodes", "3", "--search", "13", "32", "--race", "13", "32"]
     done = CliRunner().invoke(command, [*given, "--processes", "1", "--output", str(tmp_path)])
     assert done.exit_code == 0, done.output
-    (found,) = with_results(card, [tmp_path / "admission.json"]).admissions
-    assert (found.id, found.policies) == (floor, (0,))
-    (successes,) = found.successes
-    assert len(successes) == 3
-    assert found.rows["trained"].success[0] == pytest.approx(successes.count("1") / 3)
+    (found,) = with_results(card, [tmp_path / "admission.json"]).results
+    assert (found.id, card.numbers(found.rows["trained"])) == (floor, [0])
+    (run,) = found.rows["trained"].runs
+    assert len(run.success) == 3
+    assert found.rows["trained"].success[0] == pytest.approx(run.success.count("1") / 3)
 
 
 @pytest.mark.medium

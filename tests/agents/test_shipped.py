@@ -2,50 +2,53 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from agents.admission import contestants
-from agents.admission.arena import own_arena
 from agents.evaluation.episodes import make_env, play
-from agents.evaluation.policies import policies_dir, shipped_names
-from agents.evaluation.shipped import CardAdmission, CardResult, load_shipped, shipped_card
+from agents.evaluation.policies import policies_dir, shipped_names, trained
+from agents.evaluation.shipped import load_shipped, shipped_card, shipped_files
 from agents.settings import EnvSettings, TrainSettings
+from magfold_env.scoring.results import Results
 from magfold_env.scoring.track import TASKS
 
-RESULTS = [
-    pytest.param(name, result, id=f"{name}-{result.env.get('randomisation', 'nominal')}")
-    for name in shipped_names()
-    for result in shipped_card(name).results
-]
-ADMISSIONS = [
-    pytest.param(name, admission, id=f"{name}-{admission.id.rpartition('/')[2]}")
-    for name in shipped_names()
-    for admission in shipped_card(name).admissions
-]
+
+def found(view: Any) -> list[Any]:
+    """Return the names of sets and what their cards have of a view."""
+    return [
+        pytest.param(name, each, id=f"{name}-{each.env.get('randomisation', each.id)}")
+        for name in shipped_names()
+        for each in shipped_card(name).of(view)
+    ]
+
+
+RESULTS, ADMISSIONS = found("evaluation"), found("admission")
 MAX_BYTES = 2_000_000
 
 
-def differing(name: str, number: int, result: CardResult, draws: slice) -> tuple[int, int]:
+def differing(name: str, number: int, results: Results, draws: slice) -> tuple[int, int]:
     """Return in how many episodes a policy does otherwise than its card says, and of how many."""
-    env = make_env(EnvSettings.model_validate(result.env))
-    policy = load_shipped(name, number)
-    seeds = range(len(result.seeds))[draws]
-    wrong = 0
-    for target, rows in result.successes.items():
-        for draw in seeds:
-            success = play(policy, env, target, result.seeds[draw]).success
-            wrong += str(int(success)) != rows[number][draw]
-    return wrong, len(result.successes) * len(seeds)
+    env = make_env(EnvSettings.model_validate(results.env))
+    policy = trained(load_shipped(name, number))
+    ends = np.reshape(
+        list(results.rows[name].runs[number].success), (len(results.tasks), len(results.seeds))
+    )
+    wrong = [
+        str(int(play(policy, env, target, seed).success)) != end
+        for target, row in zip(results.tasks, ends, strict=True)
+        for seed, end in zip(results.seeds[draws], row[draws], strict=True)
+    ]
+    return sum(wrong), len(wrong)
 
 
-def differing_in_admission(name: str, admission: CardAdmission, count: int) -> int:
+def differing_in_admission(name: str, results: Results, count: int) -> int:
     """Return in how many of so many episodes the first policy does otherwise than its card says."""
-    card = shipped_card(name)
-    seeds = [policy.run.seed for policy in card.policies]
-    file = policies_dir() / card.policies[seeds.index(admission.policies[0])].file
-    saved, arena = contestants.own_policy(str(file)), own_arena(admission.id, TASKS)
+    row = results.rows[contestants.TRAINED]
+    file = shipped_files(name)[shipped_card(name).numbers(row)[0]]
+    saved, arena = contestants.own_policy(str(file)), contestants.own_arena(results.id, TASKS)
     ends = contestants.play_policy(arena, saved, contestants.TRAINED, 0, count)
-    told = admission.successes[0][:count]
+    told = row.runs[0].success[:count]
     return sum(str(int(success)) != each for (success, _), each in zip(ends, told, strict=True))
 
 
@@ -61,34 +64,32 @@ def test_policies_are_small_and_their_settings_are_known(name: str) -> None:
     settings: dict[str, Any] = card.settings
     assert TrainSettings.model_validate(settings).name == name
     assert len({policy.run.seed for policy in card.policies}) == len(card.policies)
-    assert card.results or card.admissions
+    assert card.results
 
 
 # Other processors round sums in other ways, and a fold that is undecided may end elsewhere.
 @pytest.mark.medium
 @pytest.mark.parametrize(("name", "result"), RESULTS)
-def test_a_policy_of_each_set_does_what_its_card_says(name: str, result: CardResult) -> None:
+def test_a_policy_of_each_set_does_what_its_card_says(name: str, result: Results) -> None:
     wrong, played = differing(name, 0, result, slice(0, 1))
     assert wrong <= 0.04 * played
 
 
 @pytest.mark.parametrize(("name", "admission"), ADMISSIONS)
-def test_the_first_policy_of_a_track_does_what_its_card_says(
-    name: str, admission: CardAdmission
-) -> None:
+def test_the_first_policy_of_a_track_does_what_its_card_says(name: str, admission: Results) -> None:
     assert differing_in_admission(name, admission, 48) <= 4
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "admission"), ADMISSIONS)
-def test_it_does_so_in_all_episodes(name: str, admission: CardAdmission) -> None:
-    count = len(admission.successes[0])
+def test_it_does_so_in_all_episodes(name: str, admission: Results) -> None:
+    count = len(admission.rows[contestants.TRAINED].runs[0].success)
     assert differing_in_admission(name, admission, count) <= 0.04 * count
 
 
 @pytest.mark.weekly
 @pytest.mark.parametrize(("name", "result"), RESULTS)
-def test_every_policy_scores_what_its_card_says(name: str, result: CardResult) -> None:
+def test_every_policy_scores_what_its_card_says(name: str, result: Results) -> None:
     for number in range(len(shipped_card(name).policies)):
         wrong, played = differing(name, number, result, slice(None))
         assert wrong <= 0.02 * played

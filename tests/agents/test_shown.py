@@ -8,7 +8,7 @@ import pytest
 from gymnasium.wrappers import FrameStackObservation
 
 from agents.evaluation import episodes
-from agents.evaluation.policies import BlindPolicy, TrainedPolicy
+from agents.evaluation.policies import make_policy
 from agents.settings import SettingsError, TrainSettings, changed_settings
 from agents.training import policy_files
 from agents.training.envs import envs_state, make_training_envs, set_envs_state
@@ -82,20 +82,20 @@ def test_a_policy_that_plays_is_shown_what_its_file_says(
     env = {"id": env_id, "actions": "discrete", **fidelity}
     settings = tiny(algorithm, own={"frames": 3}, env=env)
     model = untrained(settings, tmp_path / "policy.safetensors")
-    policy = TrainedPolicy.load(tmp_path / "policy.safetensors")
+    policy = make_policy(str(tmp_path / "policy.safetensors"))
     env = episodes.make_env(settings.env)
     stacked = FrameStackObservation(episodes.make_env(settings.env), 3)
     rng = np.random.default_rng(0)
     for seed in range(2):
-        policy.begin()
-        observation, _ = env.reset(seed=seed)
+        env.reset(seed=seed)
+        act = policy(env, env.episodes.numbers.tolist(), [rng])
         seen, _ = stacked.reset(seed=seed)
         ended, steps, memory = False, 0, None
         while not ended and steps < 20:
-            action = policy.act(env, observation, rng)
+            (action,) = act(env.episodes, np.array([0]))
             best, memory = model.predict(seen, memory, deterministic=True)
             assert action == best
-            observation, _, ended, _, _ = env.step(action)
+            _, _, ended, _, _ = env.step(action)
             seen, *_ = stacked.step(action)
             steps += 1
 
@@ -107,14 +107,13 @@ def test_a_policy_trained_blind_plays_blind(tmp_path: Path) -> None:
     paths = tmp_path / "seeing.safetensors", tmp_path / "blind.safetensors"
     for settings, path in zip((seeing, blinded), paths, strict=True):
         untrained(settings, path)
-    one, other = map(TrainedPolicy.load, paths)
+    names = [f"no-motion:{paths[0]}", str(paths[1]), f"no-motion:{paths[1]}", f"blind:{paths[0]}"]
     env = episodes.make_env(seeing.env)
     target = env.targets[0]
     outcomes = [
-        [episodes.play(policy, env, target, seed, np.random.default_rng(0)) for seed in range(4)]
-        for policy in (BlindPolicy(one), other, BlindPolicy(other))
+        [episodes.play(make_policy(name), env, target, seed) for seed in range(4)] for name in names
     ]
-    assert outcomes[0] == outcomes[1] == outcomes[2]
+    assert all(each == outcomes[0] for each in outcomes)
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,9 @@ import pytest
 from gymnasium.error import ResetNeeded
 from stable_baselines3 import PPO
 
-from agents.evaluation.episodes import make_env, play, play_all, warm_up
-from agents.evaluation.policies import DesignPolicy, RandomPolicy, TrainedPolicy
+from agents.evaluate import evaluate
+from agents.evaluation.episodes import Method, make_env, play, warm_up
+from agents.evaluation.policies import at_random, designs, make_policy
 from agents.settings import TrainSettings
 from agents.training import policy_files
 from agents.training.run import train
@@ -54,24 +55,25 @@ def test_the_same_seed_trains_the_same_policy(run: Path, tmp_path: Path) -> None
 
 @pytest.mark.medium
 def test_a_trained_policy_plays_the_same_in_any_number_of_processes(run: Path) -> None:
-    episodes = [(t, s) for t in ("LRLLL", "RLRRR") for s in episode_seeds("evaluation", 1)]
-    policy = str(run / "policy.safetensors")
-    alone = list(play_all(policy, SETTINGS.env, episodes))
-    shared = list(play_all(policy, SETTINGS.env, episodes, processes=2))
+    method = Method("own", (str(run / "policy.safetensors"),))
+    alone, shared = (evaluate([method], SETTINGS.env, 1, processes) for processes in (1, 2))
     assert alone == shared
-    assert [(o.target, o.seed) for o in alone] == episodes
+    (seed,) = episode_seeds("evaluation", 1)
+    assert [(each.target, each.seed) for each in alone["own"][0]] == [
+        (target, seed) for target in ("LRLLL", "RLRRR")
+    ]
 
 
 def test_a_policy_for_other_spaces_is_refused(run: Path) -> None:
     env = make_env(SETTINGS.env.model_copy(update={"speeds": 4}))
-    policy = TrainedPolicy.load(run / "policy.safetensors")
+    policy = make_policy(str(run / "policy.safetensors"))
     with pytest.raises(ValueError, match=r"policy: its spaces .* are not the environment's"):
         play(policy, env, "LRLLL", 0)
 
 
 def test_the_design_policy_feeds_the_design_at_its_speed() -> None:
     env = make_env(SETTINGS.env)
-    outcome = play(DesignPolicy(), env, "LRLLL", 0)
+    outcome = play(designs, env, "LRLLL", 0)
     baseline = env.baseline_of("LRLLL")
     assert outcome.scene is not None
     assert outcome.scene.sequence == baseline.sequence
@@ -81,7 +83,7 @@ def test_the_design_policy_feeds_the_design_at_its_speed() -> None:
 
 def test_random_play_depends_on_the_seed_alone() -> None:
     env = make_env(SETTINGS.env)
-    outcomes = [play(RandomPolicy(), env, "LRLLL", seed) for seed in (1, 2, 1)]
+    outcomes = [play(at_random, env, "LRLLL", seed) for seed in (1, 2, 1)]
     assert outcomes[0] == outcomes[2] != outcomes[1]
 
 

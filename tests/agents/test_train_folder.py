@@ -31,7 +31,7 @@ class KilledError(BaseException):
 
 def begun(settings: TrainSettings, folder: Path) -> Path:
     """Break a run off after its first checkpoint; return the state to go on from."""
-    step = BoundaryCallback._on_step
+    step = BoundaryCallback.on_step
 
     def stepping(self: BoundaryCallback) -> bool:
         if self.num_timesteps > 60:
@@ -39,7 +39,7 @@ def begun(settings: TrainSettings, folder: Path) -> Path:
         return step(self)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(BoundaryCallback, "_on_step", stepping)
+        patch.setattr(BoundaryCallback, "on_step", stepping)
         with pytest.raises(KilledError):
             train(settings, folder)
     return folder / "resume.zip"

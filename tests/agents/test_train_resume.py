@@ -33,7 +33,7 @@ class KilledError(BaseException):
 
 def killing(after: int) -> Callable[[BoundaryCallback], bool]:
     """Return a replacement for a callback's step that ends the run in its middle."""
-    step, calls = BoundaryCallback._on_step, 0
+    step, calls = BoundaryCallback.on_step, 0
 
     def stepping(self: BoundaryCallback) -> bool:
         nonlocal calls
@@ -49,7 +49,7 @@ def broken_off(settings: TrainSettings, folder: Path, calls: list[int]) -> None:
     """Train in `folder`, killed after each of the numbers of calls, and then to the end."""
     for after in calls:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(BoundaryCallback, "_on_step", killing(after))
+            patch.setattr(BoundaryCallback, "on_step", killing(after))
             with pytest.raises(KilledError):
                 train(settings, folder)
     train(settings, folder)
@@ -152,7 +152,7 @@ def test_a_finished_run_that_is_lengthened_is_the_longer_run(
             train(settings, lengthened, resume)
     # Killed on the way, and taken up as the longer one.
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(BoundaryCallback, "_on_step", killing(3))
+        patch.setattr(BoundaryCallback, "on_step", killing(3))
         with pytest.raises(KilledError):
             train(long, lengthened, resume=True)
     train(long, lengthened)

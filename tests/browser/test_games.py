@@ -9,6 +9,7 @@ from gymnasium.utils import seeding
 
 import magfold_env  # noqa: F401 - registers the environments
 from magfold_env.browser import networks
+from magfold_env.scoring.player import Player
 from tests.browser import built
 from tests.browser.test_engine import bits
 
@@ -81,14 +82,16 @@ def test_a_network_acts_as_the_policy_that_was_shipped(game: str) -> None:
     from agents.evaluation.shipped import load_shipped  # noqa: PLC0415 - needs torch
 
     name, _, number = networks.POLICIES[game].rpartition("-")
-    policy, env = load_shipped(name, int(number)), make(game)
+    saved, env = load_shipped(name, int(number)), make(game)
     episodes: list[Any] = []
     for seed in range(EPISODES[game]):
-        policy.begin()
+        player = Player(saved.policy, saved.shown, env)
         goal = seed % len(env.world.words)
-        episodes.append(
-            play(env, game, seed, goal, lambda seen: policy.act(env, seen, np.random.default_rng()))
-        )
+
+        def act(seen: Any, player: Player = player) -> Any:
+            return player.act(seen[None])[0]
+
+        episodes.append(play(env, game, seed, goal, act))
     seen = [[each.tolist() for each in episode["observations"][:-1]] for episode in episodes]
     found = built.run({"task": "actions", "game": game, "episodes": seen})
     assert found == [episode["actions"] for episode in episodes]

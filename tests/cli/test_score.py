@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from magfold_env.scoring.score import Score, score, track_of
+from magfold_env.scoring.results import Results
+from magfold_env.scoring.score import score, track_of
 from tests.command_line import fails_in_one_line, rows, run
 from tests.scoring.test_score import FLOOR, changed, entered
 
@@ -16,15 +17,15 @@ def test_the_command_writes_what_it_shows(tmp_path: Path) -> None:
     arguments = (policy, "--env", FLOOR, "--seed", 3, "--episodes", 3)
     result = run("score", *arguments, "--json", tmp_path / "score.json")
     assert result.exit_code == 0, result.stderr
-    found = Score.read(tmp_path / "score.json")
-    assert found.episodes == score(policy, FLOOR, seed=3, episodes=3).episodes
-    assert [task for task, *_ in found.episodes] == track_of(FLOOR, 0).numbers[:3]
+    found = Results.read(tmp_path / "score.json", "score").rows["mine"]
+    assert found == score(policy, FLOOR, seed=3, episodes=3).rows["mine"]
+    assert list(found.runs[0].task) == track_of(FLOOR, 0).numbers[:3]
     shown = dict(rows(result.stdout))
-    assert f"SHA-256: {found.sha256}" in result.stdout.splitlines()
+    assert f"SHA-256: {found.files[0].sha256}" in result.stdout.splitlines()
     assert shown["mean score"] == f"{found.score:.4f}"
     # Wilson's, of three.
     low, high = {0: (0.0, 56.2), 1: (6.1, 79.2), 2: (20.8, 93.9), 3: (43.8, 100.0)}[
-        found.success.successes
+        found.runs[0].success.count("1")
     ]
     assert f"({low:.1f}–{high:.1f})" in shown["success"]
 

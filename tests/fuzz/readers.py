@@ -19,13 +19,7 @@ from typing import Any
 import stable_baselines3
 
 import magfold_env as mf
-from agents.evaluation.policies import (
-    ChoiceFile,
-    Chosen,
-    FrozenPolicy,
-    TrainedPolicy,
-    read_choices,
-)
+from agents.evaluation.policies import ChoiceFile, Chosen, read_choices
 from agents.settings import load_settings
 from agents.training import policy_files
 from agents.training.models import read_archive, write_archive
@@ -40,7 +34,7 @@ from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.files import configs_dir
 from magfold_env.scoring import action_file
 from magfold_env.scoring.network import Actor
-from magfold_env.scoring.score import Score
+from magfold_env.scoring.results import Results
 from tests.killed import records_in
 
 SCENE = mf.Scene(sequence=("NSNS", "SN-N"), duration=0.01)
@@ -146,7 +140,7 @@ def _records() -> list[bytes]:
 
 
 def _read_choices(path: Path) -> None:
-    FrozenPolicy(read_choices(path))
+    read_choices(path)
     ChoiceFile(path, KEY)
 
 
@@ -189,10 +183,19 @@ ACTIONS = {
     "format": "magfold_env actions 1", "id": "MagFold/UnknownFloor-v0", "seed": 3,
     "actions": [[0.5, -1, 1.0], [0.25]],
 }  # fmt: skip
-SCORE = Score(
-    name="mine", kind="policy", sha256="0" * 64, id="MagFold/UnknownFloor-v0", seed=3, draws=2,
-    physics="0" * 16, versions={"numpy": "2.0"}, seconds=1.5,
-    episodes=((0, True, 1.0, -0.5), (3, False, 0.25, None)),
+RUN = {"task": (0, 3), "success": "10", "score": (1.0, 0.25), "energy": (-0.5, None)}
+RESULTS = Results.model_validate(
+    {
+        "view": "score", "id": "MagFold/UnknownFloor-v0", "draws": 2, "seed": 3,
+        "physics": "0" * 16,
+        "provenance": {"numpy": "2.0", "seconds": 1.5},
+        "rows": {
+            "mine": {
+                "success": (0.5, 0.09453120573423057, 0.9054687942657694), "score": 0.625,
+                "kind": "policy", "files": [{"name": "mine", "sha256": "0" * 64}], "runs": [RUN],
+            }
+        },
+    }
 )  # fmt: skip
 
 
@@ -201,8 +204,9 @@ def resigned(content: bytes) -> bytes:
     try:
         start = 8 + int.from_bytes(content[:8], "little")
         header = json.loads(content[8:start])
-        data = header["__metadata__"]["settings"].encode() + content[start:]
-        header["__metadata__"]["sha256"] = hashlib.sha256(data).hexdigest()
+        told = json.loads(header["__metadata__"]["policy"])
+        told["sha256"] = hashlib.sha256(told["settings"].encode() + content[start:]).hexdigest()
+        header["__metadata__"]["policy"] = json.dumps(told)
         head = json.dumps(header).encode()
         return len(head).to_bytes(8, "little") + head + content[start:]
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError):
@@ -233,8 +237,8 @@ READERS: dict[str, Reader] = {
         lambda path: read_archive(path, KEY),
         lambda: [_written(lambda path: write_archive(path, KEY, {"a": b"1", "b": b"22"}))],
     ),
-    "policy": Reader(".safetensors", TrainedPolicy.load, _policies, resigned),
+    "policy": Reader(".safetensors", policy_files.load, _policies, resigned),
     "actor": Reader(".safetensors", Actor.read, _policies, resigned),
     "actions": Reader(".json", action_file.read, lambda: [json.dumps(ACTIONS).encode()]),
-    "score": Reader(".json", Score.read, lambda: [_written(SCORE.write)]),
+    "results": Reader(".json", Results.read, lambda: [_written(RESULTS.write)]),
 }

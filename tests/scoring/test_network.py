@@ -114,7 +114,7 @@ def test_weights_that_do_not_fit_are_named(tmp_path: Path) -> None:
     path = tmp_path / "policy.safetensors"
     settings = untrained(path)
     file = policy_file.read(path)
-    shapes = {name: each["shape"] for name, each in file.header.items()}
+    shapes = {name: each["shape"] for name, each in file.tensors.items()}
     weights = file.weights(shapes)
     policy_file.write(path, settings, weights | {"action_net.bias": np.zeros(4, np.float32)})
     with pytest.raises(ValueError, match=r"weights: action_net\.bias: .* F32 numbers, \[3"):

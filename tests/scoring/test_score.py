@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
+from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scoring.network import Actor
 from magfold_env.scoring.player import Player
-from magfold_env.scoring.score import Score, score, track_of
+from magfold_env.scoring.results import Results, Row, Run, summed
+from magfold_env.scoring.score import score, track_of
 from magfold_env.scoring.track import TRACKS, TRAYS
 from tests.scoring.test_network import untrained
 
@@ -59,14 +61,22 @@ def played_alone(path: Path, env_id: str, seed: int, count: int) -> tuple[list[A
     return ends, actions
 
 
+def ended(found: Results, kind: str) -> list[Any]:
+    """Return how the episodes of a score of some kind ended."""
+    ((name, row),) = found.rows.items()
+    assert (name, row.kind) == ("mine", kind)
+    (run,) = row.runs
+    return list(zip(run.task, map(bool, map(int, run.success)), run.score, run.energy, strict=True))
+
+
 @pytest.mark.parametrize("env_id", TRACKS)
 def test_a_policy_plays_as_it_does_alone(env_id: str, tmp_path: Path) -> None:
     # Of a few speeds it chooses the same whichever way numbers are rounded.
     changes = {} if env_id in TRAYS else {"actions": {"n": 11}}
     policy = entered(tmp_path / "mine.safetensors", env_id, frames=2, **changes)
     found = score(policy, env_id, seed=5, episodes=2)
-    assert list(found.episodes) == played_alone(policy, env_id, 5, 2)[0]
-    assert (found.kind, found.seed, found.id) == ("policy", 5, env_id)
+    assert ended(found, "policy") == played_alone(policy, env_id, 5, 2)[0]
+    assert (found.seed, found.id) == (5, env_id)
 
 
 @pytest.mark.parametrize("env_id", TRACKS)
@@ -76,13 +86,15 @@ def test_actions_replay_bit_for_bit(env_id: str, tmp_path: Path) -> None:
     content = {"format": "magfold_env actions 1", "id": env_id, "seed": 5, "actions": actions}
     (tmp_path / "mine.json").write_text(json.dumps(content), encoding="utf-8")
     found = score(tmp_path / "mine.json")
-    assert list(found.episodes) == ends
-    assert (found.kind, found.seed, found.id) == ("actions", 5, env_id)
+    assert ended(found, "actions") == ends
+    assert (found.seed, found.id) == (5, env_id)
 
 
 def test_seeds_draw_apart() -> None:
     one, other = (track_of(FLOOR, seed).draws(0, 1000)[1] for seed in (1, 2))
     assert len({*one, *other}) == 2000
+    assert one == episode_seeds("score 1", 1000)
+    assert track_of(FLOOR, 1).draws(7, 9)[1] == one[7:9]
 
 
 def changed(**changes: Any) -> dict[str, Any]:
@@ -121,16 +133,54 @@ def test_what_is_wrong_with_actions_is_named(content: Any, message: str, tmp_pat
         score(path)
 
 
-def test_a_damaged_score_is_told(tmp_path: Path) -> None:
+RUN = Run(task=(0, 3), success="10", score=(1.0, 0.25), energy=(None, -0.5))
+
+
+def scored(**changes: Any) -> Results:
+    """Return a score of two episodes."""
+    files = {"name": "mine.safetensors", "sha256": "0" * 64}
+    row = Row(**{**summed(RUN), "kind": "policy", "files": (files,), "runs": (RUN,), **changes})
+    rows = {"mine": row}
+    return Results(
+        view="score", id=FLOOR, draws=2, seed=0, physics="0" * 16, provenance={}, rows=rows
+    )
+
+
+def test_a_score_is_read_as_it_was_written(tmp_path: Path) -> None:
     path = tmp_path / "score.json"
-    made = Score(
-        name="mine", kind="policy", sha256="0" * 64, id=FLOOR, seed=0, draws=2, physics="0" * 16,
-        versions={}, seconds=1.0, episodes=((0, True, 1.0, None), (3, False, 0.25, -0.5)),
-    )  # fmt: skip
+    made = scored()
     made.write(path)
-    assert Score.read(path) == made
+    assert Results.read(path, "score") == made
+    with pytest.raises(ValueError, match=r"score\.json: view: 'score' is not allowed; must be abl"):
+        Results.read(path, "ablation")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda run: run["score"].__setitem__(1, "high"), "rows.mine.runs[0].score[1]: 'high'"),
+        (lambda run: run["score"].append(0.5), "rows.mine.runs[0].score: 3 is not allowed; must h"),
+        (lambda run: run.update(success="1x"), "rows.mine.runs[0].success: '1x' is not allowed"),
+        (lambda run: run.update(success="11"), "rows.mine.success: (0.5, "),
+        (lambda run: run["score"].__setitem__(1, 0.5), "rows.mine.score: 0.625 is not allowed"),
+        (lambda run: run.pop("task"), "rows.mine.runs: 1 is not allowed; must be one, with task"),
+    ],
+)
+def test_a_score_that_is_not_that_of_its_episodes_is_refused(
+    change: Any, message: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "score.json"
+    scored().write(path)
     content = json.loads(path.read_text(encoding="utf-8"))
-    content["episodes"][1][2] = "high"
+    change(content["rows"]["mine"]["runs"][0])
     path.write_text(json.dumps(content), encoding="utf-8")
-    with pytest.raises(ValueError, match=r"score\.json: episodes\[1\]\[2\]: 'high' is not allowed"):
-        Score.read(path)
+    with pytest.raises(ValueError, match=re.escape(f"score.json: {message}")):
+        Results.read(path)
+
+
+@pytest.mark.parametrize("missing", ["kind", "files", "runs"])
+def test_a_score_names_its_file_and_its_episodes(missing: str) -> None:
+    with pytest.raises(
+        ValueError, match=rf"rows\.mine\.{'files' if missing == 'kind' else missing}"
+    ):
+        scored(**{missing: None if missing == "kind" else ()})

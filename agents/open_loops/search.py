@@ -1,12 +1,15 @@
-"""Where open loops are compared: room for episodes, in which they play the same draws."""
+"""The search for the best open loop of a task: episodes in which all play the same draws.
+
+Which of many do best, within a budget of episodes, is found by successive halving: the better half
+goes on and plays more (Jamieson and Talwalkar, *Non-stochastic best arm identification*, 2016).
+Every round has about the same share of the budget.
+"""
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from agents.open_loops.halving import Ranked, halving
 from agents.open_loops.orders import Orders
 from agents.open_loops.schedules import Schedules
 from magfold_env.envs.baselines.constant_speed import Plan
@@ -14,6 +17,70 @@ from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.feed_track import FeedTrackEnv
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scene import Scene
+from magfold_env.scoring.player import play
+
+Trial = Callable[[Ints, int, int], Floats]
+"""From some candidates, the first draw and the draw after the last to success and score of their
+episodes, (candidates, draws, 2)."""
+
+
+class Ranked(NamedTuple):
+    """One of the candidates."""
+
+    place: int
+    """Among them, from 0."""
+    successes: int
+    """How many of its episodes succeeded: of the best a flattering share, for it was chosen."""
+    draws: int
+    """How many episodes it had."""
+
+
+def rounds(candidates: int, budget: int) -> list[tuple[int, int]]:
+    """Return how many candidates play in each round, and on how many more draws.
+
+    Raises
+    ------
+    ValueError
+        If the budget is too small for one more draw a round.
+    """
+    fields = [candidates]
+    while fields[-1] > 2:
+        fields.append((fields[-1] + 1) // 2)
+    if sum(fields) > budget:
+        raise ValueError(
+            f"budget: {budget} is not allowed for {candidates} candidates; "
+            f"must be {sum(fields)} or more"
+        )
+    found: list[tuple[int, int]] = []
+    for number, field in enumerate(fields):
+        draws = max(1, budget // (field * (len(fields) - number)))
+        found.append((field, draws))
+        budget -= field * draws
+    return found
+
+
+def halving(candidates: int, budget: int, trial: Trial) -> list[Ranked]:
+    """Return some candidates, the best first, by share of successes, then by mean score.
+
+    Those that went on come before the others; of equally good ones the first is preferred.
+    `budget` is the most episodes, as in `rounds`.
+    """
+    field, ends = np.arange(candidates), np.zeros((candidates, 0, 2))
+    out: list[Ranked] = []
+    for places, draws in rounds(candidates, budget):
+        out = _ranked(field[places:], ends[places:]) + out
+        field, ends = field[:places], ends[:places]
+        played = ends.shape[1]
+        ends = np.concatenate([ends, trial(field, played, played + draws)], axis=1)
+        success, score = -ends.mean(axis=1).T
+        ranks = np.lexsort((field, score, success))
+        field, ends = field[ranks], ends[ranks]
+    return _ranked(field, ends) + out
+
+
+def _ranked(field: Ints, ends: Floats) -> list[Ranked]:
+    successes = ends[..., 0].sum(axis=1).astype(int).tolist()
+    return [Ranked(*each, ends.shape[1]) for each in zip(field.tolist(), successes, strict=True)]
 
 
 class OpenLoops(Protocol):
@@ -118,16 +185,13 @@ class Field:
 
     def play(self, numbers: Ints, seeds: list[int], plan: Callable[[slice], Plan]) -> Floats:
         """Return the same of episodes that are played by what `plan` returns for a part of them."""
-        episodes, ends = self._episodes, np.empty((len(seeds), 2))
-        for start in range(0, len(seeds), episodes.count):
-            part = slice(start, start + episodes.count)
-            choose = partial(self._chosen, plan(part))
-            columns = episodes.play(seeds[part], numbers[part].tolist(), choose)
-            ends[part] = np.column_stack([columns["is_success"], columns["score"]])
-        return ends
+        parts = play(self._episodes, numbers, seeds, lambda part: self._written(plan(part)))
+        ends = [np.column_stack([part["is_success"], part["score"]]) for part in parts]
+        return np.concatenate([np.empty((0, 2)), *ends])
 
-    def _chosen(self, plan: Plan, rows: Ints) -> Any:
-        choice = plan(self._episodes, rows)
-        if self._actions is None:
-            return choice
-        return self._actions.read(self._actions.write(choice), len(rows))
+    def _written(self, plan: Plan) -> Plan:
+        """Return a plan whose choices are written down as actions, if that is to be."""
+        actions = self._actions
+        if actions is None:
+            return plan
+        return lambda episodes, rows: actions.read(actions.write(plan(episodes, rows)), len(rows))

@@ -1,0 +1,187 @@
+"""What players have done, as a file: a table of players, tasks and episodes.
+
+`magfold score` and the commands of `agents` that compare write this one format, each its own view
+of the table: a row for each player, with what it came to, and the columns of its episodes.
+"""
+
+import json
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, ValidationError, model_validator
+
+from magfold_env.files import reading_json, write_text
+from magfold_env.reporting.intervals import share
+from magfold_env.scene import Problem, SceneError
+from magfold_env.scene.base import Part
+from magfold_env.scene.errors import problems_of, refuse
+
+FORMAT = "magfold_env results 1"
+
+SHA256 = r"^[0-9a-f]{64}$"
+NAME = re.compile(r"[\w .+-]{1,80}")
+"""Names of what is handed in: they stand on a page."""
+
+View = Literal["score", "evaluation", "ablation", "admission", "generalisation"]
+
+
+class File(Part):
+    """What a player is made of."""
+
+    name: str
+    """Its path, or the name of what has none, such as ``random``."""
+    sha256: Annotated[str, Field(pattern=SHA256)] | None = None
+    """Of the file."""
+
+
+class Run(Part):
+    """Columns of a player's episodes, an entry an episode; those that are not kept are empty."""
+
+    task: tuple[int, ...] = ()
+    """Numbers of the tasks, where they take turns."""
+    success: Annotated[str, Field(pattern=r"^[01]+$")]
+    """A letter each, 1 or 0."""
+    score: tuple[float, ...] = ()
+    energy: tuple[float | None, ...] = ()
+    """At the end [J]: the last of them tell bits of the motion apart; None where it broke down."""
+    details: dict[str, tuple[Any, ...]] = Field(default_factory=dict)
+    """Whatever else a view keeps."""
+
+    @model_validator(mode="after")
+    def _of_one_length(self) -> Self:
+        columns = {name: getattr(self, name) for name in ("task", "score", "energy")}
+        columns |= {f"details.{name}": column for name, column in self.details.items()}
+        allowed = f"must have {len(self.success)} entries, as success has"
+        wrong = [
+            Problem(name, len(column), allowed)
+            for name, column in columns.items()
+            if column and len(column) != len(self.success)
+        ]
+        refuse(wrong)
+        return self
+
+    @classmethod
+    def of(cls, success: Iterable[Any], **columns: Any) -> Self:
+        """Return the columns, success being a sequence of truths."""
+        return cls(success="".join(str(int(each)) for each in success), **columns)
+
+
+class Row(Part):
+    """What a player came to."""
+
+    success: tuple[float, float, float]
+    """Share of the episodes, and its interval."""
+    score: float | None = None
+    """Mean over the episodes."""
+    kind: Literal["policy", "actions"] | None = None
+    """Of what was handed in; actions may have been chosen with knowledge of the draws."""
+    files: tuple[File, ...] = ()
+    """What it is made of, one a run."""
+    runs: tuple[Run, ...] = ()
+    """Its episodes, if they are kept."""
+    figures: dict[str, Any] = Field(default_factory=dict)
+    """Whatever else a view says of it."""
+
+
+class Results(Part):
+    """A view of the table."""
+
+    format: Literal["magfold_env results 1"] = FORMAT
+    view: View
+    id: str
+    """The environment's name with Gymnasium."""
+    env: dict[str, Any] = Field(default_factory=dict)
+    """Settings of the environment that differ from its own."""
+    confidence: float = 0.95
+    """Of all intervals."""
+    draws: int
+    """Version of the draws, see `magfold_env.envs.tasks.draws`."""
+    seed: int | None = None
+    """Of the draws of a score."""
+    tasks: tuple[str, ...] = ()
+    """The targets, one after another."""
+    seeds: tuple[int, ...] = ()
+    """Of the draws that each of them was played on: the episodes of every run are in this order."""
+    physics: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
+    """See `magfold_env.files.physics_digest`."""
+    provenance: dict[str, Any] = Field(default_factory=dict)
+    """What played, when, where and how long."""
+    figures: dict[str, Any] = Field(default_factory=dict)
+    """What the view says of all players."""
+    rows: Annotated[dict[str, Row], Field(min_length=1)]
+    """By player."""
+
+    @model_validator(mode="after")
+    def _scored(self) -> Self:
+        """Refuse a score that does not say what its episodes do."""
+        if self.view == "score":
+            refuse(list(self._wrong_scores()))
+        return self
+
+    def _wrong_scores(self) -> Iterator[Problem]:
+        (name, row), *others = self.rows.items()
+        if others:
+            yield Problem("rows", list(self.rows), "must be one player")
+        if not NAME.fullmatch(name):
+            yield Problem("rows", name, "must have a name of letters, digits, spaces and .+-_")
+        if self.seed is None:
+            yield Problem("seed", None, "must be given")
+        if row.kind is None or len(row.files) != 1 or row.files[0].sha256 is None:
+            yield Problem(f"rows.{name}.files", len(row.files), "must be one, its kind given")
+        if len(row.runs) != 1 or not (row.runs[0].task and row.runs[0].score):
+            yield Problem(f"rows.{name}.runs", len(row.runs), "must be one, with task and score")
+            return
+        found = summed(row.runs[0])
+        for key, own in found.items():
+            there = getattr(row, key)
+            if there is None or not np.allclose(there, own, rtol=0.0, atol=1e-9):
+                yield Problem(f"rows.{name}.{key}", there, f"must be that of the episodes, {own}")
+
+    def write(self, path: str | Path) -> None:
+        """Write to `path`, under a temporary name first; a list of values has one line."""
+        kept = {"format": FORMAT, "confidence": self.confidence}
+        kept |= self.model_dump(mode="json", exclude_defaults=True)
+        text = one_line_lists(json.dumps(kept, indent=1, allow_nan=False))
+        write_text(path, f"{text}\n")
+
+    @classmethod
+    def read(cls, path: str | Path, *views: View) -> Self:
+        """Read what `write` wrote.
+
+        Raises
+        ------
+        ValueError
+            If it is no such file, or another view than those wanted.
+        """
+        with reading_json(path, "a file of results", FORMAT) as data:
+            content = data
+        try:
+            found = cls.model_validate(content)
+            if views and found.view not in views:
+                refuse([Problem("view", found.view, f"must be {' or '.join(views)}")])
+        except ValidationError as error:
+            raise SceneError(problems_of(error, cls), str(path)) from None
+        except SceneError as error:
+            raise SceneError(error.problems, str(path)) from None
+        return found
+
+
+def one_line_lists(text: str) -> str:
+    """Return JSON in which a list of values has one line."""
+    return re.sub(r"\[\n\s*([^][{}]*?)\n\s*\]", _on_one_line, text)
+
+
+def _on_one_line(found: re.Match[str]) -> str:
+    return "[" + re.sub(r",\n\s*", ", ", found[1]) + "]"
+
+
+def summed(run: Run) -> dict[str, Any]:
+    """Return success, with Wilson's interval, and mean score of a run."""
+    found = share(run.success.count("1"), len(run.success))
+    return {
+        "success": (found.rate, found.low, found.high),
+        "score": sum(run.score) / len(run.score),
+    }
