@@ -75,7 +75,7 @@ def test_a_policy_of_any_algorithm_is_loaded_and_plays(trained: Any) -> None:
 
 
 def test_random_actions_lie_in_any_space() -> None:
-    for kind in ("multidiscrete", "discrete", "box", "dict"):
+    for kind in ("multidiscrete", "discrete", "box"):
         env = TubeFeedEnv(**QUASI, actions=kind)
         outcomes = [play(at_random, env, TARGET, seed) for seed in (1, 2, 1)]
         assert outcomes[0] == outcomes[2]

@@ -16,7 +16,7 @@ from magfold_env.envs.camera_track import TIME_COST
 from tests.envs import contract
 from tests.envs.vectors import TRACKS, kinds_of
 
-MOST_FILES = 9
+MOST_FILES = 8
 """Files of Python that the step of an environment runs at most."""
 
 SPACES = contract.SINGLE[:2]

@@ -151,7 +151,9 @@ def test_a_score_is_read_as_it_was_written(tmp_path: Path) -> None:
     made = scored()
     made.write(path)
     assert Results.read(path, "score") == made
-    with pytest.raises(ValueError, match=r"score\.json: view: 'score' is not allowed; must be abl"):
+    with pytest.raises(
+        ValueError, match=r"score\.json: view: 'score' is not allowed; must be ablation"
+    ):
         Results.read(path, "ablation")
 
 
