@@ -14,8 +14,8 @@ RAN_AWAY, LOCKED = 9, 11
 # A chain that had its time to settle and still moves.
 TIMED_OUT = 10
 
-# Evaluations in a turn, times n², since forces act between pairs: 10 ms, or 50 on a busy machine.
-TURN = 60_000
+# Evaluations in a turn, times n², since forces act between pairs: 7 ms, or 50 in a browser.
+TURN = 40_000
 
 
 @inlined

@@ -50,8 +50,14 @@ def text(page: chromium.Page, name: str) -> str:
     return page.value(f"byId('{name}').textContent")
 
 
+def end(page: chromium.Page) -> None:
+    """Wait for the end of a fold."""
+    page.until("byId('status').dataset.status !== ''")
+
+
 def same_fold(page: chromium.Page, path: Path) -> mf.Fold:
     """Check that the scene that the page gives to Python ends there in the page's bits."""
+    end(page)
     path.write_text(page.value("toYaml(laboratory.scene)"), encoding="utf-8")
     fold = mf.simulate(mf.load_scene(path))
     headings = page.value(f"({BITS})(laboratory.chain.headings())")
@@ -106,7 +112,6 @@ def test_the_page_does_not_wait_for_long_folds(page: chromium.Page, tmp_path: Pa
     assert text(page, "status") == "in your hands"  # what was folding is not shown here
     open_game(page, "")
     page.value("laboratory.change({ feed: { ...laboratory.scene.feed, speed: 0.1 } })")
-    page.until("laboratory.chain.status !== null")
     same_fold(page, tmp_path / "mine.yaml")
     page.value("location.hash = ''")
     page.until("laboratory.chain.word === 'LRLLL'")
@@ -116,11 +121,15 @@ def test_the_page_does_not_wait_for_long_folds(page: chromium.Page, tmp_path: Pa
 def test_a_link_gives_the_same_bits(page: chromium.Page) -> None:
     page.value("byId('random').click()")
     page.value("byId('link').click()")
-    before = page.value("[location.hash, laboratory.chain.headings()]")
-    page.value("location.hash = ''")
-    page.value(f"location.hash = '{before[0]}'")
-    page.until(f"location.hash === '{before[0]}'")
-    assert page.value("laboratory.chain.headings()") == before[1]
+    end(page)
+    link, headings = page.value("[location.hash, laboratory.chain.headings()]")
+    page.value("window.read = 0; addEventListener('hashchange', () => { read += 1; })")
+    page.value("byId('random').click(); location.hash = ''")
+    page.until("read === 1")
+    page.value(f"location.hash = '{link}'")
+    page.until("read === 2")
+    end(page)
+    assert page.value("laboratory.chain.headings()") == headings
 
 
 @pytest.mark.medium
@@ -146,6 +155,7 @@ def test_a_broken_link_is_told_by_its_key(page: chromium.Page, link: str, said: 
     assert said in text(page, "problem")
     page.value("byId('again').click()")
     assert page.value("byId('problem').hidden")
+    end(page)
     assert text(page, "word") == "LRLLL"
 
 
@@ -199,6 +209,7 @@ def test_tube_feed_is_played_against_a_policy(page: chromium.Page) -> None:
     assert page.value("laboratory.play.game.target") == target
     assert page.value("laboratory.play.game.fed") == 0
     open_game(page, "")
+    end(page)
     assert text(page, "word") == "LRLLL"
 
 
@@ -209,6 +220,7 @@ def test_feeding_by_hand(page: chromium.Page) -> None:
     page.call("Input.dispatchKeyEvent", type="keyUp", key="d")
     page.until("byId('now').textContent.includes('1 of 6 out')")
     page.value("byId('let-go').click()")
+    end(page)
     assert text(page, "status") == "held"
     assert page.value("laboratory.player.motion.last") > 10  # it was recorded
 

@@ -86,6 +86,10 @@ class Laboratory {
   async #run(then) {
     const { chain } = this;
     let shown = false;
+    byId("status").textContent = "folding";
+    byId("status").dataset.status = "";
+    await nextFrame(); // what was clicked shows at once
+    if (this.chain !== chain || this.play.name) return;
     for (const _ of chain.running()) {
       if (!shown) this.#showMotion();
       shown = true;
@@ -371,6 +375,12 @@ function editable(scene, layout) {
 
 /** Wait while the page does what else there is to do. */
 const otherWork = () => new Promise((goOn) => { setTimeout(goOn); });
+
+/** Wait until the page has drawn a frame; a page that is hidden draws none. */
+const nextFrame = () => new Promise((goOn) => {
+  requestAnimationFrame(() => setTimeout(goOn));
+  setTimeout(goOn, 50);
+});
 
 const randomFaces = () => Array.from({ length: 4 }, () => "NS"[Math.floor(2 * Math.random())]).join("");
 
