@@ -49,7 +49,14 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
                 progress=lambda made, total: tell(made),
             )
         show(made)
-        options.say_written(*write(made, out, png))
+    draw = options.drawing("draw_ensemble", made)
+    options.save(
+        (out and out / "ensemble.json", made.to_json),
+        (out and out / "runs.csv", made.to_csv),
+        (out and out / "outcomes.csv", lambda path: write_text(path, to_csv(made.rows()))),
+        (png, draw),
+        (out and out / "ensemble.png", draw),
+    )
 
 
 def check_pictures(out: Path | None, png: Path | None) -> None:
@@ -111,23 +118,6 @@ def show(made: releases.Ensemble) -> None:
     for status, found in made.statuses.items():
         statuses.add_row(status.value, *cells(found))
     options.show(outcomes, statuses)
-
-
-def write(made: releases.Ensemble, out: Path | None, png: Path | None) -> list[Path]:
-    """Write the files that are wanted and return their paths."""
-    written: list[Path] = []
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        written = [out / name for name in ("ensemble.json", "runs.csv", "outcomes.csv")]
-        made.to_json(written[0])
-        made.to_csv(written[1])
-        write_text(written[2], to_csv(made.rows()))
-    for path in filter(None, (png, out and out / "ensemble.png")):
-        from magfold_env.render import draw_ensemble  # noqa: PLC0415 - an extra
-
-        draw_ensemble(made, path)
-        written.append(path)
-    return written
 
 
 def cells(found: Share) -> tuple[str, str, str]:

@@ -52,22 +52,15 @@ def fold(  # noqa: PLR0913 - one parameter an option
         result = simulate(changed, seed=seed, frame_rate=rate, progress=show)
         taken = time.perf_counter() - begun
     options.show(options.entries("Fold", fold_rows(result, taken)))
-    with options.errors_in_one_line(), options.busy("drawing"):
-        if gif or png or sheet:
-            from magfold_env import render  # noqa: PLC0415 - an extra
-
-            if png is not None:
-                render.save_png(result, png)
-            if gif is not None:
-                render.save_gif(result, gif)
-            if sheet is not None:
-                file = Path(scene)
-                render.save_sheet(changed, result, sheet, file.stem if file.suffix else scene)
-        if html is not None:
-            result.to_html(html)
-        if json is not None:
-            result.to_json(json)
-    options.say_written(*files.values())
+    file = Path(scene)
+    title = file.stem if file.suffix else scene
+    options.save(
+        (gif, options.drawing("save_gif", result)),
+        (png, options.drawing("save_png", result)),
+        (html, result.to_html),
+        (sheet, options.drawing("save_sheet", changed, result, title=title)),
+        (json, result.to_json),
+    )
     if result.status is FoldStatus.FAILED:
         raise typer.Exit(1)
 

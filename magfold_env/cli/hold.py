@@ -52,14 +52,7 @@ def hold(  # noqa: PLR0913 - one parameter an option
         directions = None if angle is None else np.radians(angle)
         found = limit_loads.holding(fold, directions=directions, pulled=pulled, held=held)
     show(found)
-    with options.errors_in_one_line(), options.busy("drawing"):
-        if png is not None:
-            from magfold_env.render import draw_holding  # noqa: PLC0415 - an extra
-
-            draw_holding(found, png)
-        if json is not None:
-            found.to_json(json)
-    options.say_written(png, json)
+    options.save((png, options.drawing("draw_holding", found)), (json, found.to_json))
 
 
 def read_fold(name: str, changes: tuple[object, ...]) -> Fold | None:

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Annotated, Any
@@ -240,6 +241,21 @@ def say_written(*paths: Path | None) -> None:
     for path in paths:
         if path is not None:
             typer.echo(f"written: {path}")
+
+
+def save(*files: tuple[Path | None, Callable[[Path], object]]) -> None:
+    """Write each file that was asked for, in a folder that is made if need be; tell which."""
+    with errors_in_one_line(), busy("writing"):
+        for path, write in files:
+            if path is not None:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                write(path)
+    say_written(*(path for path, _ in files))
+
+
+def drawing(name: str, *what: Any, **options: Any) -> Callable[[Path], object]:
+    """Return what draws something to a path by a function of `magfold_env.render`, an extra."""
+    return lambda path: getattr(import_module("magfold_env.render"), name)(*what, path, **options)
 
 
 def busy(what: str) -> Status:
