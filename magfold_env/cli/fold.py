@@ -8,9 +8,10 @@ import numpy as np
 import typer
 
 from magfold_env.cli import options
+from magfold_env.cli.ensemble import changed_scene
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.replay.data import feed_text
-from magfold_env.scene import Scene, load_scene
+from magfold_env.scene import load_scene
 from magfold_env.simulation.simulate import energy, simulate
 
 FRAME_RATE = 240.0  # the paper's camera [1/s]
@@ -38,7 +39,9 @@ def fold(  # noqa: PLR0913 - one parameter an option
     files = {"--gif": gif, "--png": png, "--html": html, "--sheet": sheet, "--json": json}
     with options.errors_in_one_line(), options.busy("simulating") as shown:
         options.check_outputs(files)
-        changed = changed_scene(scene, mount, direction, speed, friction)
+        changed = changed_scene(
+            load_scene(scene), mount=mount, direction=direction, speed=speed, friction=friction
+        )
         if gif or png or sheet:
             options.need_render(charts=sheet is not None)
         if sheet is not None:
@@ -63,26 +66,6 @@ def fold(  # noqa: PLR0913 - one parameter an option
     )
     if result.status is FoldStatus.FAILED:
         raise typer.Exit(1)
-
-
-def changed_scene(
-    name: str,
-    mount: str | None,
-    direction: str | None,
-    speed: float | None,
-    friction: float | None,
-) -> Scene:
-    """Return a scene, by its name or path, with what the options change; None changes nothing."""
-    feed = {"direction": direction, "speed": speed}
-    changes = {
-        "mount": mount,
-        "friction": friction,
-        "feed": {key: value for key, value in feed.items() if value is not None} or None,
-    }
-    given = {key: value for key, value in changes.items() if value is not None}
-    changed = load_scene(name).replace(**given)
-    options.check_feed(changed, {"--direction": direction, "--speed": speed})
-    return changed
 
 
 def check_sheet(path: Path) -> None:

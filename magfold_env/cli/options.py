@@ -24,7 +24,6 @@ from rich.status import Status
 from rich.table import Table
 
 from magfold_env.engine.compile import jit
-from magfold_env.scene import Scene
 from magfold_env.scene.errors import SceneError, problems_of
 
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
@@ -195,15 +194,6 @@ def check_folder(option: str, path: Path | None) -> None:
         TemporaryFile(dir=existing).close()
     except OSError as error:
         raise ValueError(f"{given} cannot be written to: {error.strerror}") from None
-
-
-def check_feed(scene: Scene, given: Mapping[str, object]) -> None:
-    """Refuse options of a feed where there is none."""
-    for option, value in given.items():
-        if value is not None and scene.mount != "tube":
-            raise ValueError(
-                f"{option}: {value!r} is not allowed for mount {scene.mount!r}; must be left out"
-            )
 
 
 def need_render(*, charts: bool = False) -> None:

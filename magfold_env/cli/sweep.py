@@ -47,7 +47,7 @@ def sweep(  # noqa: PLR0913 - one parameter an option
         ensemble.check_pictures(out, png)
         grid = grid_of(over)
         changed = ensemble.changed_scene(
-            load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread or []
+            load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread
         )
         chosen = None if outcome is None else sweeps.Outcome.parse(outcome, changed.n)
         total = runs * math.prod(map(len, grid.values()))

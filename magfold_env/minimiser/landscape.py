@@ -1,6 +1,6 @@
 """Energies of all words of a chain, for one sequence, many, or every one."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Literal, get_args
 
@@ -108,22 +108,15 @@ class Landscape:
             raise ValueError(f"word: {word!r} is not allowed; must be one of the landscape's words")
         return every_energy(self._forms[self.words.index(word)])
 
-    def every_sequence(self, progress: Callable[[float], None] | None = None) -> EverySequence:
+    def every_sequence(self) -> EverySequence:
         """Find the ground state of every sequence.
-
-        Parameters
-        ----------
-        progress
-            Called with the share of the work that is done, from 0 to 1.
 
         Raises
         ------
         ValueError
             If there are too many sequences.
         """
-        errors.refuse(errors.unless_function("progress", progress))
-        tie = energies.tie(self.scene)
-        return best_words(self._forms, self.words, tie, progress)
+        return best_words(self._forms, self.words, energies.tie(self.scene))
 
     @cached_property
     def _poses(self) -> couplings.PairPoses:
