@@ -179,23 +179,6 @@ class Ensemble:
             hits &= self._ended(status)
         return share(int(hits.sum()), len(self))
 
-    def most_frequent(self, status: str | None = None) -> tuple[str, ...]:
-        """Return the most frequent word; more than one, sorted, if they are equally frequent.
-
-        Parameters
-        ----------
-        status
-            Count only runs that end so; where there are none, no word is returned.
-
-        Raises
-        ------
-        ValueError
-            If there is no such status.
-        """
-        ended = self.word if status is None else self.word[self._ended(status)]
-        words, counts = np.unique(ended, return_counts=True)
-        return tuple(words[counts == counts.max(initial=0)].tolist())
-
     # --- single runs -------------------------------------------------------------------------
 
     def generator(self, index: int) -> np.random.Generator:

@@ -253,7 +253,6 @@ USES: list[tuple[Callable[..., object], Mapping[str, tuple[object, ...]]]] = [
     (lambda **changes: few().probability(**changes), {
         "word": ("x?", 5, "LL", ["L"]), "status": NO_CHOICE,
     }),
-    (lambda status: few().most_frequent(status), {"status": NO_CHOICE}),
     (lambda index: few().generator(index), {"index": (*NO_WHOLE, 2, -3)}),
     (lambda frame_rate: few().replay(0, frame_rate=frame_rate), {"frame_rate": NO_POSITIVE}),
     (mf.holding, {"fold": (None, 5, "x?", SCENE)}),
