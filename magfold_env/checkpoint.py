@@ -158,9 +158,6 @@ class Checkpoint:
             return
         with ExitStack() as stack:
             stack.enter_context(alone_in(self._folder, self._wait))
-            if any(self._folder.glob("part-*.json")):
-                message = f"{self._folder}: holds part-*.json, of a version that is no longer read"
-                raise CheckpointError(f"{message}; give another folder")
             rows = self._rows()
             self._next = rows[-1][0] + 1 if rows else 0
             self._saved = time.monotonic()

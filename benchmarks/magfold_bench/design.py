@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from itertools import product
 from typing import get_args
 
+from magfold_bench import tables
+from magfold_bench.tables import Measurement, Progress, Row, Table
 from magfold_env.designer import GapDesign, design, gap_designs
 from magfold_env.designer.task import SPEEDS, Choice
 from magfold_env.ensembles.releases import ensemble, release
 from magfold_env.minimiser import Mode
-from magfold_env.reporting import tables
 from magfold_env.reporting.intervals import Share
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import folded_words
 

@@ -17,10 +17,10 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
+from magfold_bench import tables, timing
 from magfold_bench.presentation import Lines
+from magfold_bench.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.envs import register_envs
-from magfold_env.reporting import tables, timing
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 
 TUBE_FEED = "MagFold/TubeFeed-v0"
 ENVS = 64

@@ -16,13 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magfold_bench import runs
+from magfold_bench import runs, tables, timing
 from magfold_bench.laws.random_scenes import designed_sequence
 from magfold_bench.presentation import median
 from magfold_bench.runs import CLOSE, KINDS, SPEED
+from magfold_bench.tables import Measurement, Progress, Row, Table
 from magfold_env.fold import FoldStatus
-from magfold_env.reporting import tables, timing
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene, Solver
 
 COMPONENTS = 6

@@ -4,10 +4,10 @@ import time
 
 import numpy as np
 
+from magfold_bench import timing
 from magfold_bench.laws.random_scenes import random_sequence
+from magfold_bench.tables import Measurement, Progress, Row, Table
 from magfold_env.minimiser import ground_state
-from magfold_env.reporting import timing
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene
 
 PROVED = {12: 21, 16: 21, 20: 21, 24: 21, 28: 5, 30: 3}  # number of sequences of each length

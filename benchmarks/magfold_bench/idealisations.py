@@ -9,11 +9,11 @@ import numpy as np
 
 from magfold_bench.laws.experiment import COMPONENTS, MODES, SPEED
 from magfold_bench.laws.random_scenes import random_sequence
+from magfold_bench.tables import Measurement, Progress, Row, Table, each_case
 from magfold_env.designer.suites import Witness, load_suite
 from magfold_env.ensembles.releases import release
 from magfold_env.minimiser import Mode
 from magfold_env.reporting.intervals import share
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, each_case
 from magfold_env.scene import Scene, Spreads, load_scene
 from magfold_env.simulation.simulate import simulate
 

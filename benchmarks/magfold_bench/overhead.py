@@ -15,13 +15,13 @@ from typing import Any, get_args
 
 import numpy as np
 
+from magfold_bench import tables, timing
 from magfold_bench.episodes import Vector, drawn_actions, step_vector, vector
 from magfold_bench.presentation import Lines
+from magfold_bench.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.engine.compile.jit import is_kernel
 from magfold_env.engine.state import Array
 from magfold_env.envs.tasks.world import Fidelity
-from magfold_env.reporting import tables, timing
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 
 COUNTS = (1, 4, 16, 64, 256)
 COMPONENTS = 6

@@ -17,13 +17,14 @@ from magfold_bench import (
     overhead,
     scaling,
     skipping,
+    tables,
     work_precision,
 )
 from magfold_bench.laws import experiment
 from magfold_bench.magnets import accuracy, peers
+from magfold_bench.tables import Measurement, Progress, Row
 from magfold_env.cli import options
-from magfold_env.reporting import machine, plotting, tables
-from magfold_env.reporting.tables import Measurement, Progress, Row
+from magfold_env.reporting import machine, plotting
 
 
 @dataclass(frozen=True)

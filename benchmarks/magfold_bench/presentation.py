@@ -1,5 +1,6 @@
 """What is said about the benchmarks and their parts, and what several show in the same way."""
 
+import importlib
 import math
 import tomllib
 from collections.abc import Sequence
@@ -9,11 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from magfold_env.reporting import plotting, tables
-from magfold_env.reporting.tables import Row
+from magfold_bench import tables
+from magfold_bench.tables import Row
+from magfold_env.reporting import plotting
 
 DENSE = 20  # points of a line from which on they have no markers
 WIDE = 1e3  # factor that an axis spans from which on only powers of ten are written
+BESIDE: dict[str, Any] = {"textcoords": "offset points", "xytext": (5, 4), "fontsize": 8}
 MANY = 7  # panels from which on they are lower
 
 
@@ -77,23 +80,41 @@ class Lines(NamedTuple):
             for k, name in enumerate(names):
                 mine = tables.select(here, {self.line: name})
                 style = {"marker": ""} if len(mine) > DENSE else {}
-                points = plotting.curve(axis, mine, self.x, self.y, k, label=str(name), **style)
+                points = curve(axis, mine, self.x, self.y, k, label=str(name), **style)
                 if self.text:
-                    texts = [f"{float(row[self.text]):g}" for row in mine]
-                    plotting.label_points(axis, zip(*points, strict=True), texts)
+                    for row, point in zip(mine, zip(*points, strict=True), strict=True):
+                        axis.annotate(f"{float(row[self.text]):g}", point, **BESIDE)
             marked = [row for row in here if row.get(self.star)]
             if marked:
                 style = {"color": "#d0021b", "marker": "*", "markersize": 14, "linestyle": ""}
-                plotting.curve(axis, marked, self.x, self.y, 0, label=self.star, **style)
+                curve(axis, marked, self.x, self.y, 0, label=self.star, **style)
             axis.set(**{f"{axle}scale": "linear" for axle in self.linear})
         for axis in () if self.linear else axes:
             low, high = axis.get_xlim()
             middle = math.sqrt(low * high)  # a decade at least, so that its ticks tell
             axis.set_xlim(min(low, 0.3 * middle), max(high, middle / 0.3))
             if high < WIDE * low:
-                plotting.plain_ticks(axis.xaxis)
+                # Whole numbers at 1, 2 and 5 of every decade.
+                locator = importlib.import_module("matplotlib.ticker").LogLocator(subs=(1, 2, 5))
+                axis.xaxis.set_major_locator(locator)
+                axis.xaxis.set_major_formatter("{x:,g}")
+                axis.xaxis.set_minor_formatter("")
         plotting.legend_below(figure, *axes, ncols=3)
         return figure
+
+
+def curve(
+    axis: Any, rows: Sequence[Row], x: str, y: str, k: int, **options: Any
+) -> tuple[Any, Any]:
+    """Draw one column against another, log against log, with the k-th marker; return both.
+
+    Options are matplotlib's; the colour is the one after black and k more if they name none.
+    """
+    across, up = tables.numbers(rows, x), tables.numbers(rows, y)
+    colour = plotting.COLOURS[(k + 1) % len(plotting.COLOURS)]
+    marker = plotting.MARKERS[k % len(plotting.MARKERS)]
+    axis.loglog(across, up, **{"color": colour, "marker": marker, "markersize": 5, **options})
+    return across, up
 
 
 def median(rows: Sequence[Row], name: str) -> float:

@@ -7,10 +7,10 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from magfold_bench import timing
 from magfold_bench.laws.outcomes import moved_start
 from magfold_env.engine.state import Array
 from magfold_env.fold import Fold
-from magfold_env.reporting import timing
 from magfold_env.scene import Magnets, Scene, Solver
 from magfold_env.simulation.session import Session
 

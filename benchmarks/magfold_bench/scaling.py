@@ -17,13 +17,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from magfold_bench import tables, timing
 from magfold_bench.laws.mechanics import equation_39, levers
 from magfold_bench.presentation import Lines
+from magfold_bench.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array, Bodies
-from magfold_env.reporting import tables, timing
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 
 GRAVITY = (0.0, -9.81)  # [m/s²]
 PITCH = 0.0177  # hinge to hinge [m]

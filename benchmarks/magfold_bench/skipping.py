@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from magfold_bench import tables, timing
 from magfold_bench.bare_pendulum import prepare_swing
 from magfold_bench.runs import ended, run_task
-from magfold_env.reporting import tables, timing
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table
+from magfold_bench.tables import Measurement, Progress, Row, Table
 from magfold_env.scene import Scene, load_scene
 from magfold_env.simulation.session import Session
 

@@ -19,15 +19,15 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from rich.markup import escape
 
-from magfold_bench import parts
+from magfold_bench import parts, tables, timing
 from magfold_bench.bare_pendulum import prepare_swing
 from magfold_bench.presentation import Description, descriptions
 from magfold_bench.skipping import variants
+from magfold_bench.tables import Measurement, Row, Table
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.cli import options
 from magfold_env.files import sources_digest, write_text
-from magfold_env.reporting import machine, page, plotting, tables, timing
-from magfold_env.reporting.tables import Measurement, Row, Table
+from magfold_env.reporting import machine, page, plotting
 
 Effort = Literal["quick", "full"]
 

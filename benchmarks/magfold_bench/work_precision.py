@@ -13,13 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magfold_bench import runs
+from magfold_bench import runs, tables, timing
 from magfold_bench.presentation import Lines
 from magfold_bench.runs import CLOSE, NUDGE, Setting, has_accuracy, recorded
+from magfold_bench.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.engine.state import Array
 from magfold_env.fold import Fold
-from magfold_env.reporting import tables, timing
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.scene import Magnets, Scene, Solver, load_scene
 
 ALLOWED = 1.5  # times the run time of the fastest setting that is as exact

@@ -76,7 +76,12 @@ def design(  # noqa: PLR0913 - one parameter an option
                 progress=show_progress,
             )  # fmt: skip
         show(found)
-        options.say_written(*write(found, out, json))
+    written = None if out is None or found.scene is None else out / "scene.yaml"
+    options.save(
+        (out and out / "design.json", found.to_json),
+        (written, lambda path: found.scene and save_scene(found.scene, path)),
+        (json, found.to_json),
+    )
     if not found.reached:
         raise typer.Exit(1)
 
@@ -88,22 +93,6 @@ def show(design: designer.Design) -> None:
         return
     title = f"{design.target}, {design.mode}: {design.objective}"
     options.show(options.entries(title, _rows(design)))
-
-
-def write(design: designer.Design, out: Path | None, json: Path | None) -> list[Path]:
-    """Write the files that are wanted and return their paths."""
-    written: list[Path] = []
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        written.append(out / "design.json")
-        design.to_json(written[0])
-        if design.scene is not None:
-            written.append(out / "scene.yaml")
-            save_scene(design.scene, written[1])
-    if json is not None:
-        design.to_json(json)
-        written.append(json)
-    return written
 
 
 def _rows(design: designer.Design) -> dict[str, str]:

@@ -35,7 +35,7 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
     with options.errors_in_one_line():
         check_pictures(out, png)
         changed = changed_scene(
-            load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread or []
+            load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread
         )
         with options.progress_of(runs, text=False, count=True) as tell:
             made = releases.ensemble(
@@ -49,7 +49,14 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
                 progress=lambda made, total: tell(made),
             )
         show(made)
-        options.say_written(*write(made, out, png))
+    draw = options.drawing("draw_ensemble", made)
+    options.save(
+        (out and out / "ensemble.json", made.to_json),
+        (out and out / "runs.csv", made.to_csv),
+        (out and out / "outcomes.csv", lambda path: write_text(path, to_csv(made.rows()))),
+        (png, draw),
+        (out and out / "ensemble.png", draw),
+    )
 
 
 def check_pictures(out: Path | None, png: Path | None) -> None:
@@ -63,12 +70,14 @@ def check_pictures(out: Path | None, png: Path | None) -> None:
 def changed_scene(
     scene: Scene,
     *,
+    mount: str | None = None,
+    direction: str | None = None,
     mode: str | None = None,
     speed: float | None = None,
     friction: float | None = None,
-    spreads: Sequence[str] = (),
+    spreads: Sequence[str] | None = None,
 ) -> Scene:
-    """Return the scene that the options of `ensemble` ask for; None leaves it as it is.
+    """Return the scene that the options of a command ask for; None leaves it as it is.
 
     A spread of ``start_angles`` also takes back given start angles.
 
@@ -77,18 +86,22 @@ def changed_scene(
     SceneError
         If an option is not allowed.
     ValueError
-        If there is a speed and no tube.
+        If there is a speed or a direction and no tube.
     """
     if mode is not None:
         scene = releases.release(scene, cast("Any", mode))
-    changes: dict[str, Any] = {} if speed is None else {"feed": {"speed": speed}}
-    if friction is not None:
-        changes["friction"] = friction
-    widths = dict(_named_width(text) for text in spreads)
+    widths = dict(_named_width(text) for text in spreads or [])
+    feed = {"direction": direction, "speed": speed}
+    asked = {"mount": mount, "friction": friction, "feed": _given(feed) or None}
+    changes = _given(asked)
     if _ANGLES in widths:
         changes |= {"start_angle_spread": widths.pop(_ANGLES), "start_angles": None}
     changed = scene.replace(**changes, spreads=widths)
-    options.check_feed(changed, {"--speed": speed})
+    for option, value in {"--direction": direction, "--speed": speed}.items():
+        if value is not None and changed.mount != "tube":
+            raise ValueError(
+                f"{option}: {value!r} is not allowed for mount {changed.mount!r}; must be left out"
+            )
     return changed
 
 
@@ -113,26 +126,13 @@ def show(made: releases.Ensemble) -> None:
     options.show(outcomes, statuses)
 
 
-def write(made: releases.Ensemble, out: Path | None, png: Path | None) -> list[Path]:
-    """Write the files that are wanted and return their paths."""
-    written: list[Path] = []
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        written = [out / name for name in ("ensemble.json", "runs.csv", "outcomes.csv")]
-        made.to_json(written[0])
-        made.to_csv(written[1])
-        write_text(written[2], to_csv(made.rows()))
-    for path in filter(None, (png, out and out / "ensemble.png")):
-        from magfold_env.render import draw_ensemble  # noqa: PLC0415 - an extra
-
-        draw_ensemble(made, path)
-        written.append(path)
-    return written
-
-
 def cells(found: Share) -> tuple[str, str, str]:
     """Return how often, the share and its interval, as tables show them."""
     return str(found.successes), f"{found.rate:.1%}", f"{found.low:.1%} to {found.high:.1%}"
+
+
+def _given(options: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in options.items() if value is not None}
 
 
 def _named_width(text: str) -> tuple[str, float]:

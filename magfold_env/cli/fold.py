@@ -8,9 +8,10 @@ import numpy as np
 import typer
 
 from magfold_env.cli import options
+from magfold_env.cli.ensemble import changed_scene
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.replay.data import feed_text
-from magfold_env.scene import Scene, load_scene
+from magfold_env.scene import load_scene
 from magfold_env.simulation.simulate import energy, simulate
 
 FRAME_RATE = 240.0  # the paper's camera [1/s]
@@ -38,7 +39,9 @@ def fold(  # noqa: PLR0913 - one parameter an option
     files = {"--gif": gif, "--png": png, "--html": html, "--sheet": sheet, "--json": json}
     with options.errors_in_one_line(), options.busy("simulating") as shown:
         options.check_outputs(files)
-        changed = changed_scene(scene, mount, direction, speed, friction)
+        changed = changed_scene(
+            load_scene(scene), mount=mount, direction=direction, speed=speed, friction=friction
+        )
         if gif or png or sheet:
             options.need_render(charts=sheet is not None)
         if sheet is not None:
@@ -52,44 +55,17 @@ def fold(  # noqa: PLR0913 - one parameter an option
         result = simulate(changed, seed=seed, frame_rate=rate, progress=show)
         taken = time.perf_counter() - begun
     options.show(options.entries("Fold", fold_rows(result, taken)))
-    with options.errors_in_one_line(), options.busy("drawing"):
-        if gif or png or sheet:
-            from magfold_env import render  # noqa: PLC0415 - an extra
-
-            if png is not None:
-                render.save_png(result, png)
-            if gif is not None:
-                render.save_gif(result, gif)
-            if sheet is not None:
-                file = Path(scene)
-                render.save_sheet(changed, result, sheet, file.stem if file.suffix else scene)
-        if html is not None:
-            result.to_html(html)
-        if json is not None:
-            result.to_json(json)
-    options.say_written(*files.values())
+    file = Path(scene)
+    title = file.stem if file.suffix else scene
+    options.save(
+        (gif, options.drawing("save_gif", result)),
+        (png, options.drawing("save_png", result)),
+        (html, result.to_html),
+        (sheet, options.drawing("save_sheet", changed, result, title=title)),
+        (json, result.to_json),
+    )
     if result.status is FoldStatus.FAILED:
         raise typer.Exit(1)
-
-
-def changed_scene(
-    name: str,
-    mount: str | None,
-    direction: str | None,
-    speed: float | None,
-    friction: float | None,
-) -> Scene:
-    """Return a scene, by its name or path, with what the options change; None changes nothing."""
-    feed = {"direction": direction, "speed": speed}
-    changes = {
-        "mount": mount,
-        "friction": friction,
-        "feed": {key: value for key, value in feed.items() if value is not None} or None,
-    }
-    given = {key: value for key, value in changes.items() if value is not None}
-    changed = load_scene(name).replace(**given)
-    options.check_feed(changed, {"--direction": direction, "--speed": speed})
-    return changed
 
 
 def check_sheet(path: Path) -> None:

@@ -1,16 +1,16 @@
 """`magfold hold`: what a fold withstands before its joints open, or a pull takes it apart."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 
 from magfold_env import limit_loads
 from magfold_env.cli import options
-from magfold_env.cli.fold import changed_scene
+from magfold_env.cli.ensemble import changed_scene
 from magfold_env.fold import Fold
-from magfold_env.scene import Problem, SceneError
+from magfold_env.scene import Problem, SceneError, load_scene
 from magfold_env.simulation.simulate import simulate
 
 _ENDLESS = "none"
@@ -47,36 +47,23 @@ def hold(  # noqa: PLR0913 - one parameter an option
             options.need_render()
         if angle is not None and not np.isfinite(angle).all():
             raise ValueError(f"--angle: {angle} is not allowed; must be finite numbers")
-        changes = (mount, direction, speed, friction)
-        fold = read_fold(scene, changes) or simulate(changed_scene(scene, *changes), seed)
+        changes: dict[str, Any] = {
+            "mount": mount,
+            "direction": direction,
+            "speed": speed,
+            "friction": friction,
+        }
+        if Path(scene).suffix.lower() != ".json":
+            fold = simulate(changed_scene(load_scene(scene), **changes), seed)
+        elif any(change is not None for change in changes.values()):
+            allowed = "a fold from a file is what it is; leave out --mount, --direction, --speed "
+            raise SceneError([Problem("SCENE", scene, f"{allowed}and --friction")])
+        else:
+            fold = Fold.from_json(scene)
         directions = None if angle is None else np.radians(angle)
         found = limit_loads.holding(fold, directions=directions, pulled=pulled, held=held)
     show(found)
-    with options.errors_in_one_line(), options.busy("drawing"):
-        if png is not None:
-            from magfold_env.render import draw_holding  # noqa: PLC0415 - an extra
-
-            draw_holding(found, png)
-        if json is not None:
-            found.to_json(json)
-    options.say_written(png, json)
-
-
-def read_fold(name: str, changes: tuple[object, ...]) -> Fold | None:
-    """Return the fold in a JSON file, None if the name is not one.
-
-    Raises
-    ------
-    SceneError
-        If its scene is to be changed.
-    """
-    path = Path(name)
-    if path.suffix.lower() != ".json":
-        return None
-    if any(change is not None for change in changes):
-        allowed = "a fold from a file is what it is; leave out --mount, --direction, --speed "
-        raise SceneError([Problem("SCENE", name, f"{allowed}and --friction")])
-    return Fold.from_json(path)
+    options.save((png, options.drawing("draw_holding", found)), (json, found.to_json))
 
 
 def show(found: limit_loads.Holding) -> None:

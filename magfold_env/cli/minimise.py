@@ -54,14 +54,10 @@ def minimise(
             feeds = _feeds(loaded)
     decisions = [decisions_table(found)] if found.decisions else []
     options.show(states_table(found), *decisions, one_by_one_table(loaded, feeds))
-    with options.errors_in_one_line(), options.busy("drawing"):
-        if png is not None:
-            from magfold_env.render import draw_states  # noqa: PLC0415 - an extra
-
-            draw_states(loaded, found.states, png)
-        if json is not None:
-            write_text(json, to_json(loaded, found, *feeds))
-    options.say_written(png, json)
+    options.save(
+        (png, options.drawing("draw_states", loaded, found.states)),
+        (json, lambda path: write_text(path, to_json(loaded, found, *feeds))),
+    )
 
 
 def _feeds(scene: Scene) -> list[minimiser.Minimum]:

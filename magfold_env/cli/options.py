@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Annotated, Any
@@ -23,7 +24,6 @@ from rich.status import Status
 from rich.table import Table
 
 from magfold_env.engine.compile import jit
-from magfold_env.scene import Scene
 from magfold_env.scene.errors import SceneError, problems_of
 
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
@@ -196,15 +196,6 @@ def check_folder(option: str, path: Path | None) -> None:
         raise ValueError(f"{given} cannot be written to: {error.strerror}") from None
 
 
-def check_feed(scene: Scene, given: Mapping[str, object]) -> None:
-    """Refuse options of a feed where there is none."""
-    for option, value in given.items():
-        if value is not None and scene.mount != "tube":
-            raise ValueError(
-                f"{option}: {value!r} is not allowed for mount {scene.mount!r}; must be left out"
-            )
-
-
 def need_render(*, charts: bool = False) -> None:
     """Fail before the long work if pictures, or charts too, are wanted that cannot be drawn."""
     try:
@@ -240,6 +231,21 @@ def say_written(*paths: Path | None) -> None:
     for path in paths:
         if path is not None:
             typer.echo(f"written: {path}")
+
+
+def save(*files: tuple[Path | None, Callable[[Path], object]]) -> None:
+    """Write each file that was asked for, in a folder that is made if need be; tell which."""
+    with errors_in_one_line(), busy("writing"):
+        for path, write in files:
+            if path is not None:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                write(path)
+    say_written(*(path for path, _ in files))
+
+
+def drawing(name: str, *what: Any, **options: Any) -> Callable[[Path], object]:
+    """Return what draws something to a path by a function of `magfold_env.render`, an extra."""
+    return lambda path: getattr(import_module("magfold_env.render"), name)(*what, path, **options)
 
 
 def busy(what: str) -> Status:

@@ -1,7 +1,6 @@
 """`magfold sweep`: release a chain many times for each value of one or two of its numbers."""
 
 import math
-from pathlib import Path
 from typing import Annotated, Any, cast
 
 import numpy as np
@@ -48,7 +47,7 @@ def sweep(  # noqa: PLR0913 - one parameter an option
         ensemble.check_pictures(out, png)
         grid = grid_of(over)
         changed = ensemble.changed_scene(
-            load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread or []
+            load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread
         )
         chosen = None if outcome is None else sweeps.Outcome.parse(outcome, changed.n)
         total = runs * math.prod(map(len, grid.values()))
@@ -65,7 +64,13 @@ def sweep(  # noqa: PLR0913 - one parameter an option
                 progress=lambda made, total: tell(made),
             )
         show(made, chosen)
-        options.say_written(*write(made, out, png, chosen))
+    draw = options.drawing("draw_sweep", made, outcome=chosen)
+    options.save(
+        (out and out / "sweep.json", made.to_json),
+        (out and out / "outcomes.csv", made.to_csv),
+        (png, draw),
+        (out and out / "sweep.png", draw),
+    )
 
 
 def grid_of(texts: list[str]) -> dict[str, list[float]]:
@@ -127,21 +132,3 @@ def show(made: sweeps.Sweep, chosen: sweeps.Outcome | None) -> None:
             cells.append(str(each.probability(*chosen)))
         shown.add_row(*(f"{value:.6g}" for value in point.values()), *cells)
     options.show(shown)
-
-
-def write(
-    made: sweeps.Sweep, out: Path | None, png: Path | None, chosen: sweeps.Outcome | None
-) -> list[Path]:
-    """Write the files that are wanted and return their paths."""
-    written: list[Path] = []
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        written = [out / "sweep.json", out / "outcomes.csv"]
-        made.to_json(written[0])
-        made.to_csv(written[1])
-    for path in filter(None, (png, out and out / "sweep.png")):
-        from magfold_env.render import draw_sweep  # noqa: PLC0415 - an extra
-
-        draw_sweep(made, path, chosen)
-        written.append(path)
-    return written

@@ -55,7 +55,6 @@ def work() -> dict[str, Callable[[], Any]]:
         minimiser.minimise(free),
         minimiser.minimise(free, "forward"),
         minimiser.ground_state(free),
-        mf.descend(free, np.zeros(free.n)),
     ]
     found["designs"] = lambda: [
         mf.design(WORD, free, "free", objective="ground", budget=20, runs=2, workers=1),

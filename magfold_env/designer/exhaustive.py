@@ -1,6 +1,6 @@
 """Design by energy over every sequence of a short chain: proven optima, or the proof of none."""
 
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import cast
@@ -16,7 +16,6 @@ from magfold_env.minimiser.lattice import Ints, Lattice, all_words, from_words
 from magfold_env.shapes import folded_words, overlaps, parse_word
 
 Flags = NDArray[np.bool_]
-Progress = Callable[[float], object]
 
 LONGEST = every_sequence.LONGEST_OF_ALL
 """Most components of the exhaustive search."""
@@ -41,9 +40,7 @@ class GapDesign:
     """The word of second lowest energy; ties go to the first in the order S, L, R."""
 
 
-def gap_designs(
-    scene: scenes.Scene, targets: Iterable[str], progress: Progress | None = None
-) -> dict[str, GapDesign | None]:
+def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, GapDesign | None]:
     """Find the sequence of largest energy gap for each target, over all sequences.
 
     The gap of a sequence is the energy of the best other word without overlap, less the target's.
@@ -55,8 +52,6 @@ def gap_designs(
         face of a design is N or S, as strong as the scene has it.
     targets
         Words of the scene's length without overlap.
-    progress
-        Called with the share of the work that is done, from 0 to 1.
 
     Returns
     -------
@@ -80,7 +75,7 @@ def gap_designs(
     for target in wanted:
         if overlaps(parse_word(target, scene.n)):
             raise ValueError(f"targets: {target!r} is not allowed; its components overlap")
-    lattice, _, every = _compared(scene, progress)
+    lattice, _, every = _compared(scene)
     found: dict[str, GapDesign | None] = {}
     for target in wanted:
         row = every.words.index(target)
@@ -192,14 +187,12 @@ class Exhaustive:
         return chosen
 
 
-def _compared(
-    scene: scenes.Scene, progress: Progress | None = None
-) -> tuple[Lattice, Array, EverySequence]:
+def _compared(scene: scenes.Scene) -> tuple[Lattice, Array, EverySequence]:
     """Return all words of a scene's length, their forms, and which is lowest for each sequence."""
     lattice = all_words(scene.n)
     forms = energies.quadratic_forms(scene, lattice)
     tie = energies.tie(scene)
-    return lattice, forms, every_sequence.best_words(forms, lattice.words, tie, progress)
+    return lattice, forms, every_sequence.best_words(forms, lattice.words, tie)
 
 
 @lru_cache(maxsize=1)  # some hundred megabytes, and seconds, for all targets of one kind of chain

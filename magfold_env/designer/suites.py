@@ -1,9 +1,8 @@
 """Target suites: fixed lists of words, with witnesses that each can be made, or why it cannot."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
-import yaml
 from pydantic import Field, field_validator, model_validator
 
 from magfold_env.reporting.intervals import Share, share
@@ -109,18 +108,3 @@ def load_suite(name_or_path: str | Path) -> Suite:
         If there is no such suite or file, or if it is not valid.
     """
     return io.read_named(name_or_path, "suites", suite_names(), Suite)
-
-
-def save_suite(suite: Suite, path: str | Path, comment: str) -> None:
-    """Write a suite as YAML under some lines of comment."""
-    data: dict[str, Any] = {"scene_name": suite.scene_name, "words": {}}
-    for word, witnesses in suite.words.items():
-        data["words"][word] = {kind: _plain(witness) for kind, witness in witnesses.items()}
-    io.write_commented(path, yaml.safe_dump(data, sort_keys=False, width=200), comment)
-
-
-def _plain(witness: Witness) -> dict[str, Any]:
-    found = witness.model_dump(exclude_defaults=True)
-    if witness.sequence is not None:
-        found["sequence"] = " ".join(witness.sequence)
-    return found

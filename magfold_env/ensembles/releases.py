@@ -5,8 +5,6 @@ Each run has draws of its own; all are made on all cores.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from collections import Counter
@@ -26,7 +24,7 @@ from magfold_env.fold import Fold, FoldStatus
 from magfold_env.minimiser import Mode, minimise
 from magfold_env.parallel import Backend, Workers, finished
 from magfold_env.reporting.intervals import Share, share
-from magfold_env.reporting.tables import Row
+from magfold_env.reporting.tables import Row, to_csv
 from magfold_env.scene import Scene, errors, unless_a_scene
 from magfold_env.shapes import BoolArray, FloatArray, parse_word
 from magfold_env.simulation.simulate import simulate
@@ -181,23 +179,6 @@ class Ensemble:
             hits &= self._ended(status)
         return share(int(hits.sum()), len(self))
 
-    def most_frequent(self, status: str | None = None) -> tuple[str, ...]:
-        """Return the most frequent word; more than one, sorted, if they are equally frequent.
-
-        Parameters
-        ----------
-        status
-            Count only runs that end so; where there are none, no word is returned.
-
-        Raises
-        ------
-        ValueError
-            If there is no such status.
-        """
-        ended = self.word if status is None else self.word[self._ended(status)]
-        words, counts = np.unique(ended, return_counts=True)
-        return tuple(words[counts == counts.max(initial=0)].tolist())
-
     # --- single runs -------------------------------------------------------------------------
 
     def generator(self, index: int) -> np.random.Generator:
@@ -270,11 +251,8 @@ class Ensemble:
     def to_csv(self, path: str | Path) -> None:
         """Write `columns` as CSV, a line a run, under a temporary name first."""
         columns = self.columns()
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
-        write_text(path, text.getvalue())
+        lines = zip(*(column.tolist() for column in columns.values()), strict=True)
+        write_text(path, to_csv([dict(zip(columns, line, strict=True)) for line in lines]))
 
     def _ended(self, status: str) -> BoolArray:
         """Return which runs ended so, shape (runs,)."""

@@ -1,6 +1,5 @@
 """Energies of folds on the lattice, and the minimisers that predict a fold from them."""
 
-from magfold_env.minimiser.descent import Descent, descend
 from magfold_env.minimiser.energies import refuse_field, strengths
 from magfold_env.minimiser.every_sequence import LONGEST_OF_ALL, EverySequence, sequence_of
 from magfold_env.minimiser.landscape import Landscape
@@ -10,14 +9,12 @@ from magfold_env.minimiser.states import Among, State
 __all__ = [
     "LONGEST_OF_ALL",
     "Among",
-    "Descent",
     "EverySequence",
     "GroundStates",
     "Landscape",
     "Minimum",
     "Mode",
     "State",
-    "descend",
     "ground_state",
     "minimise",
     "refuse_field",

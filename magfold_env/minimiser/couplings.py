@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from magfold_env import scene as scenes
 from magfold_env.engine.compile.jit import allocating_kernel, inlined
 from magfold_env.engine.magnets import pairs
-from magfold_env.engine.state import Array, IntArray, Loads, Magnets, Nodes, Pose
+from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Pose
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.minimiser.lattice import HEADINGS, Ints, Lattice
 from magfold_env.simulation.pack import pack_magnets
@@ -78,23 +78,6 @@ def couplings(scene: scenes.Scene) -> Couplings:
 _shared = lru_cache(maxsize=16)(Couplings)
 
 
-def wrenches(scene: scenes.Scene, poses: Ints) -> Array:
-    """Return what every face of a component does to every face of another, (m, 3, 4, 4).
-
-    At relative poses (m, 3), see `Lattice.poses`: force on the second component along x and y of
-    the first [N] and torque about the second's centre [N·m], by face of the first and face of the
-    second; both N.
-    """
-    out = np.zeros((len(poses), 3, FACES, FACES))
-    if scene.magnets is not None and len(poses):
-        places = _pair_places(poses, scene.casing.side)
-        # Faces in their own order, whichever way a tube would be fed.
-        magnets = pack_magnets(scene.alone())
-        nodes = new_nodes(magnets, 2)
-        _fill_wrenches(magnets, places, _pair_charges(scene.magnets.charge), nodes, out)
-    return out
-
-
 def _pair_places(poses: Ints, side: float) -> Pose:
     """Return where two components are, the first at the origin with heading 0: arrays (m, 2)."""
     cos, sin, x, y = np.zeros((4, len(poses), 2))
@@ -124,24 +107,6 @@ def _fill_energies(magnets: Magnets, places: Pose, charge: Array, nodes: Nodes, 
         for a in range(FACES):
             for b in range(FACES):
                 out[p, a, b] = pairs.energy(0, magnets, charge[a, b], pose, nodes)
-
-
-@allocating_kernel
-def _fill_wrenches(magnets: Magnets, places: Pose, charge: Array, nodes: Nodes, out: Array) -> None:
-    """Fill ``out`` (m, 3, 4, 4); see `_pair_places` and `_pair_charges`."""
-    force_x, force_y, torque = np.empty(2), np.empty(2), np.empty(2)
-    loads = Loads(force_x, force_y, torque)
-    for p in range(out.shape[0]):
-        pose = Pose(places.cos[p], places.sin[p], places.x[p], places.y[p])
-        for a in range(FACES):
-            for b in range(FACES):
-                force_x[:] = 0.0
-                force_y[:] = 0.0
-                torque[:] = 0.0
-                pairs.add_forces(0, magnets, charge[a, b], pose, nodes, loads)
-                out[p, 0, a, b] = force_x[1]
-                out[p, 1, a, b] = force_y[1]
-                out[p, 2, a, b] = torque[1]
 
 
 class PairPoses(NamedTuple):
@@ -194,20 +159,15 @@ def sum_over_pairs(coupling: Array, poses: PairPoses, strength: Array, out: Arra
     """
     value = np.empty(coupling.shape[0])
     for k in range(out.shape[0]):
-        evaluate(coupling, poses, strength[k], value)
+        signs = strength[k]
+        for p in range(value.size):
+            value[p] = bilinear(coupling[p], signs[poses.first[p]], signs[poses.second[p]])
         total = out[k]
         total[:] = 0.0
         for pair in range(poses.row.shape[0]):
             row = poses.row[pair]
             for w in range(total.size):
                 total[w] += value[row[w]]
-
-
-@allocating_kernel
-def evaluate(coupling: Array, poses: PairPoses, strength: Array, value: Array) -> None:
-    """Fill the quantity at every pose (poses,) for the signs (n, 4) of one sequence."""
-    for p in range(value.size):
-        value[p] = bilinear(coupling[p], strength[poses.first[p]], strength[poses.second[p]])
 
 
 @inlined

@@ -10,7 +10,6 @@ Sequences are numbered with one bit a face, component 1's front-left highest, N 
 order of the numbers is the alphabetical order of the sequences.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,7 +30,7 @@ WordIndices = NDArray[np.uint8]
 """Enough for the 229 words of six components."""
 
 _TRAILING = 10  # faces whose signs vary within a block: its energies stay in the cache
-_REPORTS = 16  # of progress
+_PARTS = 16  # between which Ctrl-C is noticed
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,23 +90,20 @@ def best_words(
     forms: Array,
     words: tuple[str, ...],
     tie: float,
-    progress: Callable[[float], object] | None = None,
 ) -> EverySequence:
     """Find the ground state of every sequence; too many of them are refused.
 
     ``forms`` (words, 4n, 4n) are those of the ``words``, see `quadratic_forms`. Gaps up to ``tie``
-    are rounding [J]. ``progress`` is called with the share of the work that is done, from 0 to 1.
+    are rounding [J].
     """
     faces = forms.shape[1]
     size, trailing = _checked_size(faces), _trailing(faces)
     word = np.empty(size, dtype=np.uint8)
     energy, gap = np.empty(size), np.empty(size)
-    chunk = max(1 << trailing, size // _REPORTS)
+    chunk = max(1 << trailing, size // _PARTS)
     for begin in range(0, size, chunk):
         part = slice(begin, begin + chunk)
         best_for_every_sequence(forms, trailing, begin, word[part], energy[part], gap[part])
-        if progress is not None:
-            progress((begin + chunk) / size)
     gap -= energy
     return EverySequence(words, word, energy, gap, tie)
 

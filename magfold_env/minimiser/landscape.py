@@ -1,25 +1,21 @@
-"""Energies and hinge torques of all words of a chain, for one sequence, many, or every one."""
+"""Energies of all words of a chain, for one sequence, many, or every one."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from magfold_env.engine.state import Array
-from magfold_env.minimiser import couplings, energies, states
+from magfold_env.minimiser import couplings, energies
 from magfold_env.minimiser.every_sequence import EverySequence, best_words, every_energy
-from magfold_env.minimiser.lattice import HEADINGS, ORDER, all_words
+from magfold_env.minimiser.lattice import all_words
 from magfold_env.minimiser.search import LONGEST
 from magfold_env.scene import Scene, errors, unless_a_scene
 from magfold_env.shapes import parse_word
 
 Words = Literal["all", "folded"]
 Components = Sequence[str]
-
-PRESSING = 1e-9
-"""Torques up to this part of the largest are none: symmetries cancel but for rounding."""
 
 
 class Landscape:
@@ -95,50 +91,6 @@ class Landscape:
         """Return the paper's score of each word [J]: its energy and the pairs inside components."""
         return self.energies() + energies.internal_energy(self.scene)
 
-    def torques(self) -> Array:
-        """Return the torques on the joints of each word, shape (words, n - 1) [N·m].
-
-        Positive ones turn left: they are -∂U/∂θ of the joint angles θ.
-        """
-        lattice, poses, wrench = self._lattice, self._poses, self._wrenches
-        value = np.empty((3, len(wrench)))
-        for part in range(3):
-            coupling = np.ascontiguousarray(wrench[:, part])
-            couplings.evaluate(coupling, poses, self._strengths(None)[0], value[part])
-        half_length = 0.5 * self.scene.casing.diagonal
-        heading = HEADINGS[lattice.quarters]
-        hinge = half_length * (lattice.cells - heading)
-        centre = half_length * lattice.cells
-        out = np.zeros((len(lattice), lattice.n - 1))
-        pair = 0
-        for i in range(lattice.n):
-            cos, sin = heading[:, i].T
-            for j in range(i + 1, lattice.n):
-                own_x, own_y, torque = value[:, poses.row[pair]]
-                force_x, force_y = cos * own_x - sin * own_y, sin * own_x + cos * own_y
-                # The moment about each hinge between them of what i does to j.
-                for k in range(i + 1, j + 1):
-                    x, y = (centre[:, j] - hinge[:, k]).T
-                    out[:, k - 1] += torque + x * force_y - y * force_x
-                pair += 1
-        return out
-
-    def mechanically_stable(self) -> NDArray[np.bool_]:
-        """Whether the magnets press every joint of each word against its stop, shape (words,).
-
-        Such a word stays when it is let go: it is a local minimum of the energy. A word that is
-        not may still be held by friction, or by casings that touch. A straight joint has no stop.
-        """
-        direction = np.zeros(len(ORDER))
-        direction[ORDER.index("L")], direction[ORDER.index("R")] = 1.0, -1.0
-        torques = self.torques()
-        floor = PRESSING * np.abs(torques).max(initial=0.0)
-        return (direction[self._lattice.letters] * torques > floor).all(axis=1)
-
-    def conflict_free(self) -> NDArray[np.bool_]:
-        """Whether no two touching faces of each word have equal poles, shape (words,)."""
-        return states.conflict_free(self._lattice, self.scene.sequence)
-
     def every_energy(self, word: str) -> Array:
         """Return a word's energy with every sequence whose first face is N [J].
 
@@ -156,22 +108,15 @@ class Landscape:
             raise ValueError(f"word: {word!r} is not allowed; must be one of the landscape's words")
         return every_energy(self._forms[self.words.index(word)])
 
-    def every_sequence(self, progress: Callable[[float], None] | None = None) -> EverySequence:
+    def every_sequence(self) -> EverySequence:
         """Find the ground state of every sequence.
-
-        Parameters
-        ----------
-        progress
-            Called with the share of the work that is done, from 0 to 1.
 
         Raises
         ------
         ValueError
             If there are too many sequences.
         """
-        errors.refuse(errors.unless_function("progress", progress))
-        tie = energies.tie(self.scene)
-        return best_words(self._forms, self.words, tie, progress)
+        return best_words(self._forms, self.words, energies.tie(self.scene))
 
     @cached_property
     def _poses(self) -> couplings.PairPoses:
@@ -180,10 +125,6 @@ class Landscape:
     @cached_property
     def _couplings(self) -> Array:
         return couplings.couplings(self.scene).at(self._poses.pose)
-
-    @cached_property
-    def _wrenches(self) -> Array:
-        return couplings.wrenches(self.scene, self._poses.pose)
 
     @cached_property
     def _forms(self) -> Array:

@@ -1,4 +1,4 @@
-"""Pictures of chains: single frames, PNG, GIF and sheets of ranked shapes.
+"""Pictures of chains: PNG, GIF and sheets of ranked shapes.
 
 Drawn with Pillow, without a display or a plotting library, so that a frame costs milliseconds and
 is the same on every machine; only charts of ensembles and sweeps and assembly sheets are
@@ -18,7 +18,7 @@ except ImportError as error:
 from magfold_env.render.animation import save_gif
 from magfold_env.render.assembly import save_sheet
 from magfold_env.render.ensembles import draw_ensemble
-from magfold_env.render.frames import frame, save_png
+from magfold_env.render.frames import save_png
 from magfold_env.render.holding import draw_holding
 from magfold_env.render.states import draw_states
 from magfold_env.render.sweeps import draw_sweep
@@ -28,7 +28,6 @@ __all__ = [
     "draw_holding",
     "draw_states",
     "draw_sweep",
-    "frame",
     "save_gif",
     "save_png",
     "save_sheet",

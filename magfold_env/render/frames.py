@@ -1,4 +1,4 @@
-"""Single pictures of a chain: arrays for an environment, PNG files of folds."""
+"""Single pictures of a chain, and PNG files of folds."""
 
 from pathlib import Path
 
@@ -12,48 +12,7 @@ from magfold_env.render.canvas import Canvas, Size, View, save_image
 from magfold_env.scene import Scene
 from magfold_env.shapes import BoolArray, FloatArray, centres, headings, parse_word, word_to_angles
 
-_TUBE_SHOWN = 2.4  # diagonals of tube to the left of the mouth
 _INSET = 0.24  # of the picture's height, the target's square in the corner
-
-
-def frame(
-    scene: Scene,
-    angles: npt.ArrayLike,
-    base: npt.ArrayLike,
-    released: int,
-    target: str | None = None,
-    caption: str = "",
-    size: Size = (640, 480),
-) -> npt.NDArray[np.uint8]:
-    """Return a picture of a chain as it lies.
-
-    The view is the same for every state of a scene, unless the chain leaves it.
-
-    Parameters
-    ----------
-    scene
-        Gives sizes and the sequence; poles of components not yet loaded are not shown.
-    angles
-        Absolute headings [rad], shape (n,).
-    base
-        Component 1's outer hinge [m], shape (2,).
-    released
-        Number of components out of the tube, n where there is none.
-    target
-        The wanted fold word, drawn small in the corner.
-    caption
-        Text for the top left corner; may have several lines.
-    size
-        Width and height [px].
-
-    Returns
-    -------
-    (height, width, 3) array of uint8
-    """
-    angles = np.asarray(angles, dtype=np.float64)
-    base = np.asarray(base, dtype=np.float64)
-    view = usual_view(scene, size).joined(chain_view(scene, angles, base, released))
-    return np.asarray(picture(scene, angles, base, released, view, target, caption, size))
 
 
 def save_png(
@@ -96,7 +55,11 @@ def picture(
     caption: str,
     size: Size,
 ) -> Image.Image:
-    """Return a picture of a chain in a given view; see `frame`."""
+    """Return a picture of a chain in a given view, of a width and a height [px].
+
+    The headings [rad] have the shape (n,), component 1's outer hinge [m] has (2,). The target's
+    fold word is drawn small in the corner; the caption may have several lines.
+    """
     if target is not None:
         # The target's corner stays clear of the chain.
         room = _INSET / (1.0 - _INSET) * (view.top - view.bottom)
@@ -133,15 +96,6 @@ def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt
     if scene.mount == "tube":
         points = np.concatenate([points, [[0.6 * diagonal, 0.0], [-0.2 * diagonal, 0.0]]])
     return chain.with_surroundings(scene, View.around(points, 0.9 * diagonal))
-
-
-def usual_view(scene: Scene, size: Size) -> View:
-    """Return a view in which a fold of the scene normally stays, for pictures of `size`."""
-    diagonal = scene.casing.diagonal
-    left = -_TUBE_SHOWN * diagonal if scene.mount == "tube" else -1.2 * diagonal
-    right = (scene.n + 1.2) * diagonal
-    reach = (right - left) * size[1] / size[0] / 2
-    return chain.with_surroundings(scene, View(left, right, -reach, reach))
 
 
 def draw_ruler(canvas: Canvas, text: float) -> None:

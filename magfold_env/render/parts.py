@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from magfold_env.replay.data import number_range
 from magfold_env.reporting.tables import letters
 from magfold_env.scene import Scene
 from magfold_env.shapes import FloatArray, IntArray
@@ -74,7 +75,7 @@ def casing_texts(scene: Scene) -> list[str]:
         "each with magnets; neighbours hinged at opposite corners"
     ]
     stops = "Joints stop at ±90°, face on face" if scene.contact else "No joint stops"
-    lines.append(f"{stops}; friction with the floor {_range(scene.frictions)}")
+    lines.append(f"{stops}; friction with the floor {number_range(scene.frictions)}")
     return lines
 
 
@@ -104,12 +105,7 @@ def millimetres(metres: float) -> str:
 
 def _milli_range(values: FloatArray) -> str:
     """Return a thousand times some values: one number, or their range."""
-    return _range(MILLI * values)
-
-
-def _range(values: FloatArray) -> str:
-    low, high = float(values.min()), float(values.max())
-    return f"{low:.4g}" + (f" to {high:.4g}" if high > low else "")
+    return number_range(MILLI * values)
 
 
 def _strength(scene: Scene, strength: float) -> str:

@@ -1,6 +1,6 @@
 """Charts of sweeps: how often a chain ends in what, where. Needs matplotlib."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,6 @@ import numpy as np
 from magfold_env.ensembles.sweeps import Outcome, Sweep
 from magfold_env.render.ensembles import COLOUR_OF
 from magfold_env.reporting import plotting
-from magfold_env.shapes import FloatArray
 
 LINES = 6
 """Most outcomes that are drawn over one parameter."""
@@ -110,22 +109,8 @@ def _maps(sweep: Sweep, outcome: Outcome | None) -> Any:
     }
     widest = max(max(part.rate - part.low, part.high - part.rate) for part in found)
     title = f"{_title(sweep)}; 95 % intervals within ±{100 * widest:.0f} %"
-    return map_chart(rates, across, up, title)
-
-
-Axis = tuple[str, Sequence[float]]
-"""What an axis is of, and the values on it."""
-
-
-def map_chart(
-    rates: Mapping[str, FloatArray], across: Axis, up: Axis, title: str, columns: int = 2
-) -> Any:
-    """Return a figure with a map of shares for each title, so many side by side.
-
-    A map has shape (values up, values across).
-    """
     (x_name, x), (y_name, y) = across, up
-    columns = min(len(rates), columns)
+    columns = min(len(rates), 2)
     rows = -(-len(rates) // columns)
     width, height = (_CELL * min(max(len(values), 6), _TICKS) for values in (x, y))
     size = (columns * (width + 0.8) + 1.2, rows * (height + 0.8) + 0.9)

@@ -120,7 +120,7 @@ def _facts(fold: Recording) -> list[list[str]]:
     if scene.mount == "tube":
         facts["Feed"] = fold.feed
     facts["Casing"] = f"{_MILLI * scene.casing.side:.4g} mm"
-    facts["Friction"] = _range(scene.frictions)
+    facts["Friction"] = number_range(scene.frictions)
     if np.isfinite(fold.energy):
         facts["Magnetic energy at the end"] = f"{_MILLI * fold.energy:.4f} mJ".replace("-", "−")
     facts["Simulated time"] = f"{fold.duration:.4f} s"
@@ -131,10 +131,10 @@ def feed_text(scene: Scene) -> str:
     """Return how a tube feeds: which way, how fast and how it is loaded."""
     schedule = scene.feed.schedule
     speeds = scene.speeds if schedule is None else schedule.speeds
-    return f"{scene.feed.direction}, {_range(speeds)} m/s, {scene.feed.loading}"
+    return f"{scene.feed.direction}, {number_range(speeds)} m/s, {scene.feed.loading}"
 
 
-def _range(values: FloatArray) -> str:
+def number_range(values: FloatArray) -> str:
     """Return one number for values that are alike, else the smallest and the largest."""
     low, high = float(values.min()), float(values.max())
     return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"

@@ -1,1 +1,1 @@
-"""What reports are made of: pages, tables, timing, intervals, the machine."""
+"""What reports are made of: pages, tables, intervals, the machine."""

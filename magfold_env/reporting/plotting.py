@@ -2,12 +2,10 @@
 
 import importlib
 import math
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from magfold_env.files import pip_install, replacing
-from magfold_env.reporting.tables import Row, numbers
 
 DPI = 130
 WIDEST = 10.5
@@ -69,47 +67,6 @@ def panels(
         axis.spines[["top", "right"]].set_visible(False)
         axis.tick_params(labelbottom=True)  # below a last row that is not full, too
     return figure, axes[:count]
-
-
-def curve(
-    axis: Any, rows: Sequence[Row], x: str, y: str, k: int, **options: Any
-) -> tuple[Any, Any]:
-    """Draw one column against another, log against log, with the k-th marker; return both.
-
-    Options are matplotlib's; the colour is the one after black and k more if they name none.
-    """
-    across, up = numbers(rows, x), numbers(rows, y)
-    style = {"color": COLOURS[(k + 1) % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)]}
-    axis.loglog(across, up, **{**style, "markersize": 5, **options})
-    return across, up
-
-
-def plain_ticks(axis: Any) -> None:
-    """Write whole numbers at 1, 2 and 5 of every decade of a logarithmic axis."""
-    axis.set_major_locator(importlib.import_module("matplotlib.ticker").LogLocator(subs=(1, 2, 5)))
-    axis.set_major_formatter("{x:,g}")
-    axis.set_minor_formatter("")
-
-
-def label_points(
-    axis: Any,
-    points: Iterable[tuple[float, float]],
-    texts: Iterable[str],
-    *,
-    left: bool = False,
-    **options: Any,
-) -> None:
-    """Write a text beside each point, on its upper right or on its lower left."""
-    side: dict[str, Any] = {"xytext": (5, 4)}
-    if left:
-        side = {"xytext": (-5, -4), "ha": "right", "va": "top"}
-    for point, text in zip(points, texts, strict=True):
-        axis.annotate(text, point, textcoords="offset points", **{**side, "fontsize": 8, **options})
-
-
-def legend(axis: Any, place: str, **options: Any) -> None:
-    """Add a legend to a panel."""
-    axis.legend(loc=place, **{"fontsize": 9, "frameon": False, **options})
 
 
 def legend_below(figure: Any, *axes: Any, **options: Any) -> None:

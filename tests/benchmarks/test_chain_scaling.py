@@ -5,7 +5,7 @@ import pytest
 
 from magfold_bench import scaling
 from magfold_bench.scaling import BUILDS, LANES, LONG, SCALAR, missing, random_problem
-from magfold_env.reporting.tables import growth, select
+from magfold_bench.tables import growth, select
 
 
 def silent(share: float, what: str) -> None:

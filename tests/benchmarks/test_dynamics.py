@@ -7,11 +7,10 @@ import sys
 import pytest
 from typer.testing import CliRunner
 
-from magfold_bench import parts
+from magfold_bench import parts, tables
 from magfold_bench.parts import Part
+from magfold_bench.tables import Measurement, Table
 from magfold_env.cli import app
-from magfold_env.reporting import tables
-from magfold_env.reporting.tables import Measurement, Table
 
 
 def example():

@@ -16,8 +16,8 @@ from magfold_bench.magnets.samples import (
     sample_of,
 )
 from magfold_bench.parts import BENCHMARKS
+from magfold_bench.tables import Measurement
 from magfold_env.cli import app
-from magfold_env.reporting.tables import Measurement
 from magfold_env.scene import Magnets
 from tests.benchmarks.command import measuring
 from tests.benchmarks.magnet_pairs import SIDE, alike

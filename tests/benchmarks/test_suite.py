@@ -13,9 +13,9 @@ from magfold_bench import suite
 from magfold_bench.parts import BENCHMARKS, Part
 from magfold_bench.presentation import Description, descriptions
 from magfold_bench.suite import LEFT_OUT, Entry, Result, tone
+from magfold_bench.tables import Measurement, Progress, Table
+from magfold_bench.timing import Spread
 from magfold_env.checkpoint import CheckpointError
-from magfold_env.reporting.tables import Measurement, Progress, Table
-from magfold_env.reporting.timing import Spread
 
 pytest.importorskip("matplotlib.figure")
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from magfold_env.reporting import machine
-from magfold_env.reporting.timing import (
+from magfold_bench.timing import (
     Timing,
     enough_repeats,
     ratio,
     spread_of,
     take_turns,
 )
+from magfold_env.reporting import machine
 
 
 class Clock:

@@ -12,7 +12,6 @@ from tests.command_line import run
 
 USES = """
 import gymnasium
-import numpy as np
 
 import magfold_env as mf
 from magfold_env.envs import ENTRY_POINTS
@@ -26,7 +25,6 @@ for name in scene_names():
         mf.simulate(scene.replace(feed={"schedule": schedule}), seed=1)
     if scene.magnets is not None and scene.field is None:
         mf.minimise(scene, mode="free", top=2)
-        mf.descend(scene, np.zeros(scene.n))
     mf.ensemble(scene, runs=3, seed=0)
 longer = mf.Scene(sequence=["NSNS", "NNSS"] * 5, friction=0.2, duration=0.1)
 for changes in (

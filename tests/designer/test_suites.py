@@ -6,13 +6,12 @@ from typing import get_args
 import pytest
 
 import magfold_env as mf
-from magfold_bench.lists.suites import LENGTHS, WORDS, suite_words
+from magfold_bench.lists.suites import LENGTHS, WORDS, save_suite, suite_words
 from magfold_env.designer.suites import (
     Kind,
     Suite,
     Witness,
     load_suite,
-    save_suite,
     suite_names,
 )
 from magfold_env.designer.task import Choice

@@ -233,8 +233,6 @@ USES: list[tuple[Callable[..., object], Mapping[str, tuple[object, ...]]]] = [
             "time_limit": ("x?", -1.0, math.nan, True), "node_limit": ("x?", -1, True),
         },
     ),
-    (partial(mf.descend, SCENE), {"angles": NO_ANGLES}),
-    (partial(mf.descend, SCENE, [0.0] * SCENE.n), {"max_steps": (*NO_WHOLE, 0)}),
     (partial(mf.sequence_of, n=3), {"number": (*NO_WHOLE, 1 << 12)}),
     (partial(mf.sequence_of, 0), {"n": (*NO_WHOLE, 0, 10**9)}),
     (partial(mf.energy, SCENE), {"angles": NO_ANGLES}),
@@ -255,7 +253,6 @@ USES: list[tuple[Callable[..., object], Mapping[str, tuple[object, ...]]]] = [
     (lambda **changes: few().probability(**changes), {
         "word": ("x?", 5, "LL", ["L"]), "status": NO_CHOICE,
     }),
-    (lambda status: few().most_frequent(status), {"status": NO_CHOICE}),
     (lambda index: few().generator(index), {"index": (*NO_WHOLE, 2, -3)}),
     (lambda frame_rate: few().replay(0, frame_rate=frame_rate), {"frame_rate": NO_POSITIVE}),
     (mf.holding, {"fold": (None, 5, "x?", SCENE)}),
@@ -312,7 +309,7 @@ def test_wrong_arguments_are_told(
 
 
 @pytest.mark.parametrize("angles", NO_SHAPE, ids=str)
-@pytest.mark.parametrize("function", [mf.energy, mf.forces, mf.descend])
+@pytest.mark.parametrize("function", [mf.energy, mf.forces])
 def test_wrong_shapes_are_told(function: Callable[..., object], angles: object) -> None:
     is_told(lambda: function(SCENE, angles=angles), "angles", np.shape(cast("Any", angles)))
     with pytest.raises(mf.SceneError, match=r"^rates: .* must have shape"):

@@ -7,7 +7,7 @@ import magfold_env as mf
 from magfold_env.minimiser import Landscape, minimise, sequence_of
 from magfold_env.minimiser.energies import internal_energy, signs
 from magfold_env.minimiser.every_sequence import best_words
-from magfold_env.shapes import folded_words, headings, word_to_angles
+from magfold_env.shapes import folded_words
 from tests.minimiser import reference
 from tests.minimiser.scenes import MODELS, scene_of
 
@@ -64,37 +64,6 @@ def test_only_folded_words_on_request_and_scores_have_the_pairs_inside_component
     assert sorted(landscape.words) == folded_words(6)
     inside = landscape.coulomb_scores() - landscape.energies()
     assert inside == pytest.approx(np.full(26, internal_energy(scene)))
-
-
-def test_torques_are_slopes_of_the_energy() -> None:
-    scene = scene_of(random_sequences(3, 1, 5)[0], "strips")
-    landscape = Landscape(scene)
-    torques = landscape.torques()
-    for row in range(0, len(landscape.words), 7):
-        joints = word_to_angles(landscape.words[row])
-        for joint, aside in enumerate(1e-6 * np.eye(4)):
-            rise = mf.energy(scene, headings(joints + aside)) - mf.energy(
-                scene, headings(joints - aside)
-            )
-            assert torques[row, joint] == pytest.approx(
-                -rise / 2e-6, abs=1e-6 * np.abs(torques).max()
-            )
-
-
-@pytest.mark.medium
-def test_stable_words_are_local_minima_and_no_others() -> None:
-    scene = mf.load_scene("paper/sequence-1")
-    landscape = Landscape(scene)
-    stable = landscape.mechanically_stable()
-    assert stable.any()
-    for word, stays, torques in zip(landscape.words, stable, landscape.torques(), strict=True):
-        joints = word_to_angles(word)
-        lowest = mf.energy(scene, headings(joints))
-        rises = [
-            mf.energy(scene, headings(joints - 1e-5 * np.sign(joints) * one)) > lowest
-            for one in np.eye(5)
-        ]
-        assert stays == ("S" not in word and all(rises)), (word, torques)
 
 
 def test_sequences_are_numbered_in_alphabetical_order() -> None:

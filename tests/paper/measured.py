@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from magfold_bench.paper.reproduction import Claim, Measured, Outcome
-from magfold_env.reporting.tables import Row
+from magfold_bench.tables import Row
 
 
 def outcomes(claims: Sequence[Claim]) -> list[Outcome]:

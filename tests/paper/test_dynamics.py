@@ -11,8 +11,8 @@ from magfold_bench.paper.figures_11_12 import EARLY, ERROR, FIGURE_11, FIGURE_12
 from magfold_bench.paper.pendulum import FIGURE_15, FIGURE_16
 from magfold_bench.paper.reproduction import Measured
 from magfold_bench.scaling import DENSE, SCALAR
+from magfold_bench.tables import Row, growth, numbers, power, select
 from magfold_env.reporting.page import PNG_START
-from magfold_env.reporting.tables import Row, growth, numbers, power, select
 from tests.paper.measured import changed, outcomes
 
 CASES = (motions.HALF, motions.WHOLE)

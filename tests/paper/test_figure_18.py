@@ -6,9 +6,9 @@ import pytest
 import magfold_env as mf
 from magfold_bench.laws.experiment import paper_scene
 from magfold_bench.paper import figure_18
+from magfold_bench.tables import Row
 from magfold_env.minimiser import Mode
 from magfold_env.reporting.intervals import share
-from magfold_env.reporting.tables import Row
 from magfold_env.shapes import centres, headings, mirror, word_to_angles
 from tests.paper.measured import outcomes
 from tests.words import reverse

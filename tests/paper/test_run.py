@@ -10,9 +10,9 @@ import pytest
 from magfold_bench.paper import run
 from magfold_bench.paper.reproduction import Claim, Measured, Reproduction
 from magfold_bench.paper.run import PARTS, Done, overview, page
+from magfold_bench.tables import Progress, Table
 from magfold_env.checkpoint import CheckpointError
 from magfold_env.reporting.page import render
-from magfold_env.reporting.tables import Progress, Table
 
 
 def nothing(share: float, what: str) -> None:

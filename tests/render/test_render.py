@@ -4,17 +4,25 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 import magfold_env as mf
-from magfold_env.render import frame, style
+from magfold_env.render import style
 from magfold_env.render.canvas import Canvas, View
 from magfold_env.render.chain import touches
-from magfold_env.render.frames import with_magnets
+from magfold_env.render.frames import chain_view, picture, with_magnets
 from magfold_env.shapes import centres, headings, word_to_angles
 
 FREE = mf.load_scene("paper/sequence-3")
 TUBE = mf.load_scene("tube-feed")
 DIAGONAL = FREE.casing.diagonal
+
+
+def frame(scene: mf.Scene, angles: ArrayLike, base: ArrayLike, released: int) -> np.ndarray:
+    at = np.asarray(angles, dtype=np.float64), np.asarray(base, dtype=np.float64)
+    whole = View(-1.2 * DIAGONAL, (scene.n + 1.2) * DIAGONAL, -DIAGONAL, DIAGONAL)
+    view = chain_view(scene, *at, released).joined(whole)
+    return np.asarray(picture(scene, *at, released, view, None, "", (640, 480)))
 
 
 def _count(picture: np.ndarray, colour: style.Colour) -> int:

@@ -5,9 +5,9 @@ They are released as if by hand; random sequences, which the paper has not, as t
 
 from typing import Any, Literal
 
+from magfold_bench.tables import Measurement, Progress, Row, Table, each_case
 from magfold_env.ensembles.releases import PREDICTORS, Bar, bars, ensemble, predictions, release
 from magfold_env.minimiser import Mode
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, each_case
 from magfold_env.scene import Scene, Spreads, load_scene
 
 MODES: tuple[Mode, ...] = ("free", "forward", "backward")

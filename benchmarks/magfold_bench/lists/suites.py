@@ -4,10 +4,11 @@ What was found is kept in a folder as it is found, so that a run that was stoppe
 """
 
 from pathlib import Path
-from typing import Annotated, get_args
+from typing import Annotated, Any, get_args
 
 import numpy as np
 import typer
+import yaml
 from rich.progress import Progress
 
 from magfold_env.checkpoint import Checkpoint
@@ -16,6 +17,7 @@ from magfold_env.ensembles.releases import ensemble, release
 from magfold_env.files import configs_dir, physics_digest
 from magfold_env.minimiser import Mode
 from magfold_env.parallel import Workers, finished
+from magfold_env.scene import io
 from magfold_env.shapes import folded_words
 
 LENGTHS = (6, 8, 10, 12, 16)
@@ -64,7 +66,7 @@ def main(
                 scene_name=default_scene(n), words={word: found[word] for word in words}
             )
             path = configs_dir() / "suites" / f"n{n}.yaml"
-            suites.save_suite(suite, path, _comment(n))
+            save_suite(suite, path, _comment(n))
             progress.console.print(str(path))
 
 
@@ -124,6 +126,21 @@ def _comment(n: int) -> str:
     count = min(len(words), WORDS)
     how = "" if count == len(words) else ", drawn evenly (NumPy's default generator, seed 0)"
     return _COMMENT.format(count=count, of=len(words), n=n, how=how)
+
+
+def save_suite(suite: suites.Suite, path: str | Path, comment: str) -> None:
+    """Write a suite as YAML under some lines of comment."""
+    data: dict[str, Any] = {"scene_name": suite.scene_name, "words": {}}
+    for word, witnesses in suite.words.items():
+        data["words"][word] = {kind: _plain(witness) for kind, witness in witnesses.items()}
+    io.write_commented(path, yaml.safe_dump(data, sort_keys=False, width=200), comment)
+
+
+def _plain(witness: suites.Witness) -> dict[str, Any]:
+    found = witness.model_dump(exclude_defaults=True)
+    if witness.sequence is not None:
+        found["sequence"] = " ".join(witness.sequence)
+    return found
 
 
 if __name__ == "__main__":

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from magfold_bench import tables, timing
 from magfold_bench.magnets import samples
 from magfold_bench.presentation import Lines
+from magfold_bench.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.engine.state import Array
-from magfold_env.reporting import tables, timing
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.scene import Casing, Magnets, Scene
 from magfold_env.shapes import centres
 

@@ -14,14 +14,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from magfold_bench import tables, timing
 from magfold_bench.laws import exact_magnets
 from magfold_bench.magnets import samples
 from magfold_bench.magnets.samples import Loads, Sample
 from magfold_bench.presentation import Lines
+from magfold_bench.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.engine.state import Array
 from magfold_env.files import pip_install
-from magfold_env.reporting import tables, timing
-from magfold_env.reporting.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres
 

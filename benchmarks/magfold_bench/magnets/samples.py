@@ -13,16 +13,16 @@ from itertools import product
 
 import numpy as np
 
+from magfold_bench import timing
 from magfold_bench.laws import exact_magnets
 from magfold_bench.laws.overlap import squares_apart
 from magfold_bench.laws.random_scenes import random_sequence
+from magfold_bench.tables import Progress, Tick, each_case
 from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.magnets.pairs import add_forces
 from magfold_env.engine.state import Array, Loads, Nodes, Pose
 from magfold_env.engine.state import Magnets as Packed
 from magfold_env.engine.workspace import new_nodes
-from magfold_env.reporting import timing
-from magfold_env.reporting.tables import Progress, Tick, each_case
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres, folded_words, word_to_angles
 from magfold_env.shapes import headings as joint_headings

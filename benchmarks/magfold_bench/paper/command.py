@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
+from magfold_bench.tables import rich_table
 from magfold_env.cli import options
-from magfold_env.reporting.tables import rich_table
 
 
 def paper(

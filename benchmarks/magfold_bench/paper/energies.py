@@ -6,11 +6,12 @@ from magfold_bench.laws.experiment import MODES, RUNS, paper_scene
 from magfold_bench.paper import quoted, states
 from magfold_bench.paper.figure_18 import inputs as release_inputs
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
+from magfold_bench.tables import Progress, Row, Table, each_case, select
 from magfold_env.ensembles.releases import ensemble
 from magfold_env.fold import FoldStatus
 from magfold_env.minimiser import State, minimise
 from magfold_env.reporting.intervals import per_cent
-from magfold_env.reporting.tables import Progress, Row, Table, each_case, joined_pairs, select
+from magfold_env.reporting.tables import joined_pairs
 from magfold_env.shapes import cells, outline
 
 NEAR = 0.005

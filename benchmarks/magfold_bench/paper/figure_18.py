@@ -11,9 +11,9 @@ from magfold_bench.paper import states
 from magfold_bench.paper.quoted import SEQUENCES
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
 from magfold_bench.paper.statements import on_the_way
+from magfold_bench.tables import Progress, Row, Table, select
 from magfold_env.fold import FoldStatus
 from magfold_env.minimiser import Mode
-from magfold_env.reporting.tables import Progress, Row, Table, select
 from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
 MODES = experiment.MODES

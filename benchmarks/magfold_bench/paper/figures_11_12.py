@@ -6,18 +6,18 @@ from functools import partial
 
 import numpy as np
 
+from magfold_bench import tables
 from magfold_bench.laws.exact_magnets import face_force
 from magfold_bench.paper import motions, quoted
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
 from magfold_bench.presentation import Lines
+from magfold_bench.tables import Progress, Row, Table, numbers, select
 from magfold_env.engine.magnets import laws
 from magfold_env.engine.magnets.laws import FacePair
 from magfold_env.engine.magnets.pairs import level_sum
 from magfold_env.engine.state import Magnets as Packed
 from magfold_env.engine.state import Nodes
 from magfold_env.engine.workspace import new_nodes
-from magfold_env.reporting import tables
-from magfold_env.reporting.tables import Progress, Row, Table, numbers, select
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import BoolArray
 from magfold_env.simulation.pack import pack_magnets

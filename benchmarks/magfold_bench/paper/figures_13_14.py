@@ -8,7 +8,7 @@ from magfold_bench.paper.quoted import ANGLE, DISPLACEMENT, SNAP
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
 from magfold_bench.paper.states import word_of
 from magfold_bench.presentation import Lines
-from magfold_env.reporting.tables import Progress, Row, Table, cell_text, select
+from magfold_bench.tables import Progress, Row, Table, cell_text, select
 
 BESIDE = 1
 """Frames within which a jump and a snap belong together."""

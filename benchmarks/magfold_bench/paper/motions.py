@@ -11,8 +11,8 @@ import numpy as np
 
 from magfold_bench.paper import states
 from magfold_bench.paper.quoted import COMPUTATIONS, FRAME_RATE, MAGNET_CHARGE, SNAP
+from magfold_bench.tables import Progress, Row, Tick, each_case, select
 from magfold_env.fold import FoldStatus, kinetic_energy
-from magfold_env.reporting.tables import Progress, Row, Tick, each_case, select
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import BoolArray, FloatArray, angles_to_word, centres
 from magfold_env.simulation.frames import magnetic_energy

@@ -6,9 +6,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, Self
 
+from magfold_bench.tables import Progress, Row, Table, distinct, select
 from magfold_env.reporting.page import Tone, Verdict
 from magfold_env.reporting.plotting import save_figure
-from magfold_env.reporting.tables import Progress, Row, Table, distinct, select
 
 Measured = dict[str, list[Row]]
 """Rows by what they are of, plain values throughout; the rows of one have equal keys."""

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, get_args
 
 from magfold_bench.paper import energies, figure_18, figures_11_12, figures_13_14, pendulum
 from magfold_bench.paper.reproduction import Claim, Measured, Outcome, Reproduction, Subject
+from magfold_bench.tables import Progress, Row, Table, to_csv
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.files import physics_digest, write_text
 from magfold_env.reporting import machine
@@ -26,7 +27,6 @@ from magfold_env.reporting.page import (
     Section,
     write_page,
 )
-from magfold_env.reporting.tables import Progress, Row, Table, to_csv
 
 PAGE, NUMBERS = "paper.html", "paper.json"
 

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Literal, NamedTuple, Self
 
 from magfold_bench.paper.reproduction import Plot
+from magfold_bench.tables import Row
 from magfold_env.minimiser import State, minimise
-from magfold_env.reporting.tables import Row
 from magfold_env.scene import Scene, load_scene
 
 Model = Literal["literal", "device"]
