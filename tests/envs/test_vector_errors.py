@@ -19,9 +19,9 @@ def made(**options: Any) -> Any:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"num_envs": 0}, "num_envs: 0 is not allowed; must be 1 or more"),
+        ({"num_envs": 0}, "num_envs: 0 is not allowed; must be at least 1"),
         ({"autoreset_mode": "Later"}, "autoreset_mode: 'Later' is not allowed; must be one of"),
-        ({"threads": 0}, "threads: 0 is not allowed; must be 1 or more, or None"),
+        ({"threads": 0}, "threads: 0 is not allowed; must be at least 1"),
         ({"render_mode": "human"}, "render_mode: 'human' is not allowed with many environments"),
         ({"render_mode": "rgb_array_list"}, "render_mode: 'rgb_array_list' is not allowed with ma"),
         ({"speed": 3}, "speed: unknown option, must be one of scene, components"),

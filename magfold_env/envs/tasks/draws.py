@@ -11,7 +11,7 @@ from zlib import crc32
 
 import numpy as np
 
-from magfold_env.envs.tasks.checks import one_of
+from magfold_env.envs.tasks.checks import one_of, require
 from magfold_env.scene import Problem, Scene, Spreads
 from magfold_env.scene.errors import refuse
 
@@ -50,8 +50,7 @@ def evaluation_seeds(count: int, version: int = EVALUATION_VERSION) -> list[int]
     ValueError
         If there is no such version.
     """
-    if version != EVALUATION_VERSION:
-        raise ValueError(f"version: {version!r} is not allowed; must be {EVALUATION_VERSION}")
+    require(version == EVALUATION_VERSION, "version", version, f"must be {EVALUATION_VERSION}")
     return episode_seeds("evaluation", count)
 
 

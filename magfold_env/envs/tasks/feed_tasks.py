@@ -14,7 +14,7 @@ from magfold_env.envs.baselines.baseline import chain_name
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import PATTERNS, ActionKind
 from magfold_env.envs.spaces.observation import CameraLayout
-from magfold_env.envs.tasks.checks import refuse_unknown, share_of
+from magfold_env.envs.tasks.checks import refuse_unknown, require, share_of
 from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardKind, Shaping
@@ -219,14 +219,11 @@ class TaskWorld(World):
         **options: Unpack[FeedOptions],
     ) -> None:
         refuse_unknown(options, FeedOptions)
-        if options.get("fidelity", "dynamics") != "dynamics":
-            raise ValueError(
-                f"fidelity: {options.get('fidelity')!r} is not allowed; must be 'dynamics', "
-                "energy minimisation knows of no speed"
-            )
+        fidelity = options.get("fidelity", "dynamics")
+        allowed = "must be 'dynamics', energy minimisation knows of no speed"
+        require(fidelity == "dynamics", "fidelity", fidelity, allowed)
         scene = scene if isinstance(scene, Scene) else load_scene(scene)
-        if scene.mount != "tube":
-            raise ValueError(f"scene.mount: {scene.mount!r} is not allowed; must be 'tube'")
+        require(scene.mount == "tube", "scene.mount", scene.mount, "must be 'tube'")
         found = read_tasks(options.get("tasks", ()), episodes.task_kind)
         share = share_of("difficulty", options.get("difficulty", 1.0))
         self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
@@ -253,10 +250,8 @@ class TaskWorld(World):
 
     def number_of(self, value: int) -> int:
         """Return the number of a task; see `World.number_of`."""
-        if value not in range(len(self.tasks)):
-            raise ValueError(
-                f"options['task']: {value!r} is not allowed; must be 0..{len(self.tasks) - 1}"
-            )
+        last = len(self.tasks) - 1
+        require(value in range(last + 1), "options['task']", value, f"must be 0..{last}")
         return int(value)
 
     def lattice_of(self, number: int) -> LatticeFeed:
