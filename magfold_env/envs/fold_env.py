@@ -12,7 +12,7 @@ from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.quasistatic import QuasistaticChains
 from magfold_env.envs.episodes import Columns, Episodes, Lines
-from magfold_env.envs.spaces.actions import ActionTable, Choice, speed_at
+from magfold_env.envs.spaces.actions import ActionTable, Choice, speeds_at
 from magfold_env.envs.spaces.observation import ObservationLayout, Singles, fill
 from magfold_env.envs.tasks.fold_task import FoldTask
 from magfold_env.envs.tasks.world import FoldOptions
@@ -62,7 +62,7 @@ class FoldEpisodes(Episodes[Any]):
         arrays, fed = self.arrays, int(self.arrays.fed[row])
         done: Lines = []
         if fed:
-            speed = speed_at(float(arrays.speeds[row, arrays.order(row)[fed - 1]]))
+            speed = speeds_at(arrays.speeds[row, arrays.order(row)[fed - 1]])
             done.append(("last speed", f"{1e3 * speed:.0f} mm/s"))
         title, wanted, _ = super().caption(row)
         return title, wanted, done

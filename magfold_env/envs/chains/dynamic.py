@@ -224,10 +224,6 @@ class DynamicChains:
         found = self._chains.motion(Orientation(bool(self._flip[0]), self._length))
         return found.finite() if found else found
 
-    def drawn_scene(self, row: int) -> Scene:
-        """Return the scene of a chain as it was drawn."""
-        return self.drawn.scene(row)
-
     def scene(self, row: int) -> Scene:
         """Return the drawn scene of a chain, with the magnets and speeds of components fed."""
         scene, speeds = self.drawn.scene(row), self._chains.speeds[row]

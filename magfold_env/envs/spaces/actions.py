@@ -60,29 +60,8 @@ def letters_of(signs: NDArray[np.float64]) -> str:
     return "".join(_LETTERS[sign] for sign in signs.tolist())
 
 
-def speed_levels(levels: int) -> NDArray[np.float64]:
-    """Return feed speeds [m/s], log-spaced from `SLOWEST` to `FASTEST`, shape (levels,).
-
-    Raises
-    ------
-    ValueError
-        If that is not a whole number, 2 or more.
-    """
-    return speeds_at(np.linspace(-1.0, 1.0, whole("speeds", levels, 2)))
-
-
-def speed_at(scaled: float) -> float:
-    """Return the speed [m/s] at a place on the log scale: `SLOWEST` at −1, `FASTEST` at 1."""
-    return float(speeds_at(scaled))
-
-
-def scaled_speed(speed: float) -> float:
-    """Return where a speed [m/s] lies on the log scale from −1 to 1."""
-    return float(scaled_speeds(speed))
-
-
 def speeds_at(scaled: Any) -> Any:
-    """Return what `speed_at` does, of a number or of each in an array.
+    """Return the speeds [m/s] at places on the log scale: `SLOWEST` at −1, `FASTEST` at 1.
 
     Machines whose exponentials differ in the last bit agree on speeds to 1e-12 m/s.
     """
@@ -91,7 +70,7 @@ def speeds_at(scaled: Any) -> Any:
 
 
 def scaled_speeds(speeds: Any) -> Any:
-    """Return what `scaled_speed` does, of a number or of each in an array."""
+    """Return where speeds [m/s] lie on the log scale from −1 to 1."""
     return np.log(speeds / _MIDDLE) / _HALF_RANGE
 
 
@@ -292,7 +271,7 @@ class ActionTable(Actions):
     catalogue: tuple[int, ...] = tuple(range(len(PATTERNS)))
 
     def __post_init__(self) -> None:
-        speed_levels(self.levels)
+        whole("speeds", self.levels, 2)
         one_of("actions", self.kind, ActionKind)
         if self.kind == "discrete" and self.count > MOST_DISCRETE:
             raise ValueError(
@@ -313,7 +292,7 @@ class ActionTable(Actions):
     @cached_property
     def speeds(self) -> NDArray[np.float64]:
         """Feed speed of each level [m/s], shape (levels,), ascending."""
-        return speed_levels(self.levels)
+        return speeds_at(np.linspace(-1.0, 1.0, self.levels))
 
     def decode(self, action: Any) -> tuple[tuple[str, ...], float]:
         """Return the faces of each component, and the speed [m/s].
@@ -366,7 +345,7 @@ class ActionTable(Actions):
         patterns = np.array([PATTERNS.index(letters) for letters in each], dtype=np.int64)
         if self.kind != "box":
             return self._written(np.append(patterns, _level(self.speeds, speed)))
-        scaled = np.array([np.clip(scaled_speed(speed), -1.0, 1.0)], dtype=np.float32)
+        scaled = np.array([np.clip(scaled_speeds(speed), -1.0, 1.0)], dtype=np.float32)
         return np.append(SIGNS[patterns].astype(np.float32).ravel(), scaled)
 
     def masks(self) -> NDArray[np.bool_]:
@@ -407,7 +386,7 @@ class ActionTable(Actions):
     @cached_property
     def _scaled(self) -> Floats:
         """The levels on the log scale from −1 to 1."""
-        return np.array([scaled_speed(speed) for speed in self.speeds.tolist()])
+        return np.array([scaled_speeds(speed) for speed in self.speeds.tolist()])
 
     @property
     def _allowed(self) -> str:

@@ -11,7 +11,7 @@ from zlib import crc32
 
 import numpy as np
 
-from magfold_env.envs.tasks.checks import one_of, require
+from magfold_env.envs.tasks.checks import one_of
 from magfold_env.scene import Problem, Scene, Spreads
 from magfold_env.scene.errors import refuse
 
@@ -42,15 +42,8 @@ def episode_seeds(stream: str, count: int) -> list[int]:
     return seeds
 
 
-def evaluation_seeds(count: int, version: int = EVALUATION_VERSION) -> list[int]:
-    """Return the seeds of the evaluation draws: use each once with every target or task.
-
-    Raises
-    ------
-    ValueError
-        If there is no such version.
-    """
-    require(version == EVALUATION_VERSION, "version", version, f"must be {EVALUATION_VERSION}")
+def evaluation_seeds(count: int) -> list[int]:
+    """Return the seeds of the evaluation draws: use each once with every target or task."""
     return episode_seeds("evaluation", count)
 
 

@@ -5,7 +5,7 @@ from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, cast
+from typing import TYPE_CHECKING, Any, Literal, Unpack, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,8 @@ from magfold_env.envs.spaces.observation import CameraLayout
 from magfold_env.envs.tasks.checks import refuse_unknown, require, share_of
 from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.goals import Match
-from magfold_env.envs.tasks.reward import RewardKind, Shaping
 from magfold_env.envs.tasks.targets import is_target
-from magfold_env.envs.tasks.world import World
+from magfold_env.envs.tasks.world import RewardOptions, World
 from magfold_env.files import configs_dir
 from magfold_env.scene import Problem, Scene, SceneError, load_scene
 from magfold_env.scene.io import parse_yaml
@@ -158,7 +157,7 @@ def _is_task(value: object) -> bool:
     return isinstance(value, (Task, Mapping))
 
 
-class FeedOptions(TypedDict, total=False):
+class FeedOptions(RewardOptions, total=False):
     """Options where tasks are given; every one may be left out."""
 
     tasks: str | Path | Sequence[Task | Mapping[str, Any]]
@@ -182,12 +181,6 @@ class FeedOptions(TypedDict, total=False):
     """How actions are written. ``box`` (default): a number from −1 to 1. ``discrete``: the number
     of a speed level. ``multidiscrete``: that in a list. With a tray ``multidiscrete`` (default):
     component, way to lie, speed level and way to go; or ``discrete``: these as one number."""
-    reward: RewardKind
-    """``score`` (default), ``relative`` or ``sparse``; see `magfold_env.envs.tasks.reward`."""
-    shaping: bool | Shaping
-    """Potential-based shaping: False (default), ``similarity`` (or True) or ``energy``."""
-    gamma: float
-    """Discount of the shaping, 1 by default; must be the agent's own."""
 
 
 class TaskWorld(World):
@@ -239,8 +232,6 @@ class TaskWorld(World):
             list(directions).index(task.direction) for task in self.tasks
         )
         """Which of the templates each task has."""
-        # No functools.cache: environments are pickled.
-        self._lattices: dict[int, LatticeFeed] = {}
         self.actions, self.layout = episodes.spaces(self, options)
 
     @cached_property
@@ -254,9 +245,7 @@ class TaskWorld(World):
         require(value in range(last + 1), "options['task']", value, f"must be 0..{last}")
         return int(value)
 
-    def lattice_of(self, number: int) -> LatticeFeed:
-        """Return what energy minimisation needs to know of the chain of a task."""
-        kind = self.kinds[number]
-        if kind not in self._lattices:
-            self._lattices[kind] = LatticeFeed(self.templates[kind])
-        return self._lattices[kind]
+    @cached_property
+    def lattices(self) -> tuple[LatticeFeed, ...]:
+        """What energy minimisation needs to know of the chains of each template."""
+        return tuple(map(LatticeFeed, self.templates))

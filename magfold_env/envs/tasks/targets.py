@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.chains.lattice import TURNS, LatticeFeed
+from magfold_env.envs.chains.lattice import TURNS, LatticeFeed, lay_many
 from magfold_env.envs.spaces.actions import SIGNS
 from magfold_env.envs.tasks.checks import require, share_of
 from magfold_env.scene import Scene
@@ -132,7 +132,7 @@ def easiest(scene: Scene, words: tuple[str, ...], share: float) -> tuple[str, ..
 
 def _difficulty(lattice: LatticeFeed, strength: NDArray[np.float64], turns: list[int]) -> float:
     """Return minus the logarithm of the share of chains that make `turns`, in order of feed."""
-    rng = np.random.default_rng(0)
+    rng, rules = np.random.default_rng(0), lattice.packed
     poles = np.zeros((POPULATION, lattice.n, 4))
     poles[:, 0] = SIGNS[rng.integers(len(SIGNS), size=POPULATION)] * strength[0]
     taken = np.zeros(POPULATION, dtype=np.int64)
@@ -140,7 +140,7 @@ def _difficulty(lattice: LatticeFeed, strength: NDArray[np.float64], turns: list
     for row, turn in enumerate(turns, start=1):
         poles[:, row] = SIGNS[rng.integers(len(SIGNS), size=POPULATION)] * strength[row]
         before = np.array(turns[: row - 1], dtype=np.int64)
-        lattice.lay_many(row, before, poles, taken)
+        lay_many(row, before, rules.turn, rules.tie, rules.table, poles, taken)
         right = np.flatnonzero(taken == turn)
         if right.size == 0:
             return math.inf

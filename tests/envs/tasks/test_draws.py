@@ -79,11 +79,6 @@ def test_streams_and_training_seeds_do_not_meet() -> None:
     assert min(map(min, streams)) >= 1 << 64 > 2 * MAX_TRAINING_SEED
 
 
-def test_another_version_is_named() -> None:
-    with pytest.raises(ValueError, match="version: 1 is not allowed; must be 2"):
-        evaluation_seeds(1, version=1)
-
-
 def draws(randomisation: str, count: int = 200) -> list[Any]:
     scene = randomised(load_scene("tube-feed"), randomisation)  # pyright: ignore[reportArgumentType]
     rng = np.random.default_rng(0)
@@ -134,11 +129,6 @@ def test_spreads_of_the_scene_are_replaced(randomisation: str) -> None:
 def test_scene_leaves_the_scene_alone() -> None:
     scene = load_scene("tube-feed").replace(spreads={"mass": 0.2})
     assert randomised(scene, "scene") == scene
-
-
-def test_another_name_is_an_error() -> None:
-    with pytest.raises(ValueError, match="randomisation: 'wild' is not allowed; must be one of"):
-        randomised(load_scene("tube-feed"), "wild")  # pyright: ignore[reportArgumentType]
 
 
 @pytest.mark.parametrize(
