@@ -133,7 +133,7 @@ class Goals:
         Returns
         -------
         array, shape (3, rows)
-            `Goal.potential`, `Goal.score`, and 1 where `Goal.is_reached`, else 0.
+            Those of a `Verdict`: the potential, the score, and 1 where it is reached, else 0.
         """
         out = np.empty((3, len(rows)))
         headings = angles[rows]

@@ -16,7 +16,6 @@ from magfold_env.envs.spaces.actions import ActionTable, Choice, speeds_at
 from magfold_env.envs.spaces.observation import ObservationLayout, Singles, fill
 from magfold_env.envs.tasks.fold_task import FoldTask
 from magfold_env.envs.tasks.world import FoldOptions
-from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.scene import Scene
 
 ObsType = TypeVar("ObsType")
@@ -171,14 +170,3 @@ class FoldEnv(ChainEnv[ObsType]):
                 f"{fed} of {self.scene.n} components are set; a scene needs all of them"
             )
         return episodes.scene(0)
-
-
-class FoldVectorEnv(ChainVectorEnv[ObsType]):
-    """Many of `FoldEnv`."""
-
-    single: ClassVar[type[FoldEnv[Any]]]
-
-    @property
-    def task(self) -> FoldTask:
-        """What all episodes share."""
-        return self.template.task

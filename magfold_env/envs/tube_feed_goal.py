@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from magfold_env.envs.chains.arrays import FOLDED, MISFOLDED, Floats, Ints
 from magfold_env.envs.episodes import Columns
-from magfold_env.envs.fold_env import FoldEnv, FoldEpisodes, FoldVectorEnv
+from magfold_env.envs.fold_env import FoldEnv, FoldEpisodes
 from magfold_env.envs.spaces.observation import ObservationLayout
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE, Match
 from magfold_env.envs.tasks.world import ChainOptions, FoldOptions
+from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word, outline, word_to_angles
 
@@ -125,16 +126,14 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
         return compute_reward(achieved_goal, desired_goal, self.task.match)
 
 
-class TubeFeedGoalVectorEnv(FoldVectorEnv[GoalObservation]):
+class TubeFeedGoalVectorEnv(ChainVectorEnv[GoalObservation]):
     """Many of `TubeFeedGoalEnv`."""
 
     single = TubeFeedGoalEnv
 
-    def compute_reward(
-        self, achieved_goal: NDArray[Any], desired_goal: NDArray[Any], info: object
-    ) -> NDArray[np.float64] | float:
+    def compute_reward(self, *arguments: Any) -> NDArray[np.float64] | float:
         """Return `TubeFeedGoalEnv.compute_reward`."""
-        return compute_reward(achieved_goal, desired_goal, self.task.match)
+        return self.template.compute_reward(*arguments)
 
 
 def compute_reward(

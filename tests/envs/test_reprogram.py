@@ -81,7 +81,9 @@ def test_a_success_is_the_second_fold_at_rest_after_the_first(played: Any) -> No
         task = episodes.world.tasks[episodes.numbers[row]]
         joints = np.diff(episodes.arrays.angles[row])
         at_rest = episodes.arrays.status[row] == FOLDED
-        reached = Goal(task.target).is_reached(FoldStatus.FOLDED if at_rest else None, joints)
+        reached = (
+            Goal(task.target).judged(FoldStatus.FOLDED if at_rest else None, joints).is_reached
+        )
         assert ends["is_success"][row] == (reached and episodes.stage[row] == SECOND)
 
 

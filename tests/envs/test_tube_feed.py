@@ -124,7 +124,7 @@ def test_shaping_changes_the_discounted_return_by_the_first_potential_alone(
         last = gamma ** (len(rewards) - 1) * info["score"]
         env.reset(seed=seed)
         # Where nothing is out yet no energy is released either.
-        similar = goal_of(env.target, "word").potential(env.state.joint_angles)
+        similar = goal_of(env.target, "word").judged(None, env.state.joint_angles).potential
         first = similar if shaping == "similarity" else 0.0
         assert discounted == pytest.approx(last - first)
         shaped = shaped or any(reward != 0.0 for reward in rewards[:-1])

@@ -442,16 +442,6 @@ class SpeedTable(Actions):
         ahead = np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, self.levels), 12)
         return np.concatenate([-ahead[::-1], [0.0], ahead])
 
-    def decode(self, action: Any) -> float:
-        """Return the speed [m/s] that `action` asks for.
-
-        Raises
-        ------
-        ValueError
-            If `action` is not in the space.
-        """
-        return float(self.read_one(action)[0][0])
-
     def encode(self, speed: float) -> Any:
         """Return the action nearest to a speed [m/s]."""
         return self.write((np.array([speed]),))[0]

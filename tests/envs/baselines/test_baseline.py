@@ -79,7 +79,7 @@ def test_the_baseline_is_the_mean_score_at_the_best_speed() -> None:
         scores = []
         for index in range(draws):
             fold = mf.simulate(fed.draw(draw_generator(stream, index)))
-            scores.append(goal_of(target, "word").score(fold.status, fold.joint_angles))
+            scores.append(goal_of(target, "word").judged(fold.status, fold.joint_angles).score)
         return float(np.mean(scores))
 
     selection = [mean(speed, "selection", SELECTION_DRAWS) for speed in CANDIDATE_SPEEDS]
