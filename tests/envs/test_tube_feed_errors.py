@@ -10,6 +10,14 @@ from magfold_env.envs.tube_feed import TubeFeedEnv
     ("kwargs", "message"),
     [
         ({"gamma": 1.5}, "gamma: 1.5 is not allowed; must be between 0 and 1"),
+        (
+            {"reward": "best"},
+            "reward: 'best' is not allowed; must be one of relative, score, sparse",
+        ),
+        (
+            {"shaping": "speed"},
+            "shaping: 'speed' is not allowed; must be one of True, False, simil",
+        ),
         ({"baseline": "best"}, "baseline: 'best' is not allowed; must be 'auto' or None"),
         ({"components": 6.5}, "components: 6.5 is not allowed; must be a whole number, at least 2"),
         ({"components": "6"}, "components: '6' is not allowed; must be a whole number, at least 2"),

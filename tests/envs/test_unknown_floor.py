@@ -9,7 +9,6 @@ import pytest
 
 import magfold_env as mf
 from magfold_bench.lists.feed_tasks import DRAWS, count_words
-from magfold_env.envs.baselines import baseline
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
 from magfold_env.envs.camera_track import FORCE_SCALE, TIME_COST
 from magfold_env.envs.chains.arrays import FOLDED, JAMMED, STATUSES
@@ -197,16 +196,6 @@ def test_a_weak_drive_jams() -> None:
     assert info["status"] == "jammed"
     assert not info["is_success"]
     assert 0.0 <= info["score"] <= 0.5
-
-
-@pytest.mark.slow
-def test_a_shipped_baseline_can_be_recomputed(tmp_path: Any, monkeypatch: Any) -> None:
-    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
-    env = UnknownFloorEnv()
-    shipped = [env.baseline_of(number) for number in range(len(env.tasks))]
-    assert not list(tmp_path.iterdir())
-    monkeypatch.setattr(baseline, "_shipped", dict)
-    assert env.baseline_of(7) == shipped[7]
 
 
 def test_shipped_tasks_are_chains_with_two_folds() -> None:

@@ -72,8 +72,9 @@ def test_wrong_resets_are_refused(arguments: Any, error: type[Exception], messag
 def test_episodes_must_have_begun() -> None:
     env = made(autoreset_mode=AutoresetMode.DISABLED, components=3)
     actions = np.zeros((2, 2), dtype=np.int64)
-    with pytest.raises(gymnasium.error.ResetNeeded, match="no episode has begun"):
-        env.step(actions)
+    for ask in (env.get_state, env.render, lambda: env.step(actions)):
+        with pytest.raises(gymnasium.error.ResetNeeded, match="no episode has begun"):
+            ask()
     env.reset(options={"reset_mask": np.array([True, False])})
     with pytest.raises(gymnasium.error.ResetNeeded, match="no episode has begun"):
         env.step(actions)

@@ -125,6 +125,12 @@ def test_a_missing_baseline_is_computed_once_and_kept(
     assert BaselineStore(scene).get("LL") == computed
 
 
+def test_baselines_of_words_and_of_outlines_are_kept_apart() -> None:
+    scene = mf.load_scene("tube-feed")
+    word, outline = (BaselineStore(scene, match) for match in ("word", "outline"))
+    assert word.key == BaselineStore(scene).key != outline.key
+
+
 def test_the_key_covers_the_physics_and_leaves_out_what_the_agent_chooses() -> None:
     scene = scene_of(6)
     key = baseline_key(scene)

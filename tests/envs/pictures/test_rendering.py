@@ -16,7 +16,6 @@ from gymnasium.wrappers import RecordVideo
 from moviepy import VideoFileClip
 
 from magfold_env.envs.pictures import viewer
-from magfold_env.envs.pictures.play import Game
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.wrappers import record_video
 from magfold_env.render import style
@@ -242,31 +241,7 @@ def test_copies_have_windows_of_their_own() -> None:
     env.close()
 
 
-# All film the pictures that `render` returns.
-@pytest.mark.parametrize(
-    ("env_id", "options"),
-    [
-        VARIANTS[0],
-        *(pytest.param(*v.values, id=v.id, marks=pytest.mark.slow) for v in VARIANTS[1:]),
-    ],
-)
-def test_episodes_can_be_filmed(env_id: str, options: dict, tmp_path: Path) -> None:
-    env = RecordVideo(
-        gymnasium.make(env_id, render_mode="rgb_array", **options),
-        str(tmp_path / "films"),
-        lambda _: True,
-    )
-    env.reset(seed=0)
-    env.action_space.seed(0)
-    ended = False
-    while not ended:
-        _, _, terminated, truncated, _ = env.step(env.action_space.sample())
-        ended = terminated or truncated
-    env.close()
-    assert [path.suffix for path in (tmp_path / "films").iterdir()] == [".mp4"]
-
-
-@pytest.mark.slow
+@pytest.mark.medium
 def test_videos_have_the_motion_and_gymnasiums_the_decisions(tmp_path: Path) -> None:
     counts = {}
     for kind in (RecordVideo, record_video.RecordVideo):
@@ -285,8 +260,3 @@ def test_videos_have_the_motion_and_gymnasiums_the_decisions(tmp_path: Path) -> 
     with VideoFileClip(str(path)) as clip:
         assert clip.fps == viewer.FILM_FPS
         assert clip.duration == pytest.approx(frames / viewer.FILM_FPS, abs=0.1)
-
-
-def test_a_game_needs_a_window() -> None:
-    with pytest.raises(ValueError, match="render_mode: None is not allowed; must be 'human'"):
-        Game(TubeFeedEnv(**QUICK))
