@@ -251,7 +251,7 @@ class Episodes(Generic[ObsType]):
         _, score, success = self.goals.judge(rows, status, self.arrays.angles)
         return {
             "status": _STATUS_NAMES[status[rows]],
-            "message": self.messages(rows),
+            "message": np.array([self.chains.message(k) for k in rows.tolist()], dtype=object),
             "energy": self.chains.energies(rows),
             "score": score,
             "is_success": success == 1.0,
@@ -435,10 +435,6 @@ class Episodes(Generic[ObsType]):
         arrays = self.arrays
         values = arrays.angles, arrays.rates, arrays.base, arrays.base_velocity
         return ChainState(*(each[row].copy() for each in values))
-
-    def messages(self, rows: Ints) -> Any:
-        """Return how some episodes ended, in words."""
-        return np.array([self.chains.message(row) for row in rows.tolist()], dtype=object)
 
     def get_state(self) -> EpisodesState:
         """Return everything that decides how the episodes go on.

@@ -18,6 +18,7 @@ from magfold_env.envs.chains.arrays import (
     ChainArrays,
     Floats,
     Ints,
+    clear,
     component,
 )
 from magfold_env.envs.chains.draws import DrawnChains
@@ -56,7 +57,7 @@ class DynamicChains:
         """Put chains into their tubes; all that is random is drawn here, row k from ``rngs[k]``."""
         self.drawn.draw(rows, rngs, kind)
         self._flip[rows] = flip = bool(self.drawn.flips[kind])
-        self.arrays.clear(rows, forward=flip)
+        clear(rows, flip, self.seen)
         self._sync_from_engine(rows)
 
     def feed(

@@ -17,7 +17,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from magfold_env.envs.tasks.checks import one_of, whole
+from magfold_env.envs.tasks.checks import one_of, require, whole
 from magfold_env.scene import SIGNS as SIGN_OF
 
 SLOWEST = 0.01
@@ -87,11 +87,9 @@ def read_catalogue(catalogue: Sequence[str] | None) -> tuple[int, ...]:
     given: Any = catalogue
     is_list = isinstance(given, Sequence) and not isinstance(given, str)
     wrong = [faces for faces in catalogue if faces not in PATTERNS] if is_list else []
-    if not is_list or wrong or not catalogue:
-        raise ValueError(
-            f"catalogue: {(wrong[0] if wrong else catalogue)!r} is not allowed; must be a list "
-            "of components of four letters N or S, such as ['NSNS', 'NNSS']"
-        )
+    allowed = "must be a list of components of four letters N or S, such as ['NSNS', 'NNSS']"
+    right = is_list and not wrong and bool(catalogue)
+    require(right, "catalogue", wrong[0] if wrong else catalogue, allowed)
     return tuple(sorted({PATTERNS.index(faces) for faces in catalogue}))
 
 
@@ -140,6 +138,12 @@ class Actions:
 
     kind: ActionKind
     levels: int
+    kinds: ClassVar[Any] = ActionKind
+    """The kinds that there are."""
+
+    def __post_init__(self) -> None:
+        whole("speeds", self.levels, 2)
+        one_of("actions", self.kind, self.kinds)
 
     @property
     def width(self) -> int:
@@ -271,8 +275,7 @@ class ActionTable(Actions):
     catalogue: tuple[int, ...] = tuple(range(len(PATTERNS)))
 
     def __post_init__(self) -> None:
-        whole("speeds", self.levels, 2)
-        one_of("actions", self.kind, ActionKind)
+        super().__post_init__()
         if self.kind == "discrete" and self.count > MOST_DISCRETE:
             raise ValueError(
                 f"actions: 'discrete' is not allowed for {self.components} components at a time; "
@@ -422,10 +425,6 @@ class SpeedTable(Actions):
     per_level: ClassVar[int] = 2
     """How many of the ``discrete`` actions a speed level makes."""
 
-    def __post_init__(self) -> None:
-        whole("speeds", self.levels, 2)
-        one_of("actions", self.kind, ActionKind)
-
     @property
     def sizes(self) -> tuple[int, ...]:
         """Number of speeds of the table."""
@@ -496,10 +495,7 @@ class TrayTable(Actions):
     levels: int
     kind: ActionKind = "multidiscrete"
     ways: int = 2
-
-    def __post_init__(self) -> None:
-        whole("speeds", self.levels, 2)
-        one_of("actions", self.kind, TrayKind)
+    kinds = TrayKind
 
     @cached_property
     def speeds(self) -> Floats:

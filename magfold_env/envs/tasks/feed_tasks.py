@@ -113,13 +113,11 @@ def read_tasks(
     SceneError
         If a file is no list of tasks, or a task is not valid; one line per problem.
     """
-    if not isinstance(tasks, (str, Path)):
-        return _checked(tasks, kind)
-    path = Path(tasks)
-    if str(tasks) in task_list_names():
+    path = Path(tasks) if isinstance(tasks, (str, Path)) else None
+    if path is not None and str(tasks) in task_list_names():
         path = configs_dir() / "tasks" / f"{tasks}.yaml"
-    elif not path.is_file():
-        raise _no_tasks(tasks)
+    if path is None or not path.is_file():
+        return _checked(tasks, kind)
     try:
         return _checked(cast("Any", parse_yaml(path.read_text(encoding="utf-8"))), kind)
     except (OSError, ValueError) as error:
@@ -127,11 +125,14 @@ def read_tasks(
         raise SceneError(problems or str(error), source=str(path)) from None
 
 
-def _checked(tasks: Sequence[Task | Mapping[str, Any]], kind: type[Task]) -> tuple[Any, ...]:
+def _checked(tasks: object, kind: type[Task]) -> tuple[Any, ...]:
     """Return tasks as models; refuse what are none, and chains of different lengths."""
-    if not (isinstance(tasks, (list, tuple)) and all(map(_is_task, tasks))):
-        raise _no_tasks(tasks)
-    found = tuple(each if isinstance(each, kind) else kind(**dict(each)) for each in tasks)
+    listed = isinstance(tasks, (list, tuple))
+    given = cast("list[Any]", tasks if listed else [None])
+    right = all(isinstance(each, (Task, Mapping)) for each in given)
+    allowed = "must be a list of tasks, the path of a file of them or one of "
+    require(right, "tasks", tasks, allowed + ", ".join(task_list_names()))
+    found = tuple(each if isinstance(each, kind) else kind(**dict(each)) for each in given)
     lengths = sorted({task.n for task in found})
     if len(lengths) != 1:
         raise ValueError(
@@ -144,17 +145,6 @@ def _checked(tasks: Sequence[Task | Mapping[str, Any]], kind: type[Task]) -> tup
             if not is_target(word, lengths[0]):
                 raise SceneError([Problem(f"tasks.{key}", word, allowed)])
     return found
-
-
-def _no_tasks(given: object) -> ValueError:
-    return ValueError(
-        f"tasks: {given!r} is not allowed; must be a list of tasks, the path of a file of them or "
-        f"one of {', '.join(task_list_names())}"
-    )
-
-
-def _is_task(value: object) -> bool:
-    return isinstance(value, (Task, Mapping))
 
 
 class FeedOptions(RewardOptions, total=False):
