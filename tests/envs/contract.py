@@ -19,10 +19,10 @@ from tests.envs.vectors import play as play_many
 Rule = Callable[[str, dict[str, Any]], None]
 
 
-def play(env: Any, seed: int) -> list[Any]:
+def play(env: Any, seed: int, options: Any = None) -> list[Any]:
     """Play an episode of random actions; return all that the environment said."""
     env.action_space.seed(seed)
-    said: list[Any] = [env.reset(seed=seed)]
+    said: list[Any] = [env.reset(seed=seed, options=options)]
     ended = False
     while not ended:
         said.append(env.step(env.action_space.sample()))

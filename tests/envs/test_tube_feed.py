@@ -6,19 +6,13 @@ import pytest
 import magfold_env as mf
 from magfold_env.envs.tasks.goals import goal_of
 from magfold_env.envs.tube_feed import TubeFeedEnv
+from tests.envs import contract
 
 
-def play(env: TubeFeedEnv, seed: int, target: str | None = None) -> tuple[list, list, dict]:
-    """Play random actions that depend on `seed` alone; return observations, rewards, last info."""
-    rng = np.random.default_rng(seed)
-    observation, info = env.reset(seed=seed, options={"target": target} if target else None)
-    observations, rewards, terminated = [observation], [], False
-    while not terminated:
-        observation, reward, terminated, truncated, info = env.step(rng.integers(env.actions.sizes))
-        assert not truncated
-        observations.append(observation)
-        rewards.append(reward)
-    return observations, rewards, info
+def play(env: TubeFeedEnv, seed: int, target: str | None = None) -> tuple[list, dict]:
+    """Play random actions that depend on `seed` alone; return rewards and the last info."""
+    said = contract.play(env, seed, {"target": target} if target else None)
+    return [each[1] for each in said[1:]], said[-1][-1]
 
 
 @pytest.mark.parametrize("direction", ["forward", "backward"])
@@ -26,7 +20,7 @@ def play(env: TubeFeedEnv, seed: int, target: str | None = None) -> tuple[list, 
 def test_an_episode_replays_bit_for_bit(direction: str, seed: int, tmp_path: Path) -> None:
     scene = mf.load_scene("tube-feed").replace(feed={"direction": direction})
     env = TubeFeedEnv(scene, baseline=None)
-    *_, info = play(env, seed)
+    _, info = play(env, seed)
     mf.save_scene(env.to_scene(), tmp_path / "episode.yaml")
     replay = mf.load_scene(tmp_path / "episode.yaml")
     assert replay == env.to_scene()
@@ -64,7 +58,7 @@ def test_fixing_the_target_leaves_the_physics_as_they_were() -> None:
     words = set()
     scenes = set()
     for target in ("LRLLL", "RRRLR", None):
-        *_, info = play(env, 11, target)
+        _, info = play(env, 11, target)
         words.add(info["target"])
         scenes.add(env.to_scene().model_dump_json())
     assert {"LRLLL", "RRRLR"} <= words
@@ -81,7 +75,7 @@ def test_every_target_is_drawn() -> None:
 def test_the_reward_is_the_score_above_the_baseline_at_the_end() -> None:
     env = TubeFeedEnv()
     for seed in range(3):
-        _, rewards, info = play(env, seed)
+        rewards, info = play(env, seed)
         assert rewards[:-1] == [0.0] * (env.scene.n - 1)
         assert rewards[-1] == pytest.approx(info["score"] - info["baseline"])
         assert info["baseline"] == env.baseline_of(info["target"]).score
@@ -89,7 +83,7 @@ def test_the_reward_is_the_score_above_the_baseline_at_the_end() -> None:
 
 
 def test_without_a_baseline_it_is_zero_and_flagged() -> None:
-    _, rewards, info = play(TubeFeedEnv(baseline=None), 0)
+    rewards, info = play(TubeFeedEnv(baseline=None), 0)
     assert info["baseline"] == 0.0
     assert info["baseline_flagged"]
     assert rewards[-1] == info["score"]
@@ -114,6 +108,6 @@ def test_an_outline_is_reached_by_any_word_that_covers_it() -> None:
 def test_chains_of_any_length_can_be_fed() -> None:
     for components in (2, 9):
         env = TubeFeedEnv(components=components, baseline=None)
-        *_, info = play(env, 0)
+        _, info = play(env, 0)
         assert info["step"] == components
         assert env.to_scene().n == components
