@@ -13,7 +13,7 @@ from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.quasistatic import QuasistaticChains
 from magfold_env.envs.episodes import Columns, Episodes, Lines
 from magfold_env.envs.spaces.actions import ActionTable, Choice, speeds_at
-from magfold_env.envs.spaces.observation import ObservationLayout, Singles, fill
+from magfold_env.envs.spaces.observation import Singles, fill
 from magfold_env.envs.tasks.fold_task import FoldTask
 from magfold_env.envs.tasks.world import FoldOptions
 from magfold_env.scene import Scene
@@ -44,10 +44,11 @@ class FoldEpisodes(Episodes[Any]):
 
     def observe(self) -> Any:
         """Return new observations, (m, size)."""
-        return self.observed(self.world.layout, self.goals.one_hot)
+        return self.observed(self.goals.one_hot)
 
-    def observed(self, layout: ObservationLayout, words: Singles) -> Singles:
-        """Return what a layout shows of all chains, after the entries of words, (m, words)."""
+    def observed(self, words: Singles) -> Singles:
+        """Return what is shown of all chains, after the entries of words, (m, words)."""
+        layout = self.world.layout
         out = np.empty((self.count, layout.size), dtype=np.float32)
         fill(layout.side, self.chains.seen, words, out)
         return out
