@@ -19,9 +19,10 @@ from tests.envs.vectors import play as play_many
 Rule = Callable[[str, dict[str, Any]], None]
 
 
-def play(env: Any, seed: int, options: Any = None) -> list[Any]:
+def play(env: Any, seed: int | None, options: Any = None) -> list[Any]:
     """Play an episode of random actions; return all that the environment said."""
-    env.action_space.seed(seed)
+    if seed is not None:
+        env.action_space.seed(seed)
     said: list[Any] = [env.reset(seed=seed, options=options)]
     ended = False
     while not ended:
