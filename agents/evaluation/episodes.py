@@ -293,8 +293,8 @@ def built_beforehand(
     if scene is None:
         return False, 0.0
     fold = mf.simulate(scene.replace(feed={"loading": "preloaded"}))
-    goal, end = goal_of(target, env.task.match), (fold.status, fold.joint_angles)
-    return goal.is_reached(*end), goal.score(*end)
+    _, score, reached = goal_of(target, env.task.match).judged(fold.status, fold.joint_angles)
+    return reached, score
 
 
 def spread_over(

@@ -5,7 +5,7 @@ from typing import Any
 from magfold_env.envs.camera_track import FORCE_NOISE, FORCE_SCALE, TIME_COST
 from magfold_env.envs.chains.draws import REFERENCE_SPEED
 from magfold_env.envs.feed_track import INTERVAL, STEEPEST
-from magfold_env.envs.spaces.actions import FASTEST, PATTERNS, scaled_speed
+from magfold_env.envs.spaces.actions import FASTEST, PATTERNS, scaled_speeds
 from magfold_env.envs.tasks.fold_task import FoldTask
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.unknown_floor import HORIZON, UnknownFloorEnv
@@ -29,7 +29,7 @@ def tube_feed() -> dict[str, Any]:
         "baselines": [task.baseline_of(word).score for word in task.words],
         "patterns": PATTERNS,
         "speeds": levels,
-        "scaled": [scaled_speed(level) for level in levels],
+        "scaled": [float(scaled_speeds(level)) for level in levels],
     }
 
 

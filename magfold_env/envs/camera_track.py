@@ -68,7 +68,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     def lattice(self, row: int) -> LatticeFeed:
         """Return what energy minimisation needs to know of a chain."""
-        return self.world.lattice_of(int(self.numbers[row]))
+        return self.world.lattices[self.world.kinds[int(self.numbers[row])]]
 
     @classmethod
     @abstractmethod

@@ -53,14 +53,11 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
             self.metadata = {**self.metadata, "render_fps": FILM_FPS}
         self.viewer = Viewer(render_mode, self.metadata["render_fps"])
         self.action_space = world.actions.space
-        self.observation_space: gymnasium.Space[Any] = self._space()
+        self.observation_space: gymnasium.Space[Any] = self.layout.space
         self._made: Episodes[ObsType] | None = None
         # What the episode began with, if that is known, and what has been chosen since.
         self._began: tuple[Mapping[str, Any], Sequence[int] | None] | None = None
         self._choices: list[tuple[NDArray[Any], ...]] = []
-
-    def _space(self) -> gymnasium.Space[Any]:
-        return self.layout.space
 
     @property
     def scene(self) -> Scene:

@@ -133,7 +133,7 @@ class Goals:
         Returns
         -------
         array, shape (3, rows)
-            `Goal.potential`, `Goal.score`, and 1 where `Goal.is_reached`, else 0.
+            Those of a `Verdict`: the potential, the score, and 1 where it is reached, else 0.
         """
         out = np.empty((3, len(rows)))
         headings = angles[rows]
@@ -251,7 +251,7 @@ class Episodes(Generic[ObsType]):
         _, score, success = self.goals.judge(rows, status, self.arrays.angles)
         return {
             "status": _STATUS_NAMES[status[rows]],
-            "message": self.messages(rows),
+            "message": np.array([self.chains.message(k) for k in rows.tolist()], dtype=object),
             "energy": self.chains.energies(rows),
             "score": score,
             "is_success": success == 1.0,
@@ -435,10 +435,6 @@ class Episodes(Generic[ObsType]):
         arrays = self.arrays
         values = arrays.angles, arrays.rates, arrays.base, arrays.base_velocity
         return ChainState(*(each[row].copy() for each in values))
-
-    def messages(self, rows: Ints) -> Any:
-        """Return how some episodes ended, in words."""
-        return np.array([self.chains.message(row) for row in rows.tolist()], dtype=object)
 
     def get_state(self) -> EpisodesState:
         """Return everything that decides how the episodes go on.

@@ -59,7 +59,7 @@ class FeedEpisodes(CameraEpisodes):
     def scene(self, row: int) -> Scene:
         """Return the drawn scene of a chain, whose feed speeds say what factors were drawn."""
         sequence = self.world.tasks[int(self.numbers[row])].sequence
-        return self.chains.drawn_scene(row).replace(sequence=sequence)
+        return self.chains.drawn.scene(row).replace(sequence=sequence)
 
     def acting(self, row: int) -> int:
         """Return how many components of a chain have magnets that act, in the order of feed."""

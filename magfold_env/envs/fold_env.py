@@ -12,11 +12,10 @@ from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.quasistatic import QuasistaticChains
 from magfold_env.envs.episodes import Columns, Episodes, Lines
-from magfold_env.envs.spaces.actions import ActionTable, Choice, speed_at
-from magfold_env.envs.spaces.observation import ObservationLayout, Singles, fill
+from magfold_env.envs.spaces.actions import ActionTable, Choice, speeds_at
+from magfold_env.envs.spaces.observation import Singles, fill
 from magfold_env.envs.tasks.fold_task import FoldTask
 from magfold_env.envs.tasks.world import FoldOptions
-from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.scene import Scene
 
 ObsType = TypeVar("ObsType")
@@ -45,10 +44,11 @@ class FoldEpisodes(Episodes[Any]):
 
     def observe(self) -> Any:
         """Return new observations, (m, size)."""
-        return self.observed(self.world.layout, self.goals.one_hot)
+        return self.observed(self.goals.one_hot)
 
-    def observed(self, layout: ObservationLayout, words: Singles) -> Singles:
-        """Return what a layout shows of all chains, after the entries of words, (m, words)."""
+    def observed(self, words: Singles) -> Singles:
+        """Return what is shown of all chains, after the entries of words, (m, words)."""
+        layout = self.world.layout
         out = np.empty((self.count, layout.size), dtype=np.float32)
         fill(layout.side, self.chains.seen, words, out)
         return out
@@ -62,7 +62,7 @@ class FoldEpisodes(Episodes[Any]):
         arrays, fed = self.arrays, int(self.arrays.fed[row])
         done: Lines = []
         if fed:
-            speed = speed_at(float(arrays.speeds[row, arrays.order(row)[fed - 1]]))
+            speed = speeds_at(arrays.speeds[row, arrays.order(row)[fed - 1]])
             done.append(("last speed", f"{1e3 * speed:.0f} mm/s"))
         title, wanted, _ = super().caption(row)
         return title, wanted, done
@@ -171,14 +171,3 @@ class FoldEnv(ChainEnv[ObsType]):
                 f"{fed} of {self.scene.n} components are set; a scene needs all of them"
             )
         return episodes.scene(0)
-
-
-class FoldVectorEnv(ChainVectorEnv[ObsType]):
-    """Many of `FoldEnv`."""
-
-    single: ClassVar[type[FoldEnv[Any]]]
-
-    @property
-    def task(self) -> FoldTask:
-        """What all episodes share."""
-        return self.template.task

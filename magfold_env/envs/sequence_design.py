@@ -5,7 +5,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.fold_env import FoldEnv, FoldVectorEnv
+from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.envs.vector_env import ChainVectorEnv
 
 
 class SequenceDesignEnv(FoldEnv[NDArray[np.float32]]):
@@ -30,4 +31,4 @@ class SequenceDesignEnv(FoldEnv[NDArray[np.float32]]):
     default_scene: ClassVar[str] = "tube-built"
 
 
-SequenceDesignVectorEnv = FoldVectorEnv[Any].of(SequenceDesignEnv)
+SequenceDesignVectorEnv = ChainVectorEnv[Any].of(SequenceDesignEnv)

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.fold_env import FoldEnv, FoldVectorEnv
+from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.envs.vector_env import ChainVectorEnv
 
 
 class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
@@ -56,4 +57,4 @@ class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
     """
 
 
-TubeFeedVectorEnv = FoldVectorEnv[Any].of(TubeFeedEnv)
+TubeFeedVectorEnv = ChainVectorEnv[Any].of(TubeFeedEnv)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from magfold_env.envs.chains.arrays import FOLDED, MISFOLDED, Floats, Ints
 from magfold_env.envs.episodes import Columns
-from magfold_env.envs.fold_env import FoldEnv, FoldEpisodes, FoldVectorEnv
-from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.fold_env import FoldEnv, FoldEpisodes
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE, Match
 from magfold_env.envs.tasks.world import ChainOptions, FoldOptions
+from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word, outline, word_to_angles
 
@@ -24,14 +24,9 @@ GoalObservation = dict[str, NDArray[np.float32]]
 class GoalEpisodes(FoldEpisodes):
     """Episodes whose goals lie apart from their observations, and whose every step is judged."""
 
-    def allocate(self) -> None:
-        """Make the arrays that episodes keep."""
-        super().allocate()
-        self._layout = replace(self.world.layout, words=())
-
     def observe(self) -> GoalObservation:
         """Return new observations, (m, …) each."""
-        seen = self.observed(self._layout, np.empty((self.count, 0), dtype=np.float32))
+        seen = self.observed(np.empty((self.count, 0), dtype=np.float32))
         achieved, wanted = self._goals()
         return {"observation": seen, "achieved_goal": achieved, "desired_goal": wanted}
 
@@ -85,17 +80,11 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
             if key in options:
                 raise ValueError(f"{key}: must be left out, rewards are -1 and 0")
         super().__init__(scene, render_mode=render_mode, reward="sparse", baseline=None, **options)
-
-    @property
-    def layout(self) -> ObservationLayout:
-        """Where each group of entries lies in ``observation``."""
-        return replace(self.task.layout, words=())
-
-    def _space(self) -> spaces.Dict:
+        self.world.layout = replace(self.world.layout, words=())
         joints = self.scene.n - 1
         low = np.array([-np.pi] * joints + [0.0], dtype=np.float32)
         high = np.array([np.pi] * joints + [1.0], dtype=np.float32)
-        return spaces.Dict(
+        self.observation_space = spaces.Dict(
             observation=self.layout.space,
             achieved_goal=spaces.Box(low, high, dtype=np.float32),
             desired_goal=spaces.Box(low, high, dtype=np.float32),
@@ -125,16 +114,14 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
         return compute_reward(achieved_goal, desired_goal, self.task.match)
 
 
-class TubeFeedGoalVectorEnv(FoldVectorEnv[GoalObservation]):
+class TubeFeedGoalVectorEnv(ChainVectorEnv[GoalObservation]):
     """Many of `TubeFeedGoalEnv`."""
 
     single = TubeFeedGoalEnv
 
-    def compute_reward(
-        self, achieved_goal: NDArray[Any], desired_goal: NDArray[Any], info: object
-    ) -> NDArray[np.float64] | float:
+    def compute_reward(self, *arguments: Any) -> NDArray[np.float64] | float:
         """Return `TubeFeedGoalEnv.compute_reward`."""
-        return compute_reward(achieved_goal, desired_goal, self.task.match)
+        return self.template.compute_reward(*arguments)
 
 
 def compute_reward(

@@ -68,8 +68,15 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         threads: int | None = None,
         **options: Any,
     ) -> None:
-        checks.check_count(num_envs, options.get("render_mode"))
-        self.autoreset_mode = checks.autoreset_mode_of(autoreset_mode)
+        checks.whole("num_envs", num_envs, 1)
+        if options.get("render_mode") in ("human", "rgb_array_list"):
+            raise ValueError(
+                f"render_mode: {options['render_mode']!r} is not allowed with many environments; "
+                "must be None, 'rgb_array' or 'ansi'"
+            )
+        mode = getattr(autoreset_mode, "value", autoreset_mode)
+        checks.one_of("autoreset_mode", mode, [each.value for each in AutoresetMode])
+        self.autoreset_mode = AutoresetMode(mode)
         threads = checks.threads_of(threads)
         one = self.single(**options)
         self.template: Any = one

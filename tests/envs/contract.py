@@ -13,30 +13,22 @@ from gymnasium.utils.env_match import check_environments_match
 from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
-from tests.envs.vectors import alike
+from tests.envs.vectors import alike, same
 from tests.envs.vectors import play as play_many
 
 Rule = Callable[[str, dict[str, Any]], None]
 
 
-def play(env: Any, seed: int) -> list[Any]:
+def play(env: Any, seed: int | None, options: Any = None) -> list[Any]:
     """Play an episode of random actions; return all that the environment said."""
-    env.action_space.seed(seed)
-    said: list[Any] = [env.reset(seed=seed)]
+    if seed is not None:
+        env.action_space.seed(seed)
+    said: list[Any] = [env.reset(seed=seed, options=options)]
     ended = False
     while not ended:
         said.append(env.step(env.action_space.sample()))
         ended = said[-1][2] or said[-1][3]
     return said
-
-
-def same(one: Any, other: Any) -> bool:
-    """Whether two things that environments say are equal, bit for bit."""
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
-    if isinstance(one, (list, tuple)):
-        return len(one) == len(other) and all(map(same, one, other))
-    return bool(np.array_equal(one, other, equal_nan=isinstance(one, float)))
 
 
 def made(env_id: str, options: dict[str, Any]) -> Any:

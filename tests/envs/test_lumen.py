@@ -6,33 +6,9 @@ import gymnasium
 import numpy as np
 import pytest
 
-import magfold_env as mf
 from magfold_bench.laws.overlap import deepest_overlap
 from magfold_bench.lists.feed_tasks import takes_several_speeds, words_at_speeds
 from magfold_env.envs.lumen import LumenEnv
-
-
-def walls(scene: mf.Scene) -> tuple[float, float]:
-    """Return how far the chamber lies to the left, and its width inside [m]."""
-    left, right = scene.obstacles
-    return (
-        0.5 * (left.position[1] + right.position[1]),
-        left.position[1] - right.position[1] - left.size[1],
-    )
-
-
-def test_chambers_are_drawn_as_widely_as_said() -> None:
-    env: Any = gymnasium.make_vec("MagFold/Lumen-v0", num_envs=300)
-    env.reset(seed=0)
-    episodes = env.unwrapped.episodes
-    scene, spreads = episodes.world.scene, episodes.world.scene.spreads
-    offsets, widths = np.array([walls(episodes.scene(row)) for row in range(300)]).T
-    assert np.abs(offsets).max() == pytest.approx(spreads.obstacle_offset, rel=0.03)
-    assert abs(offsets.mean()) < 0.2 * spreads.obstacle_offset
-    middle = walls(scene)[1] + scene.obstacles[0].size[1]
-    spread = spreads.obstacle_width * middle
-    assert np.ptp(widths) == pytest.approx(2.0 * spread, rel=0.05)
-    assert abs(np.corrcoef(offsets, widths)[0, 1]) < 0.2
 
 
 @pytest.mark.medium

@@ -10,9 +10,17 @@ from magfold_env.envs.tube_feed import TubeFeedEnv
     ("kwargs", "message"),
     [
         ({"gamma": 1.5}, "gamma: 1.5 is not allowed; must be between 0 and 1"),
+        (
+            {"reward": "best"},
+            "reward: 'best' is not allowed; must be one of relative, score, sparse",
+        ),
+        (
+            {"shaping": "speed"},
+            "shaping: 'speed' is not allowed; must be one of True, False, simil",
+        ),
         ({"baseline": "best"}, "baseline: 'best' is not allowed; must be 'auto' or None"),
-        ({"components": 6.5}, "components: 6.5 is not allowed; must be 2 or more, a whole number"),
-        ({"components": "6"}, "components: '6' is not allowed; must be 2 or more, a whole number"),
+        ({"components": 6.5}, "components: 6.5 is not allowed; must be a whole number, at least 2"),
+        ({"components": "6"}, "components: '6' is not allowed; must be a whole number, at least 2"),
         ({"targets": ["SSSSS"]}, "targets: 'SSSSS' is not allowed; must be a fully folded word"),
     ],
 )
@@ -48,7 +56,7 @@ def test_a_field_leaves_the_reward_without_a_baseline() -> None:
     [
         ({"target": "LLLLL"}, r"options\['target'\]: 'LLLLL' is not allowed; must be one of"),
         ({"target": 3}, r"options\['target'\]: 3 is not allowed; must be one of"),
-        ({"word": "LRLLL"}, "options: 'word' is not allowed; must be 'target'"),
+        ({"word": "LRLLL"}, "options: 'word' is not allowed; must be one of target"),
     ],
 )
 def test_wrong_options_are_named(options: dict, message: str) -> None:

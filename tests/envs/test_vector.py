@@ -119,13 +119,6 @@ def test_tasks_can_be_given() -> None:
         env.reset(options={"task": 2.5})
 
 
-def test_a_wrong_action_is_named_with_its_environment() -> None:
-    env = gymnasium.make_vec(FLOOR, num_envs=3, threads=2, actions="discrete")
-    env.reset(seed=0)
-    with pytest.raises(ValueError, match=r"actions\[1\]: .* is not allowed"):
-        env.step(np.array([1, 12, 3]))
-
-
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
 @pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork:DeprecationWarning")
 def test_processes_may_be_forked_afterwards() -> None:
@@ -175,9 +168,3 @@ def test_pickled_states_are_small(env_id: str) -> None:
     env: Any = gymnasium.make_vec(env_id, num_envs=4, autoreset_mode=SAME).unwrapped
     play(env, 3)
     assert len(pickle.dumps(env.get_state())) < 40_000 * 4
-
-
-def test_there_is_no_state_before_the_first_reset() -> None:
-    env: Any = gymnasium.make_vec(FEED, num_envs=2, **QUICK).unwrapped
-    with pytest.raises(gymnasium.error.ResetNeeded):
-        env.get_state()

@@ -19,9 +19,9 @@ def made(**options: Any) -> Any:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"num_envs": 0}, "num_envs: 0 is not allowed; must be 1 or more"),
+        ({"num_envs": 0}, "num_envs: 0 is not allowed; must be at least 1"),
         ({"autoreset_mode": "Later"}, "autoreset_mode: 'Later' is not allowed; must be one of"),
-        ({"threads": 0}, "threads: 0 is not allowed; must be 1 or more, or None"),
+        ({"threads": 0}, "threads: 0 is not allowed; must be at least 1"),
         ({"render_mode": "human"}, "render_mode: 'human' is not allowed with many environments"),
         ({"render_mode": "rgb_array_list"}, "render_mode: 'rgb_array_list' is not allowed with ma"),
         ({"speed": 3}, "speed: unknown option, must be one of scene, components"),
@@ -72,8 +72,9 @@ def test_wrong_resets_are_refused(arguments: Any, error: type[Exception], messag
 def test_episodes_must_have_begun() -> None:
     env = made(autoreset_mode=AutoresetMode.DISABLED, components=3)
     actions = np.zeros((2, 2), dtype=np.int64)
-    with pytest.raises(gymnasium.error.ResetNeeded, match="no episode has begun"):
-        env.step(actions)
+    for ask in (env.get_state, env.render, lambda: env.step(actions)):
+        with pytest.raises(gymnasium.error.ResetNeeded, match="no episode has begun"):
+            ask()
     env.reset(options={"reset_mask": np.array([True, False])})
     with pytest.raises(gymnasium.error.ResetNeeded, match="no episode has begun"):
         env.step(actions)

@@ -141,9 +141,9 @@ def _trial(scene: Scene, goal: Goal, speed: float, stream: str, draws: int) -> t
         simulate(at_speed.draw(draw_generator(stream, index)))
         for index in range(draws if _draws_anything(scene) else 1)
     ]
-    scores = [goal.score(fold.status, fold.joint_angles) for fold in folds]
-    successes = [goal.is_reached(fold.status, fold.joint_angles) for fold in folds]
-    return float(np.mean(scores)), float(np.mean(successes))
+    ends = [goal.judged(fold.status, fold.joint_angles) for fold in folds]
+    mean, success = (float(np.mean(each)) for each in list(zip(*ends, strict=True))[1:])
+    return mean, success
 
 
 def draw_generator(stream: str, index: int) -> np.random.Generator:

@@ -8,12 +8,18 @@ that results are reported on, nor such that anything is trained on.
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from copy import copy
+from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from magfold_env.envs.baselines.baseline import Baseline, Store, baseline_key
+from magfold_env.envs.baselines.baseline import (
+    Baseline,
+    Store,
+    baseline_key,
+    unknown_baseline,
+)
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST_LEVEL
 from magfold_env.envs.tasks.draws import episode_seeds
@@ -23,15 +29,15 @@ from magfold_env.envs.tasks.reward import RewardRule
 SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, 13), 12).tolist())
 """The speeds that are tried [m/s]."""
 
-SELECTION_DRAWS = 64
-SCORING_DRAWS = 128
-
 Plan = Callable[[Any, Ints], Any]
 """Chooses what some rows of episodes do in the next step, as `World.actions` reads it."""
 
 
 class TaskStore(Store):
-    """The baselines of a world's tasks.
+    """The baselines of a world's tasks: the best of some schedules each.
+
+    It is chosen on the draws of the stream ``selection``, the first of equally good ones, and b is
+    its mean score on those of the stream ``scoring``.
 
     Parameters
     ----------
@@ -43,9 +49,13 @@ class TaskStore(Store):
         What else they depend on.
     """
 
+    draws: ClassVar[tuple[int, int]] = (64, 128)
+    """How many draws the schedule is chosen on, and how many it is scored on."""
+
     def __init__(
         self, make_episodes: Callable[..., Any], world: TaskWorld, protocol: Sequence[Any]
     ) -> None:
+        protocol = (*self.protocol(world), *protocol)
         super().__init__(baseline_key(world.scene, world.match, protocol))
         self._make, self._world = make_episodes, copy(world)
         self._world.rule = RewardRule("score")  # or trials would ask for what they find
@@ -61,10 +71,30 @@ class TaskStore(Store):
     def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
         """Return what plays the schedules of tasks, by number, that set baselines."""
 
-    def _trial(self, number: int, plan: Plan, stream: str, draws: int) -> dict[str, Any]:
-        """Return all infos of episodes of a task, played by a plan on draws of a stream."""
-        episodes = self._make(self._world, draws)
-        seeds = episode_seeds(stream, draws)
+    @abstractmethod
+    def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
+        """Return what baselines of this kind depend on."""
+
+    @abstractmethod
+    def candidates(self, number: int) -> Sequence[Baseline]:
+        """Return the schedules of a task that are tried, without their scores."""
+
+    def compute(self, name: str) -> Baseline:
+        """Return the baseline of a task, computed anew."""
+        number = self.names.index(name)
+        candidates = self.candidates(number)
+        if not candidates:
+            return unknown_baseline(self._world.tasks[number].aim)
+        best = max(candidates, key=lambda each: self._trial(number, each)["score"].mean())
+        ends = self._trial(number, best, scoring=True)
+        mean, success = float(ends["score"].mean()), float(ends["is_success"].mean())
+        return replace(best, score=mean, success=success)
+
+    def _trial(self, number: int, tried: Baseline, *, scoring: bool = False) -> dict[str, Any]:
+        """Return all infos of episodes of a task that a schedule plays."""
+        draws = self.draws[scoring]
+        episodes, plan = self._make(self._world, draws), self._plan([(number, tried)] * draws)
+        seeds = episode_seeds("scoring" if scoring else "selection", draws)
         ends = episodes.play(seeds, [number] * draws, partial(plan, episodes))
         return episodes.infos(episodes.rows) | ends
 
@@ -72,29 +102,17 @@ class TaskStore(Store):
 class ConstantSpeedStore(TaskStore):
     """The baselines that constant speeds set; arguments are those of `TaskStore`."""
 
-    def __init__(
-        self, make_episodes: Callable[..., Any], world: TaskWorld, protocol: Sequence[Any]
-    ) -> None:
-        protocol = (SPEEDS, SELECTION_DRAWS, SCORING_DRAWS, *protocol)
-        super().__init__(make_episodes, world, protocol)
+    def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
+        """Return what baselines of this kind depend on."""
+        return (SPEEDS, *self.draws)
 
-    def compute(self, name: str) -> Baseline:
-        """Return the baseline of a task, computed anew."""
-        number = self.names.index(name)
-        means = [
-            self._trial(number, _always(speed), "selection", SELECTION_DRAWS)["score"].mean()
-            for speed in SPEEDS
-        ]
-        speed = SPEEDS[int(np.argmax(means))]
-        ends = self._trial(number, _always(speed), "scoring", SCORING_DRAWS)
-        mean, success = float(ends["score"].mean()), float(ends["is_success"].mean())
+    def candidates(self, number: int) -> Sequence[Baseline]:
+        """Return the schedules of a task that are tried, without their scores."""
         task = self._world.tasks[number]
-        return Baseline(task.target, task.sequence, speed, mean, success, task.direction)
+        return [
+            Baseline(task.aim, task.sequence, speed, 0.0, 0.0, task.direction) for speed in SPEEDS
+        ]
 
     def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
         speeds = np.array([baseline.speed for _, baseline in schedules], dtype=np.float64)
         return lambda _, rows: (speeds[rows],)
-
-
-def _always(speed: float) -> Plan:
-    return lambda _, rows: (np.full(len(rows), speed),)

@@ -7,7 +7,7 @@ stream ``selection``, then the third that scores best on the same; b is the mean
 ``scoring``.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import product
 from typing import Any
 
@@ -22,9 +22,6 @@ PUSHES = (0.05, 0.15, 0.45)
 
 PULLS = (0.1, 0.3)
 """The speeds to pull at that are tried [m/s]."""
-
-SELECTION_DRAWS = 16
-SCORING_DRAWS = 32
 
 INSIDE = 0.3
 """Length that stays in the tube at first, and that stays outside after the pull [diagonals]."""
@@ -50,39 +47,25 @@ def push_pull_push(scene: Scene, speeds: Speeds) -> tuple[Leg, ...]:
 class ThreeSpeedStore(TaskStore):
     """The baselines that such schedules set; arguments are those of `TaskStore`."""
 
-    def __init__(
-        self, make_episodes: Callable[..., Any], world: TaskWorld, protocol: Sequence[Any]
-    ) -> None:
-        own = (PUSHES, PULLS, SELECTION_DRAWS, SCORING_DRAWS, INSIDE, STAND, BRAKE)
-        super().__init__(make_episodes, world, (*own, *protocol))
+    draws = (16, 32)
 
-    def compute(self, name: str) -> Baseline:
-        """Return the baseline of a task, computed anew."""
-        number = self.names.index(name)
+    def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
+        """Return what baselines of this kind depend on."""
+        return PUSHES, PULLS, *self.draws, INSIDE, STAND, BRAKE
 
-        def trial(speeds: Speeds, stream: str, draws: int) -> Any:
-            way = push_pull_push(self._world.scene, speeds)
-            return self._trial(number, Following([way] * draws), stream, draws)
-
-        def drawn_in(speeds: Speeds) -> float:
-            return float((trial(speeds, "selection", SELECTION_DRAWS)["stage"] == 2).mean())
-
-        def score(speeds: Speeds) -> float:
-            return float(trial(speeds, "selection", SELECTION_DRAWS)["score"].mean())
-
-        first = max(((u, v, PUSHES[-1]) for u, v in product(PUSHES, PULLS)), key=drawn_in)
-        speeds = max(((*first[:2], w) for w in PUSHES), key=score)
-        ends = trial(speeds, "scoring", SCORING_DRAWS)
+    def candidates(self, number: int) -> Sequence[Baseline]:
+        """Return the schedules of a task that are tried, without their scores."""
         task = self._world.tasks[number]
-        return Baseline(
-            task.aim,
-            task.sequence,
-            speeds[0],
-            float(ends["score"].mean()),
-            float(ends["is_success"].mean()),
-            task.direction,
-            speeds[1:],
-        )
+
+        def schedule(push: float, *later: float) -> Baseline:
+            return Baseline(task.aim, task.sequence, push, 0.0, 0.0, task.direction, later)
+
+        def drawn_in(speeds: tuple[float, float]) -> float:
+            tried = schedule(*speeds, PUSHES[-1])
+            return (self._trial(number, tried)["stage"] == 2).mean()
+
+        first = max(product(PUSHES, PULLS), key=drawn_in)
+        return [schedule(*first, last) for last in PUSHES]
 
     def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
         return Following([way_of(self._world.scene, each) for _, each in schedules])

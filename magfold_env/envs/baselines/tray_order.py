@@ -7,22 +7,20 @@ draws of the stream ``selection``, the slowest of equally good ones, and b is it
 those of ``scoring``. Nothing is drawn back.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from magfold_env.designer.exhaustive import Exhaustive
-from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
+from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chains.arrays import Bools, Floats, Ints
 from magfold_env.envs.spaces.actions import AHEAD, LYING, PATTERNS
+from magfold_env.envs.tasks.feed_tasks import TaskWorld
 from magfold_env.envs.tasks.tray_tasks import Order, TrayTask
 from magfold_env.minimiser import sequence_of
 from magfold_env.scene import Scene
-
-SELECTION_DRAWS = 64
-SCORING_DRAWS = 128
 
 _KINDS = LYING.min(axis=1).astype(np.int8)  # the same number for patterns that are one component
 
@@ -95,31 +93,20 @@ _OTHER_POLES = str.maketrans("NS", "SN")
 class TrayStore(TaskStore):
     """The baselines of trays; arguments are those of `TaskStore`."""
 
-    def __init__(
-        self, make_episodes: Callable[..., Any], world: Any, protocol: Sequence[Any]
-    ) -> None:
-        speeds = tuple(world.actions.speeds.tolist())
-        protocol = (speeds, SELECTION_DRAWS, SCORING_DRAWS, *protocol)
-        super().__init__(make_episodes, world, protocol)
+    def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
+        """Return what baselines of this kind depend on."""
+        return (tuple(world.actions.speeds.tolist()), *self.draws)
 
-    def compute(self, name: str) -> Baseline:
-        """Return the baseline of a task, computed anew."""
-        number = self.names.index(name)
+    def candidates(self, number: int) -> Sequence[Baseline]:
+        """Return the schedules of a task that are tried, without their scores."""
         task: TrayTask = self._world.tasks[number]
         sequence = TrayDesigns(self._world.scene, task.target).best(task.tray)
         if sequence is None:
-            return unknown_baseline(task.aim)
-        order = task.order_of(sequence)
-        assert order is not None
-
-        def score(speed: float) -> float:
-            plan = always(task, order, speed)
-            return float(self._trial(number, plan, "selection", SELECTION_DRAWS)["score"].mean())
-
-        speed = max(self._world.actions.speeds.tolist(), key=score)
-        ends = self._trial(number, always(task, order, speed), "scoring", SCORING_DRAWS)
-        mean, success = float(ends["score"].mean()), float(ends["is_success"].mean())
-        return Baseline(task.aim, sequence, speed, mean, success, task.direction, tray=task.tray)
+            return []
+        return [
+            Baseline(task.aim, sequence, speed, 0.0, 0.0, task.direction, tray=task.tray)
+            for speed in self._world.actions.speeds.tolist()
+        ]
 
     def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
         fed: list[Order] = []

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.engine.compile.by_pointer import by_pointer, pointer
+from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.fold import FoldStatus
 
@@ -58,10 +58,6 @@ class ChainArrays(NamedTuple):
             base_velocity=np.zeros((count, 2)),
         )
 
-    def clear(self, rows: Ints, forward: bool) -> None:
-        """Forget some chains, and say how they are fed."""
-        clear(rows, forward, pointer(self))
-
     def order(self, row: int) -> range:
         """Return the components' indices (number − 1) in the order in which they leave the tube."""
         indices = range(self.angles.shape[1])
@@ -76,7 +72,7 @@ def component(forward: bool, place: int, n: int) -> int:
 
 @kernel
 def clear(rows: Ints, forward: bool, arrays: ChainArrays) -> None:
-    """See `ChainArrays.clear`."""
+    """Forget some chains, and say how they are fed."""
     for r in range(rows.size):
         k: int = rows[r]
         arrays.forward[k] = forward

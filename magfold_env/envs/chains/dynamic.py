@@ -18,6 +18,7 @@ from magfold_env.envs.chains.arrays import (
     ChainArrays,
     Floats,
     Ints,
+    clear,
     component,
 )
 from magfold_env.envs.chains.draws import DrawnChains
@@ -56,7 +57,7 @@ class DynamicChains:
         """Put chains into their tubes; all that is random is drawn here, row k from ``rngs[k]``."""
         self.drawn.draw(rows, rngs, kind)
         self._flip[rows] = flip = bool(self.drawn.flips[kind])
-        self.arrays.clear(rows, forward=flip)
+        clear(rows, flip, self.seen)
         self._sync_from_engine(rows)
 
     def feed(
@@ -223,10 +224,6 @@ class DynamicChains:
         """Return what was recorded of a single chain so far; None if nothing is."""
         found = self._chains.motion(Orientation(bool(self._flip[0]), self._length))
         return found.finite() if found else found
-
-    def drawn_scene(self, row: int) -> Scene:
-        """Return the scene of a chain as it was drawn."""
-        return self.drawn.scene(row)
 
     def scene(self, row: int) -> Scene:
         """Return the drawn scene of a chain, with the magnets and speeds of components fed."""

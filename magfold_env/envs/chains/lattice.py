@@ -79,22 +79,6 @@ class LatticeFeed:
         """1 in forward and −1 in backward feed."""
         return self.packed.turn
 
-    def lay_many(self, row: int, before: Ints, poles: Floats, taken: Ints) -> None:
-        """Decide the joint before a row for many chains that are alike up to there.
-
-        Parameters
-        ----------
-        row : int
-            The row that comes out, the last with magnets.
-        before : array of int, shape (row - 1,)
-            Quarter turns of the joints decided so far.
-        poles : array, shape (m, n, 4)
-            Pole charges of each chain.
-        taken : array of int, shape (m,)
-            Filled with what `lay` returns.
-        """
-        lay_many(row, before, self.turn, self.packed.tie, self.packed.table, poles, taken)
-
     def energy_of(self, turns: Ints, poles: Floats) -> float:
         """Return the energy [J] of the first rows, one more than `turns`, in a given shape."""
         return float(energy_of(turns, self.turn, self.packed.table, poles))
@@ -299,7 +283,12 @@ def lay_many(
     poles: Floats,
     taken: Ints,
 ) -> None:
-    """See `LatticeFeed.lay_many`."""
+    """Decide the joint before a row for many chains that are alike up to there.
+
+    ``row`` comes out, the last with magnets; ``before`` (row − 1,) are the quarter turns of the
+    joints decided so far, ``poles`` (m, n, 4) the pole charges of each chain. ``taken`` (m,) is
+    filled with what `lay` returns.
+    """
     n = poles.shape[1]
     cells = np.zeros((n, 2), dtype=np.int64)
     quarters = np.zeros(n, dtype=np.int64)

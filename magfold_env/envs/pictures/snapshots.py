@@ -1,11 +1,8 @@
 """What a picture of an episode shows: the chain, its energies, and what the minimiser predicts."""
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from magfold_env.envs.chains.arrays import ChainArrays
-from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.chains.quasistatic import predict
 from magfold_env.envs.episodes import Episodes, Lines
 
@@ -13,52 +10,13 @@ if TYPE_CHECKING:
     from magfold_env.render.snapshot import Snapshot
 
 
-@dataclass(frozen=True)
-class Forecast:
-    """The fold that the minimiser reaches joint by joint, at the scene's nominal strengths.
+class Forecast(NamedTuple):
+    """The fold that the minimiser reaches joint by joint, at the scene's nominal strengths."""
 
-    Attributes
-    ----------
-    word : str
-        As far as components are fed; straight from there on.
-    energy : float
-        Magnetic energy of those components [J].
-    target_energy : float
-        The same if they lay as the target wants them.
-    is_stuck : bool
-        Whether every letter of a joint overlaps.
-    """
-
-    word: str
-    energy: float
-    target_energy: float
-    is_stuck: bool
-
-
-def forecast(rules: LatticeFeed, arrays: ChainArrays, row: int, target: str) -> Forecast:
-    """Return what `rules` make of the components of a chain that are fed so far.
-
-    Parameters
-    ----------
-    rules : LatticeFeed
-        Those of the scene.
-    arrays : ChainArrays
-        The chains.
-    row : int
-        Which of them.
-    target : str
-        The wanted fold word.
-    """
-    signs, fed = arrays.signs[row], int(arrays.fed[row])
-    order = list(arrays.order(row))
-    acting = len(order) if rules.packed.built else fed
-    found = predict(rules, signs[order[:acting]])
-    return Forecast(
-        found.word,
-        rules.energy_as(found.word, signs, fed),
-        rules.energy_as(target, signs, fed),
-        found.is_stuck,
-    )
+    word: str  # as far as components are fed; straight from there on
+    energy: float  # magnetic energy of those components [J]
+    target_energy: float  # the same if they lay as the target wants them
+    is_stuck: bool  # whether every letter of a joint overlaps
 
 
 def forecast_of(episodes: Episodes[Any], row: int) -> Forecast | None:
@@ -67,10 +25,15 @@ def forecast_of(episodes: Episodes[Any], row: int) -> Forecast | None:
     None where there is none: before a component has magnets, in an external field, and where
     energy minimisation itself decides what happens.
     """
-    world = episodes.world
-    if episodes.arrays.fed[row] == 0 or world.in_field or world.fidelity == "quasistatic":
+    world, arrays = episodes.world, episodes.arrays
+    signs, fed = arrays.signs[row], int(arrays.fed[row])
+    if fed == 0 or world.in_field or world.fidelity == "quasistatic":
         return None
-    return forecast(episodes.lattice(row), episodes.arrays, row, episodes.goals.names[row])
+    rules, order = episodes.lattice(row), list(arrays.order(row))
+    found = predict(rules, signs[order[: len(order) if rules.packed.built else fed]])
+    energy = rules.energy_as(found.word, signs, fed)
+    wanted = rules.energy_as(episodes.goals.names[row], signs, fed)
+    return Forecast(found.word, energy, wanted, found.is_stuck)
 
 
 def snapshot_of(episodes: Episodes[Any], row: int) -> "Snapshot":
@@ -82,7 +45,11 @@ def snapshot_of(episodes: Episodes[Any], row: int) -> "Snapshot":
     title, wanted, done = episodes.caption(row)
     lines: Lines = [("word", episodes.words(one)[0]), *wanted]
     if is_loaded:
-        lines += energy_lines(float(episodes.chains.energies(one)[0]), found)
+        lines.append(("energy", or_dash(float(episodes.chains.energies(one)[0]), "mJ")))
+    if found is not None:
+        stuck = ", stuck" if found.is_stuck else ""
+        lines.append(("as predicted", or_dash(found.energy, "mJ") + stuck))
+        lines.append(("as the target", or_dash(found.target_energy, "mJ")))
     lines += done
     message = ""
     if episodes.terminated[row]:
@@ -105,16 +72,6 @@ def snapshot_of(episodes: Episodes[Any], row: int) -> "Snapshot":
         predicted=None if found is None else found.word,
         is_loaded=is_loaded,
     )
-
-
-def energy_lines(energy: float, found: Forecast | None) -> Lines:
-    """Return what is to be read of energies [J]: the chain's, and what is predicted and wanted."""
-    lines = [("energy", or_dash(energy, "mJ"))]
-    if found is not None:
-        stuck = ", stuck" if found.is_stuck else ""
-        lines.append(("as predicted", or_dash(found.energy, "mJ") + stuck))
-        lines.append(("as the target", or_dash(found.target_energy, "mJ")))
-    return lines
 
 
 def or_dash(value: float, unit: str) -> str:

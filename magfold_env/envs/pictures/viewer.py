@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from magfold_env.envs.tasks.checks import one_of
 from magfold_env.fold import Trajectory
 
 if TYPE_CHECKING:
@@ -39,22 +40,6 @@ FILM_FPS = 30
 """Frames a second at which they are to be shown [1/s]."""
 
 
-def check_render_mode(mode: str | None) -> str | None:
-    """Return `mode` if there is such a render mode, or None for none.
-
-    Raises
-    ------
-    ValueError
-        If there is not.
-    """
-    if mode is not None and mode not in RENDER_MODES:
-        raise ValueError(
-            f"render_mode: {mode!r} is not allowed; "
-            f"must be None or one of {', '.join(RENDER_MODES)}"
-        )
-    return mode
-
-
 class Viewer:
     """What an environment shows itself with.
 
@@ -67,7 +52,7 @@ class Viewer:
     """
 
     def __init__(self, mode: str | None, fps: float) -> None:
-        self.mode = check_render_mode(mode)
+        self.mode = one_of("render_mode", mode, (None, *RENDER_MODES))
         self._fps = fps
         self._window: Window | None = None
         self._before: Snapshot | None = None

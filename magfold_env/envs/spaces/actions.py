@@ -17,7 +17,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from magfold_env.envs.tasks.checks import one_of, whole
+from magfold_env.envs.tasks.checks import one_of, require, whole
 from magfold_env.scene import SIGNS as SIGN_OF
 
 SLOWEST = 0.01
@@ -60,29 +60,8 @@ def letters_of(signs: NDArray[np.float64]) -> str:
     return "".join(_LETTERS[sign] for sign in signs.tolist())
 
 
-def speed_levels(levels: int) -> NDArray[np.float64]:
-    """Return feed speeds [m/s], log-spaced from `SLOWEST` to `FASTEST`, shape (levels,).
-
-    Raises
-    ------
-    ValueError
-        If that is not a whole number, 2 or more.
-    """
-    return speeds_at(np.linspace(-1.0, 1.0, whole("speeds", levels, 2)))
-
-
-def speed_at(scaled: float) -> float:
-    """Return the speed [m/s] at a place on the log scale: `SLOWEST` at −1, `FASTEST` at 1."""
-    return float(speeds_at(scaled))
-
-
-def scaled_speed(speed: float) -> float:
-    """Return where a speed [m/s] lies on the log scale from −1 to 1."""
-    return float(scaled_speeds(speed))
-
-
 def speeds_at(scaled: Any) -> Any:
-    """Return what `speed_at` does, of a number or of each in an array.
+    """Return the speeds [m/s] at places on the log scale: `SLOWEST` at −1, `FASTEST` at 1.
 
     Machines whose exponentials differ in the last bit agree on speeds to 1e-12 m/s.
     """
@@ -91,7 +70,7 @@ def speeds_at(scaled: Any) -> Any:
 
 
 def scaled_speeds(speeds: Any) -> Any:
-    """Return what `scaled_speed` does, of a number or of each in an array."""
+    """Return where speeds [m/s] lie on the log scale from −1 to 1."""
     return np.log(speeds / _MIDDLE) / _HALF_RANGE
 
 
@@ -108,11 +87,9 @@ def read_catalogue(catalogue: Sequence[str] | None) -> tuple[int, ...]:
     given: Any = catalogue
     is_list = isinstance(given, Sequence) and not isinstance(given, str)
     wrong = [faces for faces in catalogue if faces not in PATTERNS] if is_list else []
-    if not is_list or wrong or not catalogue:
-        raise ValueError(
-            f"catalogue: {(wrong[0] if wrong else catalogue)!r} is not allowed; must be a list "
-            "of components of four letters N or S, such as ['NSNS', 'NNSS']"
-        )
+    allowed = "must be a list of components of four letters N or S, such as ['NSNS', 'NNSS']"
+    right = is_list and not wrong and bool(catalogue)
+    require(right, "catalogue", wrong[0] if wrong else catalogue, allowed)
     return tuple(sorted({PATTERNS.index(faces) for faces in catalogue}))
 
 
@@ -161,6 +138,12 @@ class Actions:
 
     kind: ActionKind
     levels: int
+    kinds: ClassVar[Any] = ActionKind
+    """The kinds that there are."""
+
+    def __post_init__(self) -> None:
+        whole("speeds", self.levels, 2)
+        one_of("actions", self.kind, self.kinds)
 
     @property
     def width(self) -> int:
@@ -292,8 +275,7 @@ class ActionTable(Actions):
     catalogue: tuple[int, ...] = tuple(range(len(PATTERNS)))
 
     def __post_init__(self) -> None:
-        speed_levels(self.levels)
-        one_of("actions", self.kind, ActionKind)
+        super().__post_init__()
         if self.kind == "discrete" and self.count > MOST_DISCRETE:
             raise ValueError(
                 f"actions: 'discrete' is not allowed for {self.components} components at a time; "
@@ -313,7 +295,7 @@ class ActionTable(Actions):
     @cached_property
     def speeds(self) -> NDArray[np.float64]:
         """Feed speed of each level [m/s], shape (levels,), ascending."""
-        return speed_levels(self.levels)
+        return speeds_at(np.linspace(-1.0, 1.0, self.levels))
 
     def decode(self, action: Any) -> tuple[tuple[str, ...], float]:
         """Return the faces of each component, and the speed [m/s].
@@ -366,7 +348,7 @@ class ActionTable(Actions):
         patterns = np.array([PATTERNS.index(letters) for letters in each], dtype=np.int64)
         if self.kind != "box":
             return self._written(np.append(patterns, _level(self.speeds, speed)))
-        scaled = np.array([np.clip(scaled_speed(speed), -1.0, 1.0)], dtype=np.float32)
+        scaled = np.array([np.clip(scaled_speeds(speed), -1.0, 1.0)], dtype=np.float32)
         return np.append(SIGNS[patterns].astype(np.float32).ravel(), scaled)
 
     def masks(self) -> NDArray[np.bool_]:
@@ -407,7 +389,7 @@ class ActionTable(Actions):
     @cached_property
     def _scaled(self) -> Floats:
         """The levels on the log scale from −1 to 1."""
-        return np.array([scaled_speed(speed) for speed in self.speeds.tolist()])
+        return np.array([scaled_speeds(speed) for speed in self.speeds.tolist()])
 
     @property
     def _allowed(self) -> str:
@@ -443,10 +425,6 @@ class SpeedTable(Actions):
     per_level: ClassVar[int] = 2
     """How many of the ``discrete`` actions a speed level makes."""
 
-    def __post_init__(self) -> None:
-        whole("speeds", self.levels, 2)
-        one_of("actions", self.kind, ActionKind)
-
     @property
     def sizes(self) -> tuple[int, ...]:
         """Number of speeds of the table."""
@@ -462,16 +440,6 @@ class SpeedTable(Actions):
         """The levels back, standstill and the levels ahead [m/s], (2 levels + 1,), ascending."""
         ahead = np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, self.levels), 12)
         return np.concatenate([-ahead[::-1], [0.0], ahead])
-
-    def decode(self, action: Any) -> float:
-        """Return the speed [m/s] that `action` asks for.
-
-        Raises
-        ------
-        ValueError
-            If `action` is not in the space.
-        """
-        return float(self.read_one(action)[0][0])
 
     def encode(self, speed: float) -> Any:
         """Return the action nearest to a speed [m/s]."""
@@ -527,10 +495,7 @@ class TrayTable(Actions):
     levels: int
     kind: ActionKind = "multidiscrete"
     ways: int = 2
-
-    def __post_init__(self) -> None:
-        whole("speeds", self.levels, 2)
-        one_of("actions", self.kind, TrayKind)
+    kinds = TrayKind
 
     @cached_property
     def speeds(self) -> Floats:

@@ -42,16 +42,8 @@ def episode_seeds(stream: str, count: int) -> list[int]:
     return seeds
 
 
-def evaluation_seeds(count: int, version: int = EVALUATION_VERSION) -> list[int]:
-    """Return the seeds of the evaluation draws: use each once with every target or task.
-
-    Raises
-    ------
-    ValueError
-        If there is no such version.
-    """
-    if version != EVALUATION_VERSION:
-        raise ValueError(f"version: {version!r} is not allowed; must be {EVALUATION_VERSION}")
+def evaluation_seeds(count: int) -> list[int]:
+    """Return the seeds of the evaluation draws: use each once with every target or task."""
     return episode_seeds("evaluation", count)
 
 

@@ -5,7 +5,7 @@ from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, cast
+from typing import TYPE_CHECKING, Any, Literal, Unpack, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,11 @@ from magfold_env.envs.baselines.baseline import chain_name
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import PATTERNS, ActionKind
 from magfold_env.envs.spaces.observation import CameraLayout
-from magfold_env.envs.tasks.checks import refuse_unknown, share_of
+from magfold_env.envs.tasks.checks import refuse_unknown, require, share_of
 from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.goals import Match
-from magfold_env.envs.tasks.reward import RewardKind, Shaping
 from magfold_env.envs.tasks.targets import is_target
-from magfold_env.envs.tasks.world import World
+from magfold_env.envs.tasks.world import RewardOptions, World
 from magfold_env.files import configs_dir
 from magfold_env.scene import Problem, Scene, SceneError, load_scene
 from magfold_env.scene.io import parse_yaml
@@ -114,13 +113,11 @@ def read_tasks(
     SceneError
         If a file is no list of tasks, or a task is not valid; one line per problem.
     """
-    if not isinstance(tasks, (str, Path)):
-        return _checked(tasks, kind)
-    path = Path(tasks)
-    if str(tasks) in task_list_names():
+    path = Path(tasks) if isinstance(tasks, (str, Path)) else None
+    if path is not None and str(tasks) in task_list_names():
         path = configs_dir() / "tasks" / f"{tasks}.yaml"
-    elif not path.is_file():
-        raise _no_tasks(tasks)
+    if path is None or not path.is_file():
+        return _checked(tasks, kind)
     try:
         return _checked(cast("Any", parse_yaml(path.read_text(encoding="utf-8"))), kind)
     except (OSError, ValueError) as error:
@@ -128,11 +125,14 @@ def read_tasks(
         raise SceneError(problems or str(error), source=str(path)) from None
 
 
-def _checked(tasks: Sequence[Task | Mapping[str, Any]], kind: type[Task]) -> tuple[Any, ...]:
+def _checked(tasks: object, kind: type[Task]) -> tuple[Any, ...]:
     """Return tasks as models; refuse what are none, and chains of different lengths."""
-    if not (isinstance(tasks, (list, tuple)) and all(map(_is_task, tasks))):
-        raise _no_tasks(tasks)
-    found = tuple(each if isinstance(each, kind) else kind(**dict(each)) for each in tasks)
+    listed = isinstance(tasks, (list, tuple))
+    given = cast("list[Any]", tasks if listed else [None])
+    right = all(isinstance(each, (Task, Mapping)) for each in given)
+    allowed = "must be a list of tasks, the path of a file of them or one of "
+    require(right, "tasks", tasks, allowed + ", ".join(task_list_names()))
+    found = tuple(each if isinstance(each, kind) else kind(**dict(each)) for each in given)
     lengths = sorted({task.n for task in found})
     if len(lengths) != 1:
         raise ValueError(
@@ -147,18 +147,7 @@ def _checked(tasks: Sequence[Task | Mapping[str, Any]], kind: type[Task]) -> tup
     return found
 
 
-def _no_tasks(given: object) -> ValueError:
-    return ValueError(
-        f"tasks: {given!r} is not allowed; must be a list of tasks, the path of a file of them or "
-        f"one of {', '.join(task_list_names())}"
-    )
-
-
-def _is_task(value: object) -> bool:
-    return isinstance(value, (Task, Mapping))
-
-
-class FeedOptions(TypedDict, total=False):
+class FeedOptions(RewardOptions, total=False):
     """Options where tasks are given; every one may be left out."""
 
     tasks: str | Path | Sequence[Task | Mapping[str, Any]]
@@ -182,12 +171,6 @@ class FeedOptions(TypedDict, total=False):
     """How actions are written. ``box`` (default): a number from −1 to 1. ``discrete``: the number
     of a speed level. ``multidiscrete``: that in a list. With a tray ``multidiscrete`` (default):
     component, way to lie, speed level and way to go; or ``discrete``: these as one number."""
-    reward: RewardKind
-    """``score`` (default), ``relative`` or ``sparse``; see `magfold_env.envs.tasks.reward`."""
-    shaping: bool | Shaping
-    """Potential-based shaping: False (default), ``similarity`` (or True) or ``energy``."""
-    gamma: float
-    """Discount of the shaping, 1 by default; must be the agent's own."""
 
 
 class TaskWorld(World):
@@ -219,14 +202,11 @@ class TaskWorld(World):
         **options: Unpack[FeedOptions],
     ) -> None:
         refuse_unknown(options, FeedOptions)
-        if options.get("fidelity", "dynamics") != "dynamics":
-            raise ValueError(
-                f"fidelity: {options.get('fidelity')!r} is not allowed; must be 'dynamics', "
-                "energy minimisation knows of no speed"
-            )
+        fidelity = options.get("fidelity", "dynamics")
+        allowed = "must be 'dynamics', energy minimisation knows of no speed"
+        require(fidelity == "dynamics", "fidelity", fidelity, allowed)
         scene = scene if isinstance(scene, Scene) else load_scene(scene)
-        if scene.mount != "tube":
-            raise ValueError(f"scene.mount: {scene.mount!r} is not allowed; must be 'tube'")
+        require(scene.mount == "tube", "scene.mount", scene.mount, "must be 'tube'")
         found = read_tasks(options.get("tasks", ()), episodes.task_kind)
         share = share_of("difficulty", options.get("difficulty", 1.0))
         self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
@@ -242,8 +222,6 @@ class TaskWorld(World):
             list(directions).index(task.direction) for task in self.tasks
         )
         """Which of the templates each task has."""
-        # No functools.cache: environments are pickled.
-        self._lattices: dict[int, LatticeFeed] = {}
         self.actions, self.layout = episodes.spaces(self, options)
 
     @cached_property
@@ -253,15 +231,11 @@ class TaskWorld(World):
 
     def number_of(self, value: int) -> int:
         """Return the number of a task; see `World.number_of`."""
-        if value not in range(len(self.tasks)):
-            raise ValueError(
-                f"options['task']: {value!r} is not allowed; must be 0..{len(self.tasks) - 1}"
-            )
+        last = len(self.tasks) - 1
+        require(value in range(last + 1), "options['task']", value, f"must be 0..{last}")
         return int(value)
 
-    def lattice_of(self, number: int) -> LatticeFeed:
-        """Return what energy minimisation needs to know of the chain of a task."""
-        kind = self.kinds[number]
-        if kind not in self._lattices:
-            self._lattices[kind] = LatticeFeed(self.templates[kind])
-        return self._lattices[kind]
+    @cached_property
+    def lattices(self) -> tuple[LatticeFeed, ...]:
+        """What energy minimisation needs to know of the chains of each template."""
+        return tuple(map(LatticeFeed, self.templates))

@@ -8,7 +8,7 @@ from magfold_env.designer.suites import Suite, load_suite, suite_names
 from magfold_env.envs.baselines.baseline import Baseline, BaselineStore, unknown_baseline
 from magfold_env.envs.spaces.actions import ActionTable, read_catalogue
 from magfold_env.envs.spaces.observation import ObservationLayout
-from magfold_env.envs.tasks.checks import refuse_unknown, whole
+from magfold_env.envs.tasks.checks import refuse_unknown, require, whole
 from magfold_env.envs.tasks.targets import easiest, resolve_targets
 from magfold_env.envs.tasks.world import FoldOptions, World
 from magfold_env.scene import Scene, load_scene
@@ -66,8 +66,7 @@ class FoldTask(World):
         )
         self.layout = ObservationLayout(given.n, given.casing.side)
         baseline = options.get("baseline", "auto")
-        if baseline not in ("auto", None):
-            raise ValueError(f"baseline: {baseline!r} is not allowed; must be 'auto' or None")
+        require(baseline in ("auto", None), "baseline", baseline, "must be 'auto' or None")
         wanted = baseline == "auto" and self.rule.kind == "relative"
         self._baselines = None
         if wanted and self.fidelity == "dynamics":
@@ -113,19 +112,13 @@ def feedable(scene: Scene, action_scope: Literal["component", "chain"]) -> Scene
         If it has no tube, no magnets, a single component, or magnets that would act before they
         are chosen.
     """
-    if scene.mount != "tube":
-        raise ValueError(f"scene.mount: {scene.mount!r} is not allowed; must be 'tube'")
-    if action_scope == "component" and scene.feed.loading != "at_mouth":
-        raise ValueError(
-            f"scene.feed.loading: {scene.feed.loading!r} is not allowed; must be 'at_mouth', "
-            "or magnets would act before they are chosen"
-        )
-    if scene.magnets is None:
-        raise ValueError("scene.magnets: None is not allowed; must be given")
-    if scene.n == 1:
-        raise ValueError(
-            f"scene.sequence: {scene.sequence} is not allowed; must have two components or more"
-        )
+    loading = scene.feed.loading
+    late = action_scope == "chain" or loading == "at_mouth"
+    allowed = "must be 'at_mouth', or magnets would act before they are chosen"
+    require(scene.mount == "tube", "scene.mount", scene.mount, "must be 'tube'")
+    require(late, "scene.feed.loading", loading, allowed)
+    require(scene.magnets is not None, "scene.magnets", None, "must be given")
+    require(scene.n > 1, "scene.sequence", scene.sequence, "must have two components or more")
     return scene
 
 
@@ -146,9 +139,8 @@ def _suite(name: str) -> Suite:
     ValueError
         If there is none.
     """
-    if name in suite_names() or Path(name).is_file():
-        return load_suite(name)
-    raise ValueError(
-        f"targets: {name!r} is not allowed; must be a list of fold words, the path of a suite or "
-        f"one of the suites {', '.join(suite_names())}"
-    )
+    names = suite_names()
+    allowed = "must be a list of fold words, the path of a suite or one of the suites "
+    right = name in names or Path(name).is_file()
+    require(right, "targets", name, allowed + ", ".join(names))
+    return load_suite(name)

@@ -13,7 +13,7 @@ middle moves half the chain, and counts there like one at the end.
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,19 @@ Match = Literal["word", "outline"]
 
 SUCCESS_TOLERANCE = 0.05
 """Largest deviation of a joint from its target angle in a success [rad]."""
+
+
+class Verdict(NamedTuple):
+    """How near a chain is to a goal."""
+
+    potential: float
+    """Half the similarity of the chain to the likest of the words: the score if the episode ended
+    here without a success."""
+    score: float
+    """1 for a success, 0 for a failed simulation, else the potential. A miss scores at most one
+    half, so no amount of similarity is worth as much as the fold itself."""
+    is_reached: bool
+    """Whether the chain settled as wanted, every joint within `SUCCESS_TOLERANCE`."""
 
 
 @dataclass(frozen=True)
@@ -62,43 +75,23 @@ class Goal:
         """Headings of `words` [rad], shape (words, n), component 1's being 0."""
         return np.array([headings(angles) for angles in self.angles])
 
-    def is_reached(self, status: FoldStatus | None, joint_angles: Floats) -> bool:
-        """Return whether the chain settled as wanted, every joint within `SUCCESS_TOLERANCE`.
+    def judged(self, status: FoldStatus | None, joint_angles: Floats) -> Verdict:
+        """Return how near a chain is to the goal.
 
         Parameters
         ----------
         status : FoldStatus or None
             How the fold ended.
         joint_angles : array, shape (n - 1,)
-            Relative angles at the end [rad].
+            Relative angles at the end [rad]; joints that are still in the tube count as straight.
         """
-        return bool(self._judged(status, joint_angles)[2])
-
-    def score(self, status: FoldStatus | None, joint_angles: Floats) -> float:
-        """Return 1 for a success, 0 for a failed simulation, else half the similarity.
-
-        The parameters are those of `is_reached`. A miss scores at most one half, so no amount of
-        similarity is worth as much as the fold itself.
-        """
-        return float(self._judged(status, joint_angles)[1])
-
-    def potential(self, joint_angles: Floats) -> float:
-        """Return half the similarity of a chain to the likest of `words`.
-
-        Joints that are still in the tube count as straight. This is what the score would be if
-        the episode ended here without a success.
-        """
-        return float(self._judged(None, joint_angles)[0])
-
-    def _judged(self, status: FoldStatus | None, joint_angles: Floats) -> Floats:
-        """Return potential, score and success."""
         out = np.empty((3, 1))
         scratch = np.empty((5, joint_angles.size + 1))
         row, code = np.zeros(1, dtype=np.int64), np.array([STATUSES.index(status)])
         angles, folds = self.angles[None], self.headings[None]
         count = np.array([len(self.words)])
         judge(row, code, joint_angles[None], count, angles, folds, scratch, out)
-        return out[:, 0]
+        return Verdict(float(out[0, 0]), float(out[1, 0]), bool(out[2, 0]))
 
 
 @lru_cache(maxsize=4096)

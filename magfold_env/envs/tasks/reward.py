@@ -21,12 +21,12 @@ policies as they are (Ng, Harada and Russell 1999). Φ is half of
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Literal, cast, get_args
 
 import numpy as np
 
 from magfold_env.envs.chains.arrays import Bools, Floats
-from magfold_env.envs.tasks.checks import one_of
+from magfold_env.envs.tasks.checks import one_of, require
 
 RewardKind = Literal["relative", "score", "sparse"]
 Shaping = Literal["similarity", "energy"]
@@ -60,14 +60,9 @@ class RewardRule:
             If one of them is not allowed.
         """
         one_of("reward", kind, RewardKind)
-        if shaping not in (True, False, *get_args(Shaping)):
-            raise ValueError(
-                f"shaping: {shaping!r} is not allowed; "
-                f"must be one of True, False, {', '.join(get_args(Shaping))}"
-            )
-        given: Any = gamma
-        if not isinstance(given, (int, float)) or not 0.0 <= given <= 1.0:
-            raise ValueError(f"gamma: {gamma!r} is not allowed; must be between 0 and 1")
+        one_of("shaping", shaping, (True, False, *get_args(Shaping)))
+        right = isinstance(cast("object", gamma), (int, float)) and 0.0 <= gamma <= 1.0
+        require(right, "gamma", gamma, "must be between 0 and 1")
         if isinstance(shaping, bool):
             return cls(kind, "similarity" if shaping else None, gamma)
         return cls(kind, shaping, gamma)

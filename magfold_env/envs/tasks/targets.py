@@ -9,15 +9,16 @@ takes the wanted letter; those make the next population.
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.envs.chains.lattice import TURNS, LatticeFeed
+from magfold_env.envs.chains.lattice import TURNS, LatticeFeed, lay_many
 from magfold_env.envs.spaces.actions import SIGNS
-from magfold_env.envs.tasks.checks import share_of
+from magfold_env.envs.tasks.checks import require, share_of
 from magfold_env.scene import Scene
-from magfold_env.scene.errors import nearest
+from magfold_env.scene.errors import Problem, nearest, refuse
 from magfold_env.shapes import folded_words, overlaps
 
 LONGEST_LISTED = 16
@@ -46,19 +47,18 @@ def resolve_targets(targets: Sequence[str] | None, n: int) -> tuple[str, ...]:
                 f"must be a list (up to {LONGEST_LISTED} components all words are taken)"
             )
         return tuple(folded_words(n))
-    if not _is_list(targets) or not targets:
-        raise ValueError(f"targets: {targets!r} is not allowed; must be a list of fold words")
+    given: Any = targets
+    right = isinstance(given, Sequence) and not isinstance(given, str) and bool(targets)
+    require(right, "targets", targets, "must be a list of fold words")
     for word in targets:
         if not is_target(word, n):
-            raise ValueError(
-                f"targets: {word!r} is not allowed; must be a fully folded word of {n} "
-                f"components without overlap, such as {_examples(n)}{_meant(word, n)}"
+            listed = folded_words(n) if n <= LONGEST_LISTED else [("LR" * n)[: n - 1]]
+            allowed = (
+                f"must be a fully folded word of {n} components without overlap, such as "
+                f"{_listed(listed)}"
             )
+            refuse([Problem("targets", word, allowed + nearest(str(word), listed))])
     return tuple(targets)
-
-
-def _is_list(value: object) -> bool:
-    return isinstance(value, Sequence) and not isinstance(value, str)
 
 
 def is_target(word: object, n: int) -> bool:
@@ -71,16 +71,6 @@ def is_target(word: object, n: int) -> bool:
     )
 
 
-def _examples(n: int) -> str:
-    """Return some words that are allowed, as text."""
-    return _listed(folded_words(n)) if n <= LONGEST_LISTED else ("LR" * n)[: n - 1]
-
-
-def _meant(word: object, n: int) -> str:
-    """Return the question whether a similar word was meant."""
-    return nearest(str(word), folded_words(n)) if n <= LONGEST_LISTED else ""
-
-
 def pick_target(word: object, targets: Sequence[str]) -> str:
     """Return `word` if it is one of `targets`.
 
@@ -90,10 +80,8 @@ def pick_target(word: object, targets: Sequence[str]) -> str:
         If it is not.
     """
     if word not in targets:
-        raise ValueError(
-            f"options['target']: {word!r} is not allowed; must be one of {_listed(targets)}"
-            f"{nearest(str(word), targets)}"
-        )
+        allowed = f"must be one of {_listed(targets)}{nearest(str(word), targets)}"
+        refuse([Problem("options['target']", word, allowed)])
     return str(word)
 
 
@@ -144,7 +132,7 @@ def easiest(scene: Scene, words: tuple[str, ...], share: float) -> tuple[str, ..
 
 def _difficulty(lattice: LatticeFeed, strength: NDArray[np.float64], turns: list[int]) -> float:
     """Return minus the logarithm of the share of chains that make `turns`, in order of feed."""
-    rng = np.random.default_rng(0)
+    rng, rules = np.random.default_rng(0), lattice.packed
     poles = np.zeros((POPULATION, lattice.n, 4))
     poles[:, 0] = SIGNS[rng.integers(len(SIGNS), size=POPULATION)] * strength[0]
     taken = np.zeros(POPULATION, dtype=np.int64)
@@ -152,7 +140,7 @@ def _difficulty(lattice: LatticeFeed, strength: NDArray[np.float64], turns: list
     for row, turn in enumerate(turns, start=1):
         poles[:, row] = SIGNS[rng.integers(len(SIGNS), size=POPULATION)] * strength[row]
         before = np.array(turns[: row - 1], dtype=np.int64)
-        lattice.lay_many(row, before, poles, taken)
+        lay_many(row, before, rules.turn, rules.tie, rules.table, poles, taken)
         right = np.flatnonzero(taken == turn)
         if right.size == 0:
             return math.inf

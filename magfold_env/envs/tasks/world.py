@@ -126,15 +126,21 @@ class ChainOptions(TypedDict, total=False):
     of them replaces any other, and `action_masks` excludes the others."""
 
 
-class FoldOptions(ChainOptions, total=False):
-    """The same, and how it is rewarded."""
+class RewardOptions(TypedDict, total=False):
+    """How episodes are rewarded."""
 
     reward: RewardKind
-    """``relative`` (default), ``score`` or ``sparse``; see `magfold_env.envs.tasks.reward`."""
+    """``relative``, ``score`` or ``sparse``; see `magfold_env.envs.tasks.reward`. By default
+    ``relative`` where magnets are chosen, and ``score`` where tasks are given."""
     shaping: bool | Shaping
     """Potential-based shaping: False (default), ``similarity`` (or True) or ``energy``."""
     gamma: float
     """Discount of the shaping, 1 by default; must be the agent's own."""
+
+
+class FoldOptions(ChainOptions, RewardOptions, total=False):
+    """What is folded, how it is chosen, and how it is rewarded."""
+
     baseline: Literal["auto"] | None
     """``auto`` (default): take b from the package data or the disk cache, or compute it. None: b is
     0."""

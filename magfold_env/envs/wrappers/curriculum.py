@@ -12,7 +12,7 @@ from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
 from magfold_env.envs.spaces.observation import Layout
-from magfold_env.envs.tasks.checks import share_of, whole
+from magfold_env.envs.tasks.checks import require, share_of, whole
 
 
 class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
@@ -53,8 +53,7 @@ class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         spec = env.unwrapped.spec
         if spec is None:
             raise ValueError(f"env: {env} is not allowed; must be made by gymnasium.make")
-        if not stages:
-            raise ValueError("stages: [] is not allowed; must have one stage or more")
+        require(bool(stages), "stages", stages, "must have one stage or more")
         whole("window", window, 1)
         easier = [gymnasium.make(spec.id, **{**spec.kwargs, **stage}) for stage in stages]
         self._envs = [*easier, env]

@@ -8,6 +8,7 @@ from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
 from magfold_env.envs.spaces.observation import Layout
+from magfold_env.envs.tasks.checks import require
 
 
 class SensorNoise(gymnasium.ObservationWrapper[Any, Any, Any], RecordConstructorArgs):
@@ -34,8 +35,7 @@ class SensorNoise(gymnasium.ObservationWrapper[Any, Any, Any], RecordConstructor
     def __init__(self, env: gymnasium.Env[Any, Any], spread: float) -> None:
         RecordConstructorArgs.__init__(self, spread=spread)
         super().__init__(env)
-        if not spread >= 0.0:
-            raise ValueError(f"spread: {spread!r} is not allowed; must be 0 or more")
+        require(spread >= 0.0, "spread", spread, "must be 0 or more")
         self._spread = spread
         layout = cast("Layout", env.get_wrapper_attr("layout"))
         self._measured = np.zeros(layout.size, dtype=np.bool_)

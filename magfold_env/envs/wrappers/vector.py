@@ -10,6 +10,7 @@ from gymnasium.vector.utils import batch_space, create_empty_array
 from numpy.typing import NDArray
 
 from magfold_env.envs.chains.arrays import Bools
+from magfold_env.envs.tasks.checks import whole
 from magfold_env.envs.vector_env import Infos
 from magfold_env.envs.wrappers.mouth_order import MouthOrder
 
@@ -101,8 +102,7 @@ class FrameStackObservation(_Observation):
     """
 
     def __init__(self, env: VectorEnv[Any, Any, Any], stack_size: int) -> None:
-        if stack_size < 1:
-            raise ValueError(f"stack_size: {stack_size!r} is not allowed; must be 1 or more")
+        whole("stack_size", stack_size, 1)
         space = cast("Any", env).single_observation_space
         if not isinstance(space, spaces.Box):
             raise ValueError(f"env: observations {space} are not allowed; must be a Box")

@@ -79,7 +79,7 @@ def test_the_baseline_is_the_mean_score_at_the_best_speed() -> None:
         scores = []
         for index in range(draws):
             fold = mf.simulate(fed.draw(draw_generator(stream, index)))
-            scores.append(goal_of(target, "word").score(fold.status, fold.joint_angles))
+            scores.append(goal_of(target, "word").judged(fold.status, fold.joint_angles).score)
         return float(np.mean(scores))
 
     selection = [mean(speed, "selection", SELECTION_DRAWS) for speed in CANDIDATE_SPEEDS]
@@ -123,6 +123,12 @@ def test_a_missing_baseline_is_computed_once_and_kept(
 
     monkeypatch.setattr(baseline, "evaluate_design", forbidden)
     assert BaselineStore(scene).get("LL") == computed
+
+
+def test_baselines_of_words_and_of_outlines_are_kept_apart() -> None:
+    scene = mf.load_scene("tube-feed")
+    word, outline = (BaselineStore(scene, match) for match in ("word", "outline"))
+    assert word.key == BaselineStore(scene).key != outline.key
 
 
 def test_the_key_covers_the_physics_and_leaves_out_what_the_agent_chooses() -> None:

@@ -8,24 +8,17 @@ import numpy as np
 import pytest
 
 import magfold_env.envs  # noqa: F401
-from magfold_env.envs.baselines import baseline, constant_speed, three_speeds, tray_order
+from magfold_env.envs.baselines import baseline, constant_speed, three_speeds
 from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scoring.track import TRACKS, TRAYS
-
-DRAWS = {
-    constant_speed.ConstantSpeedStore: constant_speed.SCORING_DRAWS,
-    three_speeds.ThreeSpeedStore: three_speeds.SCORING_DRAWS,
-    tray_order.TrayStore: tray_order.SCORING_DRAWS,
-}
 
 
 @pytest.mark.medium
 @pytest.mark.parametrize("env_id", TRACKS)
 def test_it_scores_what_is_stored(env_id: str) -> None:
     env: Any = gymnasium.make(env_id).unwrapped
-    store = env.episodes.baselines(env.world)
-    draws = next(count for kind, count in DRAWS.items() if isinstance(store, kind))
+    draws = env.episodes.baselines(env.world).draws[1]
     numbers = [3] * draws + [len(env.tasks) - 1] * draws
     episodes = env.make_episodes(env.world, len(numbers), 2)
     seeds = episode_seeds("scoring", draws) * 2
@@ -55,9 +48,8 @@ def test_one_that_is_computed_is_what_its_schedule_scores(
     env_id: str, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
-    for module in (constant_speed, three_speeds, tray_order):
-        monkeypatch.setattr(module, "SELECTION_DRAWS", 3)
-        monkeypatch.setattr(module, "SCORING_DRAWS", 4)
+    for store in (constant_speed.TaskStore, three_speeds.ThreeSpeedStore):
+        monkeypatch.setattr(store, "draws", (3, 4))
     monkeypatch.setattr(constant_speed, "SPEEDS", (0.1, 0.3))
     monkeypatch.setattr(three_speeds, "PUSHES", (0.1, 0.4))
     options = {"reward": "relative", "difficulty": 0.05, "speeds": 2}

@@ -97,6 +97,11 @@ def test_closing_the_window_ends_the_game(game: Game) -> None:
     assert game.env.next_component == 0
 
 
+def test_a_game_needs_a_window() -> None:
+    with pytest.raises(ValueError, match="render_mode: None is not allowed; must be 'human'"):
+        Game(TubeFeedEnv(**OPTIONS))
+
+
 def test_ctrl_c_ends_the_game(game: Game) -> None:
     # Jobs in the background are begun without it.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -16,11 +16,12 @@ from gymnasium.wrappers import RecordVideo
 from moviepy import VideoFileClip
 
 from magfold_env.envs.pictures import viewer
-from magfold_env.envs.pictures.play import Game
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.wrappers import record_video
 from magfold_env.render import style
 from magfold_env.render.snapshot import snapshot_picture
+from tests.envs import contract
+from tests.envs.vectors import same
 
 QUICK: dict[str, Any] = {"components": 3, "baseline": None}
 VARIANTS = [
@@ -55,17 +56,6 @@ def no_display(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 def made(env_id: str, mode: str | None, options: dict) -> Any:
     return gymnasium.make(env_id, render_mode=mode, **options).unwrapped
-
-
-def episode(env: Any, seed: int = 0) -> Iterator[tuple]:
-    """Play random actions; yield what the environment says."""
-    env.action_space.seed(seed)
-    yield env.reset(seed=seed)
-    ended = False
-    while not ended:
-        said = env.step(env.action_space.sample())
-        ended = said[2] or said[3]
-        yield said
 
 
 def count(picture: np.ndarray, colour: style.Colour) -> int:
@@ -142,8 +132,7 @@ def test_a_window_changes_nothing(env_id: str, options: dict) -> None:
     shown, hidden = made(env_id, "human", options), made(env_id, None, options)
     if "Floor" in env_id:
         shown.viewer._fps = 1e6
-    for one, other in zip(episode(shown), episode(hidden), strict=True):
-        np.testing.assert_equal(one, other)
+    assert same(contract.play(shown, 0), contract.play(hidden, 0))
     assert shown.render() is None
     shown.close()
     shown.close()
@@ -242,31 +231,7 @@ def test_copies_have_windows_of_their_own() -> None:
     env.close()
 
 
-# All film the pictures that `render` returns.
-@pytest.mark.parametrize(
-    ("env_id", "options"),
-    [
-        VARIANTS[0],
-        *(pytest.param(*v.values, id=v.id, marks=pytest.mark.slow) for v in VARIANTS[1:]),
-    ],
-)
-def test_episodes_can_be_filmed(env_id: str, options: dict, tmp_path: Path) -> None:
-    env = RecordVideo(
-        gymnasium.make(env_id, render_mode="rgb_array", **options),
-        str(tmp_path / "films"),
-        lambda _: True,
-    )
-    env.reset(seed=0)
-    env.action_space.seed(0)
-    ended = False
-    while not ended:
-        _, _, terminated, truncated, _ = env.step(env.action_space.sample())
-        ended = terminated or truncated
-    env.close()
-    assert [path.suffix for path in (tmp_path / "films").iterdir()] == [".mp4"]
-
-
-@pytest.mark.slow
+@pytest.mark.medium
 def test_videos_have_the_motion_and_gymnasiums_the_decisions(tmp_path: Path) -> None:
     counts = {}
     for kind in (RecordVideo, record_video.RecordVideo):
@@ -285,8 +250,3 @@ def test_videos_have_the_motion_and_gymnasiums_the_decisions(tmp_path: Path) -> 
     with VideoFileClip(str(path)) as clip:
         assert clip.fps == viewer.FILM_FPS
         assert clip.duration == pytest.approx(frames / viewer.FILM_FPS, abs=0.1)
-
-
-def test_a_game_needs_a_window() -> None:
-    with pytest.raises(ValueError, match="render_mode: None is not allowed; must be 'human'"):
-        Game(TubeFeedEnv(**QUICK))

@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -12,9 +14,8 @@ from magfold_env.envs.spaces.actions import (
     ActionTable,
     SpeedTable,
     read_catalogue,
-    scaled_speed,
-    speed_at,
-    speed_levels,
+    scaled_speeds,
+    speeds_at,
 )
 
 KINDS: tuple[ActionKind, ...] = ("multidiscrete", "discrete", "box")
@@ -30,7 +31,7 @@ def test_patterns_are_the_sixteen_and_read_as_bits() -> None:
 
 @pytest.mark.parametrize("levels", [2, 5, 9])
 def test_speeds_are_log_spaced_between_the_limits(levels: int) -> None:
-    speeds = speed_levels(levels)
+    speeds = ActionTable(levels).speeds
     assert speeds[0] == pytest.approx(SLOWEST)
     assert speeds[-1] == pytest.approx(FASTEST)
     ratios = speeds[1:] / speeds[:-1]
@@ -38,10 +39,11 @@ def test_speeds_are_log_spaced_between_the_limits(levels: int) -> None:
 
 
 def test_the_log_scale_goes_from_the_slowest_to_the_fastest_and_back() -> None:
-    for scaled in np.linspace(-1, 1, 11):
-        assert SLOWEST <= speed_at(scaled) <= FASTEST
-        assert scaled_speed(speed_at(scaled)) == pytest.approx(scaled)
-    assert (speed_at(-1.0), speed_at(1.0)) == (pytest.approx(SLOWEST), pytest.approx(FASTEST))
+    scaled = np.linspace(-1, 1, 11)
+    speeds = speeds_at(scaled)
+    np.testing.assert_allclose(speeds[[0, -1]], [SLOWEST, FASTEST])
+    assert (np.diff(speeds) > 0.0).all()
+    np.testing.assert_allclose(scaled_speeds(speeds), scaled, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -75,7 +77,7 @@ def test_a_sequence_is_written_and_read_back(kind: ActionKind) -> None:
 
 
 def test_default_levels_offer_the_speeds_of_the_baseline() -> None:
-    np.testing.assert_allclose(speed_levels(9)[::2], CANDIDATE_SPEEDS)
+    np.testing.assert_allclose(ActionTable(9).speeds[::2], CANDIDATE_SPEEDS)
 
 
 @pytest.mark.parametrize(
@@ -104,9 +106,10 @@ def test_numbers_that_miss_a_bound_by_rounding_are_the_bound(bound: float) -> No
     for table in (ActionTable(9, kind="box"), SpeedTable(5)):
         size = table.space.shape[0]  # pyright: ignore[reportOptionalSubscript]
         near = np.full(size, np.nextafter(np.float32(bound), np.float32(2.0 * bound)))
-        assert table.decode(near) == table.decode(np.full(size, bound))
+        read, expected = table.read_one(near), table.read_one(np.full(size, bound))
+        np.testing.assert_equal(read, expected)
         with pytest.raises(ValueError, match=r"is not allowed; must be .*from -1 to 1"):
-            table.decode(near + 2e-6 * bound)
+            table.read_one(near + 2e-6 * bound)
 
 
 def test_wrong_tables_are_refused() -> None:
@@ -152,27 +155,32 @@ def test_a_wrong_catalogue_is_named(catalogue: list[str]) -> None:
         read_catalogue(catalogue)
 
 
+def speed_of(table: SpeedTable, action: Any) -> float:
+    """Return the speed that an action asks for."""
+    return float(table.read_one(action)[0][0])
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_feed_speed_reaches_as_far_back_as_ahead(kind: ActionKind) -> None:
     table = SpeedTable(5, kind)
     lowest = {"discrete": 0, "multidiscrete": [0], "box": [-1.0]}[kind]
     highest = {"discrete": 10, "multidiscrete": [10], "box": [1.0]}[kind]
-    assert table.decode(lowest) == -FASTEST
-    assert table.decode(highest) == FASTEST
+    assert speed_of(table, lowest) == -FASTEST
+    assert speed_of(table, highest) == FASTEST
     table.space.seed(0)
     for _ in range(50):
-        speed = abs(table.decode(table.space.sample()))
+        speed = abs(speed_of(table, table.space.sample()))
         assert speed == 0.0 or DEAD_BAND <= speed <= FASTEST
     for wrong in (11, -1, [2.0], {"speed": [0.5]}, None, "fast"):
         with pytest.raises(ValueError, match=r"action: .* is not allowed; must be"):
-            table.decode(wrong)
+            speed_of(table, wrong)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_speeds_of_the_table_are_what_their_actions_ask_for(kind: ActionKind) -> None:
     table = SpeedTable(4, kind)
     for speed in table.speeds.tolist():
-        assert table.decode(table.encode(speed)) == pytest.approx(speed, rel=1e-6)
+        assert speed_of(table, table.encode(speed)) == pytest.approx(speed, rel=1e-6)
     np.testing.assert_array_equal(table.speeds, -table.speeds[::-1])
     read = table.read(table.write((table.speeds,)), len(table.speeds))
     np.testing.assert_allclose(read, (table.speeds,), rtol=1e-6)
@@ -182,5 +190,5 @@ def test_a_feed_that_hardly_moves_stands_still() -> None:
     table = SpeedTable(5)
     edge = np.sqrt(DEAD_BAND / FASTEST)
     for sign in (-1.0, 1.0):
-        assert table.decode([sign * (edge - 1e-6)]) == 0.0
-        assert table.decode([sign * (edge + 1e-6)]) == pytest.approx(sign * DEAD_BAND, rel=1e-4)
+        assert speed_of(table, [sign * (edge - 1e-6)]) == 0.0
+        assert speed_of(table, [sign * (edge + 1e-6)]) == pytest.approx(sign * DEAD_BAND, rel=1e-4)

@@ -7,7 +7,7 @@ import pytest
 
 from magfold_env.envs.chains.arrays import ChainArrays
 from magfold_env.envs.episodes import Goals
-from magfold_env.envs.spaces.actions import scaled_speed, signs_of
+from magfold_env.envs.spaces.actions import scaled_speeds, signs_of
 from magfold_env.envs.spaces.observation import (
     CameraLayout,
     ObservationLayout,
@@ -46,7 +46,7 @@ def seen(
 
 
 def choose(arrays: ChainArrays, index: int, faces: str, speed: float) -> None:
-    arrays.signs[0, index], arrays.speeds[0, index] = signs_of(faces), scaled_speed(speed)
+    arrays.signs[0, index], arrays.speeds[0, index] = signs_of(faces), scaled_speeds(speed)
 
 
 def test_the_groups_fill_the_observation_without_gaps() -> None:

@@ -15,26 +15,26 @@ angles = st.lists(st.floats(-np.pi, np.pi), min_size=5, max_size=5).map(np.array
 
 def test_a_settled_target_scores_one() -> None:
     joints = word_to_angles(TARGET) + SUCCESS_TOLERANCE * np.array([0.9, -0.9, 0, 0.5, -0.5])
-    assert GOAL.is_reached(FoldStatus.FOLDED, joints)
-    assert GOAL.score(FoldStatus.FOLDED, joints) == 1.0
+    assert GOAL.judged(FoldStatus.FOLDED, joints).is_reached
+    assert GOAL.judged(FoldStatus.FOLDED, joints).score == 1.0
 
 
 @pytest.mark.parametrize("joint", range(5))
 def test_one_joint_beyond_the_tolerance_is_no_success(joint: int) -> None:
     joints = word_to_angles(TARGET)
     joints[joint] += 1.1 * SUCCESS_TOLERANCE
-    assert not GOAL.is_reached(FoldStatus.FOLDED, joints)
-    assert GOAL.score(FoldStatus.FOLDED, joints) < 0.5
+    assert not GOAL.judged(FoldStatus.FOLDED, joints).is_reached
+    assert GOAL.judged(FoldStatus.FOLDED, joints).score < 0.5
 
 
 @pytest.mark.parametrize("status", [FoldStatus.MISFOLDED, FoldStatus.UNSETTLED, None])
 def test_the_right_angles_without_rest_score_half(status: FoldStatus | None) -> None:
-    assert GOAL.score(status, word_to_angles(TARGET)) == pytest.approx(0.5)
+    assert GOAL.judged(status, word_to_angles(TARGET)).score == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("joints", [np.full(5, np.nan), word_to_angles(TARGET)])
 def test_a_failure_scores_nothing_whatever_its_angles(joints: np.ndarray) -> None:
-    assert GOAL.score(FoldStatus.FAILED, joints) == 0.0
+    assert GOAL.judged(FoldStatus.FAILED, joints).score == 0.0
 
 
 def test_another_fold_scores_half_its_similarity() -> None:
@@ -42,25 +42,25 @@ def test_another_fold_scores_half_its_similarity() -> None:
         if word != TARGET:
             joints = word_to_angles(word)
             expected = 0.5 * similarity(joints, word_to_angles(TARGET))
-            assert GOAL.score(FoldStatus.FOLDED, joints) == pytest.approx(expected)
+            assert GOAL.judged(FoldStatus.FOLDED, joints).score == pytest.approx(expected)
             assert expected < 0.5
 
 
 def test_the_mirror_image_is_not_the_target() -> None:
-    assert not GOAL.is_reached(FoldStatus.FOLDED, word_to_angles(mirror(TARGET)))
+    assert not GOAL.judged(FoldStatus.FOLDED, word_to_angles(mirror(TARGET))).is_reached
 
 
 @given(angles)
 def test_the_potential_is_half_the_similarity(joints: np.ndarray) -> None:
     expected = 0.5 * similarity(joints, word_to_angles(TARGET))
-    assert GOAL.potential(joints) == pytest.approx(expected, abs=1e-12)
+    assert GOAL.judged(None, joints).potential == pytest.approx(expected, abs=1e-12)
 
 
 @given(angles)
 def test_an_outlines_potential_is_that_of_the_likest_word(joints: np.ndarray) -> None:
     goal = goal_of("LLRRL", "outline")
     expected = max(0.5 * similarity(joints, word_to_angles(word)) for word in goal.words)
-    assert goal.potential(joints) == pytest.approx(expected, abs=1e-12)
+    assert goal.judged(None, joints).potential == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize("n", [2, 5, 7, pytest.param(8, marks=pytest.mark.slow)])
@@ -72,4 +72,4 @@ def test_an_outline_is_reached_by_exactly_the_words_that_cover_it(n: int) -> Non
         same = {word for word in words if outline(word) == outline(target)}
         assert set(goal.words) == same
         for word in words:
-            assert goal.is_reached(FoldStatus.FOLDED, word_to_angles(word)) == (word in same)
+            assert goal.judged(FoldStatus.FOLDED, word_to_angles(word)).is_reached == (word in same)

@@ -56,12 +56,15 @@ def test_long_chains_need_a_list() -> None:
         resolve_targets(["LRLR"], 30)
 
 
-def test_a_suite_gives_targets_and_length(tmp_path: Path) -> None:
-    path = tmp_path / "few.yaml"
-    path.write_text("scene_name: design\nwords: {LRLR: {}, LLRL: {}}\n")
+def test_a_suite_gives_targets_length_and_scene(tmp_path: Path) -> None:
+    path = tmp_path / "slippery.yaml"
+    path.write_text("scene_name: design-long\nwords: {LRLR: {}, LLRL: {}}\n")
     env = TubeFeedEnv(targets=str(path), baseline=None)
     assert env.targets == ("LRLR", "LLRL")
     assert env.scene.n == 5
+    assert env.scene.friction == mf.load_scene("design-long").friction
+    assert env.scene.feed.loading == "at_mouth"
+    assert TubeFeedEnv("tube-feed", targets=str(path), baseline=None).scene.friction == 0.35
 
 
 @pytest.mark.parametrize("make", [TubeFeedEnv, SequenceDesignEnv])
@@ -70,15 +73,6 @@ def test_the_shipped_suite_is_the_default_by_another_name(make: Any) -> None:
     assert suite.targets == default.targets
     for target in ("LRLLL", "RRRLR"):
         assert suite.baseline_of(target) == default.baseline_of(target)
-
-
-def test_a_suite_brings_its_scene(tmp_path: Path) -> None:
-    path = tmp_path / "slippery.yaml"
-    path.write_text("scene_name: design-long\nwords: {LRLRLRL: {}}\n")
-    env = TubeFeedEnv(targets=str(path), baseline=None)
-    assert env.scene.friction == mf.load_scene("design-long").friction
-    assert env.scene.feed.loading == "at_mouth"
-    assert TubeFeedEnv("tube-feed", targets=str(path), baseline=None).scene.friction == 0.35
 
 
 def test_a_suite_that_does_not_exist_is_named() -> None:

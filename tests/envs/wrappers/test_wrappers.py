@@ -8,6 +8,7 @@ from gymnasium.utils.env_checker import check_env
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.wrappers.curriculum import Curriculum
 from magfold_env.envs.wrappers.sensor_noise import SensorNoise
+from tests.envs import contract
 
 QUICK: dict[str, Any] = {"fidelity": "quasistatic"}
 LENGTHS = ({"components": 3}, {"components": 4})
@@ -18,13 +19,8 @@ def quick() -> gymnasium.Env:
 
 
 def play(env: gymnasium.Env, seed: int | None = None) -> tuple[list[np.ndarray], dict]:
-    observation, info = env.reset(seed=seed)
-    seen, ended = [observation], False
-    while not ended:
-        observation, _, terminated, truncated, info = env.step(env.action_space.sample())
-        seen.append(observation)
-        ended = terminated or truncated
-    return seen, info
+    said = contract.play(env, seed)
+    return [each[0] for each in said], said[-1][-1]
 
 
 def check_wrapped(env: gymnasium.Env) -> None:
@@ -37,8 +33,6 @@ def test_noise_blurs_what_is_measured_and_nothing_else() -> None:
     plain = gymnasium.make("MagFold/TubeFeed-v0", **QUICK)
     noisy = SensorNoise(gymnasium.make("MagFold/TubeFeed-v0", **QUICK), 0.05)
     check_wrapped(noisy)
-    plain.action_space.seed(0)
-    noisy.action_space.seed(0)
     layout = plain.unwrapped.layout  # pyright: ignore[reportAttributeAccessIssue]
     deviations = []
     for seed in range(30):
@@ -79,8 +73,9 @@ def test_success_leads_from_stage_to_stage() -> None:
 
 
 def test_failure_keeps_the_stage() -> None:
-    env = Curriculum(quick(), LENGTHS, threshold=1.0, window=5)
+    env = Curriculum(quick(), LENGTHS, threshold=1.0, window=20)
     env.action_space.seed(0)
+    env.reset(seed=0)
     assert {play(env)[1]["stage"] for _ in range(100)} == {0}
 
 
@@ -130,7 +125,5 @@ def test_wrapped_environments_can_be_made_from_their_specs() -> None:
     env = SensorNoise(Curriculum(quick(), LENGTHS, window=7), 0.1)
     assert env.spec is not None
     again = gymnasium.make(env.spec)
-    env.action_space.seed(0)
-    again.action_space.seed(0)
     for one, other in zip(play(env, 5)[0], play(again, 5)[0], strict=True):
         np.testing.assert_array_equal(one, other)
