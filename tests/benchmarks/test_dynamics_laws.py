@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import nnls
 
 from magfold_bench.laws import mechanics, overlap
 from magfold_bench.laws import random_scenes as scenes
@@ -14,7 +13,7 @@ from magfold_env.minimiser.lattice import from_words
 from magfold_env.minimiser.states import conflicts
 from magfold_env.scene import Casing, Feed, Scene
 from magfold_env.shapes import centres, mirror, overlaps
-from tests.laws import agreement, impacts
+from tests.laws import agreement
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -109,23 +108,6 @@ def test_mechanics_agree_with_positions(seed):
     assert linear == pytest.approx(scene.masses @ moving, rel=1e-6)
     orbital = scene.masses @ (at[:, 0] * moving[:, 1] - at[:, 1] * moving[:, 0])
     assert angular == pytest.approx(orbital + scene.inertias @ rates, rel=1e-6)
-
-
-@given(seed=seeds)
-def test_projections_agree_with_another_solver(seed):
-    rng = np.random.default_rng(seed)
-    k = int(rng.integers(2, 9))
-    root = rng.normal(size=(k, k)) + 3.0 * np.eye(k)
-    rows = rng.normal(size=(int(rng.integers(1, 7)), k))
-    rows = np.concatenate([rows, rows[:1], rows[:1] + rows[-1:]])
-    mass, before = root @ root.T, rng.normal(size=k)
-    after, doubt = impacts.nearest_admissible(mass, rows, before)
-    assert doubt < 1e-13
-    lower = np.linalg.cholesky(mass)
-    cone = np.linalg.solve(lower, rows.T)
-    change = cone @ nnls(cone, -lower.T @ before)[0]
-    expected = before + np.linalg.solve(lower.T, change)
-    np.testing.assert_allclose(after.astype(float), expected, rtol=0, atol=1e-9)
 
 
 def test_a_killed_run_goes_on(tmp_path):
