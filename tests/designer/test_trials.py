@@ -17,7 +17,6 @@ from magfold_env.designer.trials import (
     hurried,
     race,
 )
-from magfold_env.ensembles.releases import release
 from magfold_env.fold import FoldStatus
 
 
@@ -73,12 +72,6 @@ def test_finalists_follow_each_other_until_one_does() -> None:
     assert [evaluation.releases for evaluation in ranks] == [FINAL] * 3 + [later]
 
 
-def test_no_finalist_goes_on_in_vain() -> None:
-    trials = Known(lambda _: 0.0)
-    ranks = race([named(k) for k in range(4)], trials, enough=0.9)
-    assert [evaluation.releases for evaluation in ranks] == [12] * 4
-
-
 @pytest.mark.parametrize(("failures", "releases"), [(4, FINAL), (5, 12)])
 def test_a_finalist_goes_on_while_it_may_do_well_enough(failures: int, releases: int) -> None:
     trials = Known(lambda _: 0.5)
@@ -121,9 +114,6 @@ def test_cross_entropy_keeps_to_its_budget_and_its_speeds() -> None:
     assert all(0.02 <= (evaluation.choice.speed or 0.0) <= 0.3 for evaluation in found)
 
 
-SCENE = release(mf.load_scene("design"), "forward")
-
-
 def test_haste_changes_no_fold() -> None:
     design = mf.design("LRR", runs=0)
     assert design.scene is not None
@@ -131,14 +121,3 @@ def test_haste_changes_no_fold() -> None:
     assert patient.status is hasty.status is FoldStatus.FOLDED
     np.testing.assert_array_equal(hasty.angles, patient.angles)
     assert hasty.steps == patient.steps
-
-
-def test_haste_knows_the_length_the_tolerance_and_the_scenes_own_cap() -> None:
-    def pace(**changes: object) -> int:
-        return hurried(SCENE.replace(**changes)).solver.max_steps_per_second
-
-    usual = pace()
-    assert usual < SCENE.solver.max_steps_per_second
-    assert abs(pace(sequence=SCENE.sequence * 2) - 2 * usual) <= 1
-    assert abs(pace(solver={"tolerance": 1e-9}) - 10 * usual) <= 5
-    assert pace(solver={"max_steps_per_second": 7}) == 7

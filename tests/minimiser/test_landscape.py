@@ -6,7 +6,6 @@ import pytest
 import magfold_env as mf
 from magfold_env.minimiser import Landscape, minimise, sequence_of
 from magfold_env.minimiser.energies import internal_energy, signs
-from magfold_env.minimiser.every_sequence import best_words
 from magfold_env.shapes import folded_words, headings, word_to_angles
 from tests.minimiser import reference
 from tests.minimiser.scenes import MODELS, scene_of
@@ -121,16 +120,7 @@ def test_every_sequence_is_each_one(n: int) -> None:
         np.testing.assert_allclose(landscape.every_energy(word), expected[:, row], atol=scale)
 
 
-def test_wrong_arguments_are_named() -> None:
-    scene = mf.load_scene("paper/sequence-1")
-    landscape = Landscape(scene, "folded")
+def test_a_chain_that_is_too_long_is_refused() -> None:
+    scene = mf.load_scene("paper/sequence-1").replace(sequence=("NSNS",) * 13)
     with pytest.raises(ValueError, match=r"13 components are not allowed; .* at most 12"):
-        Landscape(scene.replace(sequence=("NSNS",) * 13))
-    with pytest.raises(ValueError, match="word: 'SSSSS' is not allowed"):
-        landscape.every_energy("SSSSS")
-    with pytest.raises(ValueError, match=r"sequences: shape \(1, 2, 4\) is not allowed"):
-        landscape.energies([("NNNN", "SSSS")])
-    with pytest.raises(mf.SceneError, match="sequence"):
-        landscape.energies([("NNNX",) * 6])
-    with pytest.raises(ValueError, match="7 components are not allowed"):
-        best_words(np.zeros((1, 28, 28)), ("",), 0.0)
+        Landscape(scene)

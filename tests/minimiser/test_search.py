@@ -100,13 +100,6 @@ def test_ties_are_reported_and_broken_in_the_order_slr() -> None:
     assert (first.letter, first.tied) == ("L", "R")
 
 
-def test_without_magnets_everything_ties() -> None:
-    found = minimise(Scene(sequence=("NNNN",) * 3, magnets=None), top=2)
-    assert [state.word for state in found.states] == ["SS", "SL"]
-    assert len(found.states[0].tied) == 8
-    assert found.best.energy == 0.0
-
-
 def test_long_chains_are_searched_by_branch_and_bound() -> None:
     scene = Scene(sequence=("NSNS", "SNNN") * 7, magnets=Magnets(nodes=2))
     found = minimise(scene, top=3)

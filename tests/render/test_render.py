@@ -1,7 +1,5 @@
 """Frames: what is drawn, where, and which faces touch."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -63,29 +61,6 @@ def test_magnets_have_the_size_of_their_face() -> None:
     assert small[1] == thick[1] == even[1]
 
 
-MAGNET: dict[str, Any] = {
-    "position": (0.05, 0.06),
-    "width": 0.03,
-    "height": 0.03,
-    "thickness": 0.02,
-}
-
-
-def test_a_fixed_magnet_is_a_bar_of_two_poles() -> None:
-    bare = mf.Scene(sequence=("----",) * 6)
-    for heading in (0.0, np.pi):
-        scene = bare.replace(field={"magnet": {**MAGNET, "heading": heading}})
-        picture = frame(scene, np.zeros(6), [0.0, 0.0], 6)
-        north, south = (
-            np.argwhere((picture == np.array(c[:3])).all(axis=-1))
-            for c in (style.NORTH, style.SOUTH)
-        )
-        assert len(north) == pytest.approx(len(south), rel=0.1)
-        ahead = north[:, 1].mean() > south[:, 1].mean()
-        assert ahead == (heading == 0.0)
-    assert _count(frame(bare, np.zeros(6), [0.0, 0.0], 6), style.NORTH) == 0
-
-
 def test_front_left_lies_to_the_left_of_the_heading() -> None:
     scene = mf.Scene(sequence=("NSSS",))
     picture = frame(scene, [0.0], [0.0, 0.0], 1)
@@ -139,13 +114,3 @@ def test_on_the_lattice_neighbouring_cells_touch(word: str) -> None:
 def test_faces_that_open_do_not_touch() -> None:
     joint = np.array([np.pi / 2 - 0.1])
     assert touches(headings(joint), ORIGIN, SIDE) == []
-
-
-def test_the_stretch_is_the_shared_side() -> None:
-    (touch,) = touches(headings(word_to_angles("L")), ORIGIN, SIDE)
-    assert np.hypot(*(touch.ends[1] - touch.ends[0])) == pytest.approx(SIDE)
-    # A joint to the left brings the left faces together: front of 1, back of 2.
-    assert touch.first == (0, 0)
-    assert touch.second == (1, 1)
-    middle = centres(headings(word_to_angles("L")), side=SIDE).mean(axis=0)
-    np.testing.assert_allclose(touch.ends.mean(axis=0), middle, atol=1e-12)

@@ -1,7 +1,6 @@
 """Pages of reports, and the intervals and diagrams on them."""
 
 import math
-import re
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -21,7 +20,7 @@ from magfold_env.reporting.page import (
     render,
     write_page,
 )
-from magfold_env.reporting.tables import Cell, Table, cell_text
+from magfold_env.reporting.tables import Table
 
 VOID = {"meta", "link", "img"}
 
@@ -121,25 +120,6 @@ def test_pages_within_the_page_are_bound_to_its_policy() -> None:
     assert "script-src 'unsafe-inline'; frame-src 'self'" in text
     assert "<script" not in text
     assert read(text).pages == [inner, inner]
-
-
-def test_what_is_folded_away_is_so_until_it_is_asked_for() -> None:
-    details = [Details("shut", ["one"]), Details("open", ["two"], unfolded=True)]
-    text = render(Page("T", [Section("S", details)], provenance={"os": "any"}))
-    assert re.findall(r"<details( open)?>\s*<summary>(.*?)<", text) == [
-        ("", "shut"),
-        (" open", "open"),
-        ("", "How it was made"),
-    ]
-
-
-@pytest.mark.parametrize(
-    ("cell", "text"),
-    [("as it is", "as it is"), (12345, "12345"), (12345.6, "12346"), (0.0012345, "0.00123"),
-     (float("nan"), "never")],
-)  # fmt: skip
-def test_numbers_have_three_figures(cell: Cell, text: str) -> None:
-    assert cell_text(cell) == text
 
 
 def test_a_picture_must_be_a_png_file(tmp_path: Path) -> None:

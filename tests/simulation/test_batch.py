@@ -5,7 +5,7 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.fold import Fold
-from magfold_env.scene import SceneError, load_scene
+from magfold_env.scene import load_scene
 from magfold_env.simulation.simulate import simulate, simulate_batch
 
 SCENE = load_scene("paper/sequence-3")
@@ -37,24 +37,8 @@ def test_every_fold_may_have_a_scene_of_its_own_and_a_record():
     assert list(map(bits, folds)) == list(map(bits, alone))
 
 
-def test_no_seeds_no_folds():
-    assert simulate_batch(SCENE, []) == []
-
-
 def test_generators_go_on_from_where_they_are():
     rng, twin = np.random.default_rng(5), np.random.default_rng(5)
     twin.random()
     rng.random()
     assert bits(simulate_batch(SCENE, [rng])[0]) == bits(simulate(SCENE, twin))
-
-
-@pytest.mark.parametrize(
-    ("scenes", "threads", "message"),
-    [
-        ([SCENE], None, "scenes: 1 is not allowed; must be one, or as many as the 2 seeds"),
-        (SCENE, 0, "threads: 0 is not allowed; must be from 1 to 4096"),
-    ],
-)
-def test_wrong_numbers_are_refused(scenes, threads, message):
-    with pytest.raises(SceneError, match=message):
-        simulate_batch(scenes, [1, 2], threads=threads)
