@@ -35,7 +35,6 @@ def test_only_directories_of_kernels_long_unused_are_removed(tmp_path):
     assert all(path.exists() for path in (recent, other))
 
 
-
 SMALL = {
     "__init__.py": "",
     "numbers.py": "FACTOR = 2.0\n",
