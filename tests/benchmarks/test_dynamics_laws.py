@@ -1,7 +1,5 @@
 """What measures the dynamics is right itself: scenes, overlaps, mechanics, projections, tables."""
 
-import json
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,6 +11,7 @@ from magfold_env.minimiser.lattice import from_words
 from magfold_env.minimiser.states import conflicts
 from magfold_env.scene import Casing, Feed, Scene
 from magfold_env.shapes import centres, mirror, overlaps
+from tests.killed import records_in
 from tests.laws import agreement
 
 seeds = st.integers(0, 2**32 - 1)
@@ -110,18 +109,14 @@ def test_mechanics_agree_with_positions(seed):
     assert angular == pytest.approx(orbital + scene.inertias @ rates, rel=1e-6)
 
 
-def test_a_killed_run_goes_on(tmp_path):
+def test_a_comparison_goes_on_where_it_was(tmp_path, capsys):
     agreement.main(scenes=2, first=0, out=tmp_path, workers=1)
-    path = tmp_path / "rows.jsonl"
-    rows = agreement.read_rows(path)
-    assert [row["seed"] for row in rows] == [0, 1]
-    foreign = json.dumps({**rows[0], "engine": "another", "seed": 2})
-    path.write_text(path.read_text() + foreign + "\n" + json.dumps(rows[1])[:40])
-    assert agreement.read_rows(path) == rows
+    before = records_in(tmp_path)
     agreement.main(scenes=4, first=0, out=tmp_path, workers=1)
-    again = agreement.read_rows(path)
-    assert again[:2] == rows
-    assert [row["seed"] for row in again] == [0, 1, 2, 3]
+    # Rows hold how long they took: those are the old ones.
+    assert records_in(tmp_path).items() > before.items()
+    assert list(records_in(tmp_path)) == [0, 1, 2, 3]
+    assert "Share of those that agree" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("seed", [198, 394, 562])
