@@ -4,29 +4,18 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env import shapes
+from tests.folds import lying
 
 
-def _fold(word: str, trajectory: mf.Trajectory | None = None, energy: float = -1e-3) -> mf.Fold:
-    angles = shapes.headings(shapes.word_to_angles(word), first=0.3)
-    return mf.Fold(
-        scene=mf.Scene(sequence=("NSNS",) * len(angles)),
-        status=mf.FoldStatus.FOLDED,
-        message="settled",
-        word=word,
-        angles=angles,
-        base=np.array([0.01, 0.02]),
-        energy=energy,
-        time=0.5,
-        steps=10,
-        evaluations=60,
-        trajectory=trajectory,
-    )
+def _fold(word: str, **changes: Any) -> mf.Fold:
+    scene = mf.Scene(sequence=("NSNS",) * (len(word) + 1))
+    return lying(scene, word, 0.3, base=np.array([0.01, 0.02]), **changes)
 
 
 def test_hinges_of_neighbours_meet_halfway_between_their_headings() -> None:

@@ -17,7 +17,8 @@ import magfold_env as mf
 from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Rectangle
-from magfold_env.shapes import FloatArray, headings, word_to_angles
+from magfold_env.shapes import FloatArray
+from tests.folds import lying
 
 SIDE = mf.Casing().side
 HALF = SIDE * math.sqrt(0.5)
@@ -26,24 +27,6 @@ MASS, GRAVITY = 0.0037, 9.8
 # Of two components: one that is far too heavy to be moved.
 HEAVY: dict[str, Any] = {"mass": (1000.0 * MASS, MASS)}
 EXACT = mf.Scene(sequence=("NNSS", "SSNN"), friction=0.0, magnets=mf.Magnets(accuracy=1e-8))
-
-
-def lying(scene: mf.Scene, word: str, first: float = 0.0, **changes: Any) -> mf.Fold:
-    """Return a fold that lies as a word says, as if it had been simulated."""
-    angles = headings(word_to_angles(word), first=first)
-    whole: dict[str, Any] = {
-        "scene": scene,
-        "status": FoldStatus.FOLDED,
-        "message": "",
-        "word": word,
-        "angles": angles,
-        "base": np.zeros(2),
-        "energy": 0.0,
-        "time": 0.0,
-        "steps": 0,
-        "evaluations": 0,
-    }
-    return mf.Fold(**{**whole, **changes})
 
 
 def torque_about_hinge(fold: mf.Fold) -> float:

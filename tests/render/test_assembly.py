@@ -22,27 +22,12 @@ from magfold_env.render.parts import (
     kinds,
 )
 from magfold_env.reporting.plotting import figure_class
-from magfold_env.shapes import headings, word_to_angles
+from tests.folds import lying
 
 pytest.importorskip("matplotlib.figure")
 
 FREE = mf.load_scene("paper/sequence-3")
 ANCHOR = mf.load_scene("anchor")
-
-
-def _fold(scene: mf.Scene, word: str) -> mf.Fold:
-    return mf.Fold(
-        scene=scene,
-        status=mf.FoldStatus.FOLDED,
-        message="folded at t = 0.1 s",
-        word=word,
-        angles=headings(word_to_angles(word), first=0.3),
-        base=np.zeros(2),
-        energy=-1e-3,
-        time=0.1,
-        steps=1,
-        evaluations=1,
-    )
 
 
 def _axis() -> Any:
@@ -119,7 +104,7 @@ def test_predictions_stand_beside_the_simulation() -> None:
 )
 def test_long_chains_flow_onto_more_pages(count: int, pages: int, tmp_path: Path) -> None:
     scene = ANCHOR.replace(sequence=(ANCHOR.sequence * 3)[:count])
-    fold = _fold(scene, "LR" * 7 if count > 14 else ("LR" * 7)[: count - 1])
+    fold = lying(scene, "LR" * 7 if count > 14 else ("LR" * 7)[: count - 1])
     pdf, png = tmp_path / "sheet.pdf", tmp_path / "sheet.PNG"
     save_sheet(scene, fold, pdf, "anchor")
     assert _pages(pdf) == pages
