@@ -44,54 +44,80 @@ NEVER_SLOW = -1.0  # keeps the rule that ends rocking, which is no part of the l
 CERTAIN = 1e-13  # doubt up to which the independent projection counts
 
 
+class Impact:
+    """A random chain with stops and contacts, whose velocities may violate them.
+
+    Odd seeds are folded shapes with most joints at their stops, even ones any shape.
+    """
+
+    def __init__(self, seed: int) -> None:
+        rng = np.random.default_rng([seed, 3])
+        n = int(rng.integers(SMALLEST, LARGEST + 1))
+        mount = "pinned" if rng.random() < PINNED else "free"
+        self.scene = Scene(sequence=("NNNN",) * n, magnets=None, mount=mount)
+        self.model = model = pack(self.scene)
+        self.state, self.work = new_state(model, np.zeros(n)), new_work(model)
+        work, rows = self.work, self.work.rows
+        joints, share = rng.uniform(-np.pi / 2, np.pi / 2, n - 1), 0.5
+        if seed % 2 == 1:
+            joints, share = word_to_angles(random_word(rng, n)), 0.9
+        self.state.q[1:n] = np.cumsum(joints)
+        place_all(0, model, self.state.q, work.pose)
+        boxes.place_boxes(0, model, work.pose, work)
+        at_stop = np.flatnonzero(rng.random(n - 1) < share)
+        for row, joint in enumerate(at_stop):
+            rows.id[row, :2] = joint + 1, 1 if joints[joint] > 0.0 else -1
+        rows.counts[at.JOINT_STOPS] = self.stops = row = len(at_stop)
+        for _ in range(int(rng.integers(0, MOST_CONTACTS + 1))):
+            # Rows are linear: for the projection it does not matter how wide the gaps are.
+            i = int(rng.integers(0, n - boxes.APART)) if n > boxes.APART else 0
+            rows.id[row, :3] = i, rng.integers(i + boxes.APART, n), rng.integers(4)
+            row += 1
+        if row > self.stops:  # the same contact twice, as in closed loops
+            rows.id[row] = rows.id[row - 1]
+            row += 1
+        rows.counts[1:] = row
+        free = n + 2 if mount == "free" else n
+        self.rows, self.free = slice(row), slice(free)
+        self.before = np.append(rng.normal(0.0, 10.0, n), rng.normal(0.0, 0.3, 2))
+        self.before[free:] = 0.0
+
+    def project(self, slow: float = NEVER_SLOW) -> FloatArray:
+        """Return the engine's velocity after the impact.
+
+        Raises
+        ------
+        ArithmeticError
+            If it finds none.
+        """
+        after = self.before.copy()
+        if not dynamics.project(self.model, self.state, after, self.work, slow):
+            raise ArithmeticError("no velocity after the impact")
+        return after[self.free]
+
+    @property
+    def jacobian(self) -> FloatArray:
+        """Rows of the stops and the contacts, as the projection left them."""
+        return self.work.rows.jacobian[self.rows, self.free]
+
+    @property
+    def mass(self) -> FloatArray:
+        """Mass matrix."""
+        scene = self.scene
+        matrix = reference.mass_matrix(
+            self.state.q, scene.casing.side, scene.masses, scene.inertias
+        )
+        return matrix[self.free, self.free]
+
+
 def impact_error(seed: int) -> float | None:
     """Return by how much the velocity after a random impact violates the law.
 
     The distance from the independent projection in the metric of the mass matrix, relative to
-    the speed before. Odd seeds are folded shapes with most joints at their stops, even ones any
-    shape. None if the independent projection is in doubt.
-
-    Raises
-    ------
-    ArithmeticError
-        If the engine finds no velocity.
+    the speed before. None if the independent projection is in doubt.
     """
-    rng = np.random.default_rng([seed, 3])
-    n = int(rng.integers(SMALLEST, LARGEST + 1))
-    mount = "pinned" if rng.random() < PINNED else "free"
-    scene = Scene(sequence=("NNNN",) * n, magnets=None, mount=mount)
-    model = pack(scene)
-    state, work = new_state(model, np.zeros(n)), new_work(model)
-    joints = rng.uniform(-np.pi / 2, np.pi / 2, n - 1)
-    share = 0.5
-    if seed % 2 == 1:
-        joints, share = word_to_angles(random_word(rng, n)), 0.9
-    state.q[1:n] = np.cumsum(joints)
-    place_all(0, model, state.q, work.pose)
-    boxes.place_boxes(0, model, work.pose, work)
-    at_stop = np.flatnonzero(rng.random(n - 1) < share)
-    row = 0
-    for joint in at_stop:
-        work.rows.id[row, :2] = joint + 1, 1 if joints[joint] > 0.0 else -1
-        row += 1
-    work.rows.counts[at.JOINT_STOPS] = row
-    for _ in range(int(rng.integers(0, MOST_CONTACTS + 1))):
-        # Rows are linear: for the projection it does not matter how wide the gaps are.
-        i = int(rng.integers(0, n - boxes.APART)) if n > boxes.APART else 0
-        work.rows.id[row, :3] = i, rng.integers(i + boxes.APART, n), rng.integers(4)
-        row += 1
-    work.rows.counts[1:] = row
-    free = n + 2 if mount == "free" else n
-    before = np.append(rng.normal(0.0, 10.0, n), rng.normal(0.0, 0.3, 2))
-    before[free:] = 0.0
-    after = before.copy()
-    if not dynamics.project(model, state, after, work, NEVER_SLOW):
-        raise ArithmeticError(f"no velocity after the impact of seed {seed}")
-    mass = reference.mass_matrix(state.q, scene.casing.side, scene.masses, scene.inertias)[
-        :free, :free
-    ]
-    expected, doubt = nearest_admissible(mass, work.rows.jacobian[:row, :free], before[:free])
-    if doubt > CERTAIN:
-        return None
-    off = after[:free] - expected
-    return float(np.sqrt(off @ mass @ off / (before[:free] @ mass @ before[:free])))
+    impact = Impact(seed)
+    before, after, mass = impact.before[impact.free], impact.project(), impact.mass
+    expected, doubt = nearest_admissible(mass, impact.jacobian, before)
+    off = after - expected
+    return float(np.sqrt(off @ mass @ off / (before @ mass @ before))) if doubt <= CERTAIN else None
