@@ -1,7 +1,6 @@
 """Pages of reports, and the intervals and diagrams on them."""
 
 import math
-from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -21,44 +20,13 @@ from magfold_env.reporting.page import (
     write_page,
 )
 from magfold_env.reporting.tables import Table
-
-VOID = {"meta", "link", "img"}
-
-
-class Reader(HTMLParser):
-    """Keeps addresses and anchors, and sees that what is opened is closed."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.addresses: list[str] = []
-        self.anchors: list[str] = []
-        self.pages: list[str] = []
-        self.text = ""
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag not in VOID:
-            self.open.append(tag)
-        for name, value in attrs:
-            if name in ("src", "href"):
-                self.addresses.append(value or "")
-            if name == "id":
-                self.anchors.append(value or "")
-            if name == "srcdoc":
-                self.pages.append(value or "")
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
+from tests.markup import Markup
 
 
-def read(text: str) -> Reader:
-    reader = Reader()
-    reader.feed(text)
-    assert not reader.open
-    return reader
+def read(text: str) -> Markup:
+    found = Markup(text)
+    assert found.whole
+    return found
 
 
 @pytest.fixture
@@ -119,7 +87,7 @@ def test_pages_within_the_page_are_bound_to_its_policy() -> None:
     assert "script-src" not in plain
     assert "script-src 'unsafe-inline'; frame-src 'self'" in text
     assert "<script" not in text
-    assert read(text).pages == [inner, inner]
+    assert read(text).frames == [inner, inner]
 
 
 def test_a_picture_must_be_a_png_file(tmp_path: Path) -> None:
