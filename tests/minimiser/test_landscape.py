@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.minimiser import Landscape, minimise, sequence_of
+from magfold_env.minimiser import Landscape, sequence_of
 from magfold_env.minimiser.energies import internal_energy, signs
 from magfold_env.shapes import folded_words, headings, word_to_angles
 from tests.minimiser import reference
@@ -40,21 +40,6 @@ def test_a_thousand_sequences_are_brute_force(by_position: tuple[list[str], np.n
 
 def signs_of(sequences: list[tuple[str, ...]]) -> np.ndarray:
     return np.array([signs(each) for each in sequences])
-
-
-@pytest.mark.parametrize("count", [20, pytest.param(1000, marks=pytest.mark.slow)])
-def test_the_minimiser_is_brute_force(
-    by_position: tuple[list[str], np.ndarray], count: int
-) -> None:
-    words, forms = by_position
-    for sequence in random_sequences(2, count, 6):
-        s = signs(sequence).ravel()
-        expected = np.einsum("a,wab,b->w", s, forms, s, optimize=True)
-        order = np.argsort(expected)[:2]
-        found = minimise(scene_of(sequence, "points"), top=2).states
-        assert [state.energy for state in found] == pytest.approx(expected[order], rel=1e-9)
-        if np.diff(expected[order]) > 1e-9 * abs(expected[order[0]]):
-            assert found[0].word == words[order[0]]
 
 
 def test_only_folded_words_on_request_and_scores_have_the_pairs_inside_components_in() -> None:

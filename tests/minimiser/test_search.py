@@ -143,19 +143,6 @@ def test_the_five_lowest_folded_states_and_their_scores(k: int) -> None:
         assert state.stable == (not conflicts)
 
 
-@pytest.mark.parametrize(
-    ("k", "forward", "backward"),
-    [(1, "LRLLL", "LRLLR"), (2, "LRLRL", "LRLRL"), (3, "LRLLL", "LRLLL")],
-)
-@pytest.mark.parametrize("suffix", ["", "-literal"])
-def test_table_1(k: int, forward: str, backward: str, suffix: str) -> None:
-    scene = mf.load_scene(f"paper/sequence-{k}{suffix}")
-    for mode, word in (("forward", forward), ("backward", backward)):
-        found = minimise(scene, mode)  # pyright: ignore[reportArgumentType]
-        assert found.best.word == word
-        assert found.best.stable
-
-
 def test_sequence_3_supports_one_stable_state() -> None:
     stable = search(3, among="stable").states
     assert [state.word for state in stable] == ["LRLLL"]
