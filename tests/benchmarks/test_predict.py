@@ -2,18 +2,7 @@
 
 import numpy as np
 
-import magfold_env as mf
 from magfold_bench import idealisations
-from magfold_bench.laws import experiment
-
-
-def test_releases_by_hand_vary_in_all_that_is_stated() -> None:
-    for mode in experiment.MODES:
-        scene = experiment.paper_scene(2, mode)
-        assert scene.spreads == experiment.SPREADS
-        assert scene.start_angle_spread == experiment.ANGLE
-        assert scene.sequence == mf.load_scene("paper/sequence-2").sequence
-        assert scene.mount == ("free" if mode == "free" else "tube")
 
 
 def test_each_change_is_of_one_part_of_a_scene() -> None:
