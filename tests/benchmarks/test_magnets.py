@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 
 from magfold_bench.laws import exact_magnets
-from magfold_bench.magnets.samples import (
-    Sums,
-    sample_of,
-)
+from magfold_bench.magnets.samples import Sums, sample_of
 from magfold_env.scene import Magnets
 from tests.benchmarks.magnet_pairs import SIDE, alike
 

@@ -2,10 +2,7 @@
 
 import pytest
 
-from magfold_env.reporting.timing import (
-    ratio,
-    take_turns,
-)
+from magfold_env.reporting.timing import ratio, take_turns
 
 
 class Clock:

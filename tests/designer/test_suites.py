@@ -7,14 +7,7 @@ import pytest
 
 import magfold_env as mf
 from magfold_bench.lists.suites import WORDS, suite_words
-from magfold_env.designer.suites import (
-    Kind,
-    Suite,
-    Witness,
-    load_suite,
-    save_suite,
-    suite_names,
-)
+from magfold_env.designer.suites import Kind, Suite, Witness, load_suite, save_suite, suite_names
 from magfold_env.designer.task import Choice
 from magfold_env.ensembles.releases import release
 from magfold_env.minimiser import Mode

@@ -10,17 +10,8 @@ from PIL import Image
 import magfold_env as mf
 from magfold_env.minimiser import minimise
 from magfold_env.render import save_sheet, style
-from magfold_env.render.assembly import (
-    CARD,
-    LONGEST,
-    card_scale,
-    draw_card,
-    predicted,
-)  # fmt: skip
-from magfold_env.render.parts import (
-    kind_text,
-    kinds,
-)
+from magfold_env.render.assembly import CARD, LONGEST, card_scale, draw_card, predicted
+from magfold_env.render.parts import kind_text, kinds
 from magfold_env.reporting.plotting import figure_class
 from tests.folds import lying
 
