@@ -14,9 +14,6 @@ pytest.importorskip("matplotlib.figure")
 SCENE = mf.Scene(sequence=("NSNS",) * 4)
 
 
-pytest.importorskip("matplotlib.figure")
-
-
 def swept(over: dict[str, tuple[float, ...]], *words: str) -> mf.Sweep:
     """At point k the word k occurs twice, all others once."""
     ensembles: list[mf.Ensemble] = []

@@ -15,7 +15,7 @@ TUBE = mf.load_scene("tube-feed")
 DIAGONAL = FREE.casing.diagonal
 
 
-def _count(picture: np.ndarray, colour: style.Colour) -> int:
+def count_of(picture: np.ndarray, colour: style.Colour) -> int:
     return int((picture == np.array(colour[:3])).all(axis=-1).sum())
 
 
@@ -34,7 +34,7 @@ def test_poles_have_their_colours() -> None:
     def colours(letters: str) -> tuple[int, int]:
         scene = FREE.replace(sequence=(letters,) * 6)
         picture = frame(scene, np.zeros(6), np.zeros(2), 6)
-        return _count(picture, style.NORTH), _count(picture, style.SOUTH)
+        return count_of(picture, style.NORTH), count_of(picture, style.SOUTH)
 
     north, south = colours("NNNN")
     assert north > 1000
@@ -44,14 +44,14 @@ def test_poles_have_their_colours() -> None:
     assert half[0] == pytest.approx(north / 2, rel=0.05)
     assert half[1] == pytest.approx(half[0], rel=0.1)
     bare = frame(FREE.replace(magnets=None), np.zeros(6), np.zeros(2), 6)
-    assert _count(bare, style.NORTH) == _count(bare, style.SOUTH) == 0
+    assert count_of(bare, style.NORTH) == count_of(bare, style.SOUTH) == 0
 
 
 def test_magnets_have_the_size_of_their_face() -> None:
     def areas(**magnets: object) -> tuple[int, int]:
         scene = mf.Scene(sequence=("NSSS",)).replace(magnets=magnets)
         picture = frame(scene, [0.0], [0.0, 0.0], 1)
-        return _count(picture, style.NORTH), _count(picture, style.SOUTH)
+        return count_of(picture, style.NORTH), count_of(picture, style.SOUTH)
 
     even = areas(width=0.005, thickness=0.002)
     small = areas(width=(0.0025, 0.005, 0.005, 0.005), thickness=0.002)
@@ -88,8 +88,8 @@ def test_components_in_the_tube_show_no_poles_until_they_are_loaded(direction: s
     assert with_magnets(preloaded, angles, np.array(base), 2).all()
     some = frame(scene, angles, base, 2)
     every = frame(preloaded, angles, base, 2)
-    assert _count(some, style.TUBE) > 500
-    assert _count(some, style.NORTH) < _count(every, style.NORTH)
+    assert count_of(some, style.TUBE) > 500
+    assert count_of(some, style.NORTH) < count_of(every, style.NORTH)
 
 
 SIDE = 0.0125

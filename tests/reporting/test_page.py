@@ -116,6 +116,3 @@ def test_the_interval_is_wilsons(successes: int, trials: int) -> None:
         assert (p - result.rate) ** 2 == pytest.approx(Z**2 * p * (1 - p) / trials, abs=1e-12)
     assert 0 <= result.low <= result.rate <= result.high <= 1
     assert not math.isclose(result.low, result.high)
-
-
-pytest.importorskip("matplotlib.figure")
