@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pytest
+
 from magfold_bench.paper.run import PARTS
 from tests.command_line import fails_in_one_line, run
 
@@ -19,3 +21,14 @@ def test_a_table_is_reproduced(tmp_path: Path) -> None:
     text = (tmp_path / "paper.html").read_text(encoding="utf-8")
     assert "S1C (LRLLR)" in text
     assert "Agrees by construction" in text
+
+
+@pytest.mark.slow
+def test_everything_is_reproduced(tmp_path: Path) -> None:
+    result = run("paper", "--quick", "--out", tmp_path)
+    assert result.exit_code == 0
+    text = (tmp_path / "paper.html").read_text(encoding="utf-8")
+    for part in PARTS.values():
+        assert part.title in text
+        assert f"magfold paper --only {part.name}" in text
+    assert text.count("data:image/png;base64,") == sum(1 for _ in tmp_path.glob("*.png"))
