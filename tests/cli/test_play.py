@@ -3,7 +3,7 @@
 import pytest
 
 from magfold_env.envs.pictures.play import Game
-from tests.command_line import run
+from tests.command_line import fails_in_one_line, run
 
 
 def test_it_plays_the_given_target(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -20,3 +20,10 @@ def test_it_plays_the_given_target(monkeypatch: pytest.MonkeyPatch) -> None:
     assert game.env.target == "LRL"
     assert game.env.scene.n == 4
     assert game.env.task.fidelity == "quasistatic"
+
+
+def test_a_window_that_nobody_would_see_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("pygame.display.get_driver", lambda: "offscreen")
+    fails_in_one_line(run("play", "--target", "LRL"), "display: there is none to open a window on")

@@ -17,6 +17,7 @@ from magfold_env.designer.trials import (
     hurried,
     race,
 )
+from magfold_env.ensembles.releases import release
 from magfold_env.fold import FoldStatus
 
 
@@ -114,6 +115,9 @@ def test_cross_entropy_keeps_to_its_budget_and_its_speeds() -> None:
     assert all(0.02 <= (evaluation.choice.speed or 0.0) <= 0.3 for evaluation in found)
 
 
+SCENE = release(mf.load_scene("design"), "forward")
+
+
 def test_haste_changes_no_fold() -> None:
     design = mf.design("LRR", runs=0)
     assert design.scene is not None
@@ -121,3 +125,14 @@ def test_haste_changes_no_fold() -> None:
     assert patient.status is hasty.status is FoldStatus.FOLDED
     np.testing.assert_array_equal(hasty.angles, patient.angles)
     assert hasty.steps == patient.steps
+
+
+def test_haste_knows_the_length_the_tolerance_and_the_scenes_own_cap() -> None:
+    def pace(**changes: object) -> int:
+        return hurried(SCENE.replace(**changes)).solver.max_steps_per_second
+
+    usual = pace()
+    assert usual < SCENE.solver.max_steps_per_second
+    assert abs(pace(sequence=SCENE.sequence * 2) - 2 * usual) <= 1
+    assert abs(pace(solver={"tolerance": 1e-9}) - 10 * usual) <= 5
+    assert pace(solver={"max_steps_per_second": 7}) == 7

@@ -5,7 +5,7 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.fold import Fold
-from magfold_env.scene import load_scene
+from magfold_env.scene import SceneError, load_scene
 from magfold_env.simulation.simulate import simulate, simulate_batch
 
 SCENE = load_scene("paper/sequence-3")
@@ -42,3 +42,8 @@ def test_generators_go_on_from_where_they_are():
     twin.random()
     rng.random()
     assert bits(simulate_batch(SCENE, [rng])[0]) == bits(simulate(SCENE, twin))
+
+
+def test_there_must_be_as_many_scenes_as_seeds():
+    with pytest.raises(SceneError, match="scenes: 1 is not allowed; must be one, or as many as"):
+        simulate_batch([SCENE], [1, 2])

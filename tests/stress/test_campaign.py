@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from magfold_bench.stress import laws
+from magfold_bench.stress import campaign, laws
 from magfold_bench.stress.campaign import BLOCK, Case, ordered, run
 from magfold_bench.stress.kinds import KINDS
 from magfold_bench.stress.verdict import Tally, Verdict
@@ -145,3 +145,11 @@ def test_what_a_scene_leaves_to_chance_is_drawn_by_the_seed(quick: str) -> None:
     assert first == again != other
     told = "seed: -1 is not allowed"
     fails_in_one_line(command("stress", "--rerun", quick, "--seed", -1), told)
+
+
+@pytest.mark.usefixtures("_checked_quickly")
+def test_time_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter(range(0, 1000, 50))
+    monkeypatch.setattr(campaign.time, "monotonic", lambda: float(next(clock)))
+    # Begun at 0 s, then looked at before every block.
+    assert run(1000, 0, ["overlapping"], minutes=2.0).cases == 2 * BLOCK

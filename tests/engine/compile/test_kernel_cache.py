@@ -165,3 +165,12 @@ def test_nothing_is_kept_where_nothing_can_be_written(copy):
 
 
 # --- in a copy of the whole ----------------------------------------------------------------
+
+
+@pytest.mark.medium
+def test_sources_in_an_archive_are_found(copy):
+    archive = shutil.make_archive(str(copy.parent), "zip", copy.parent)
+    code = f"import sys; sys.path.insert(0, {archive!r})\n{RUN}"
+    edit(copy / "leaf.py", "numbers.FACTOR", "0.0")  # not what the archive holds
+    assert run(copy, code) == run(copy, code) == [7.0, 3.0]
+    assert {path.name.partition(".")[0] for path in kept(copy)} == {"root", "other"}
