@@ -1,6 +1,8 @@
-"""Recorded folds that cost no simulation."""
+"""Folds that cost no simulation: as they lie, and recorded."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
@@ -9,6 +11,16 @@ from magfold_env.shapes import headings, word_to_angles
 from magfold_env.simulation.frames import magnetic_energy
 
 FREE = mf.load_scene("paper/sequence-3")
+
+
+def lying(scene: mf.Scene, word: str, first: float = 0.0, **changes: Any) -> mf.Fold:
+    """Return a fold that lies as a word says, as if it had been simulated."""
+    whole: dict[str, Any] = {
+        "scene": scene, "status": mf.FoldStatus.FOLDED, "message": "folded at t = 0.5 s",
+        "word": word, "angles": headings(word_to_angles(word), first=first), "base": np.zeros(2),
+        "energy": -1e-3, "time": 0.5, "steps": 1, "evaluations": 1,
+    }  # fmt: skip
+    return mf.Fold(**whole | changes)
 
 
 def recorded(word: str, scene: mf.Scene = FREE, frames: int = 30, time: float = 0.5) -> mf.Fold:
@@ -20,25 +32,8 @@ def recorded(word: str, scene: mf.Scene = FREE, frames: int = 30, time: float = 
     released = np.full(frames, scene.n)
     if scene.mount == "tube":
         released = np.ceil(share * scene.n).astype(np.int64)
-    return mf.Fold(
-        scene=scene,
-        status=mf.FoldStatus.FOLDED,
-        message=f"folded at t = {time:.4g} s",
-        word=word,
-        angles=angles[-1],
-        base=base[-1],
-        energy=-1e-2,
-        time=time,
-        steps=1,
-        evaluations=1,
-        trajectory=mf.Trajectory(
-            share * time,
-            angles,
-            base,
-            rates,
-            released,
-            base_velocity=np.gradient(base, share * time, axis=0),
-            push=0.1 * share,
-        ),
-        magnetic_energy=magnetic_energy,
-    )
+    velocity = np.gradient(base, share * time, axis=0)
+    motion = mf.Trajectory(share * time, angles, base, rates, released, velocity, 0.1 * share)
+    ends = {"message": f"folded at t = {time:.4g} s", "time": time, "energy": -1e-2}
+    moved = {"base": base[-1], "trajectory": motion, "magnetic_energy": magnetic_energy}
+    return lying(scene, word, 0.4, **ends, **moved)

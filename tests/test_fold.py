@@ -4,29 +4,18 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env import shapes
+from tests.folds import lying
 
 
-def _fold(word: str, trajectory: mf.Trajectory | None = None, energy: float = -1e-3) -> mf.Fold:
-    angles = shapes.headings(shapes.word_to_angles(word), first=0.3)
-    return mf.Fold(
-        scene=mf.Scene(sequence=("NSNS",) * len(angles)),
-        status=mf.FoldStatus.FOLDED,
-        message="settled",
-        word=word,
-        angles=angles,
-        base=np.array([0.01, 0.02]),
-        energy=energy,
-        time=0.5,
-        steps=10,
-        evaluations=60,
-        trajectory=trajectory,
-    )
+def _fold(word: str, **changes: Any) -> mf.Fold:
+    scene = mf.Scene(sequence=("NSNS",) * (len(word) + 1))
+    return lying(scene, word, 0.3, base=np.array([0.01, 0.02]), **changes)
 
 
 def test_hinges_of_neighbours_meet_halfway_between_their_headings() -> None:
@@ -86,15 +75,6 @@ def test_an_interrupted_write_leaves_the_old_file(tmp_path: Path) -> None:
     assert path.read_text(encoding="utf-8") == "old"
 
 
-def test_a_line_tells_how_a_fold_ended() -> None:
-    assert repr(_fold("LRS")) == (
-        "<Fold LRS: folded after 0.5 s, joints at (90.0, -90.0, 0.0)°, -1 mJ>"
-    )
-    assert len(repr(_fold("LR" * 50))) < 200
-    broken = replace(_fold("LR"), word="", angles=np.full(3, np.nan), energy=float("nan"))
-    assert repr(broken).startswith("<Fold: folded after 0.5 s, joints at (nan, nan)°")
-
-
 def test_notebooks_play_what_was_recorded() -> None:
     fold = mf.simulate(mf.load_scene("paper/sequence-3"), seed=0, frame_rate=60.0)
     assert repr(fold.trajectory).startswith(
@@ -109,14 +89,6 @@ def test_notebooks_play_what_was_recorded() -> None:
 
 
 SCENE = mf.load_scene("paper/sequence-3")
-
-
-def test_a_state_says_what_keeps_it_from_being_stable() -> None:
-    best, second = mf.minimise(SCENE, top=2).states
-    assert repr(best) == f"<State LRLLL: {1e3 * best.energy:.4g} mJ, stable>"
-    assert repr(second).endswith(", not folded>")
-    (alike,) = mf.minimise(mf.Scene(sequence=("NNNN", "NNNN")), top=1, among="folded").states
-    assert repr(alike).endswith("equal poles of 1 and 2 touch, tied with 1>")
 
 
 @pytest.mark.parametrize(

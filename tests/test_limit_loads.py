@@ -17,7 +17,8 @@ import magfold_env as mf
 from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Rectangle
-from magfold_env.shapes import FloatArray, headings, word_to_angles
+from magfold_env.shapes import FloatArray
+from tests.folds import lying
 
 SIDE = mf.Casing().side
 HALF = SIDE * math.sqrt(0.5)
@@ -26,24 +27,6 @@ MASS, GRAVITY = 0.0037, 9.8
 # Of two components: one that is far too heavy to be moved.
 HEAVY: dict[str, Any] = {"mass": (1000.0 * MASS, MASS)}
 EXACT = mf.Scene(sequence=("NNSS", "SSNN"), friction=0.0, magnets=mf.Magnets(accuracy=1e-8))
-
-
-def lying(scene: mf.Scene, word: str, first: float = 0.0, **changes: Any) -> mf.Fold:
-    """Return a fold that lies as a word says, as if it had been simulated."""
-    angles = headings(word_to_angles(word), first=first)
-    whole: dict[str, Any] = {
-        "scene": scene,
-        "status": FoldStatus.FOLDED,
-        "message": "",
-        "word": word,
-        "angles": angles,
-        "base": np.zeros(2),
-        "energy": 0.0,
-        "time": 0.0,
-        "steps": 0,
-        "evaluations": 0,
-    }
-    return mf.Fold(**{**whole, **changes})
 
 
 def torque_about_hinge(fold: mf.Fold) -> float:
@@ -199,6 +182,16 @@ def test_the_tube_holds_what_is_in_it() -> None:
     assert np.isinf(found.opening[:2]).all()
 
 
+def test_json_holds_it_all(tmp_path: Path) -> None:
+    found = mf.holding(mf.simulate(mf.load_scene("paper/sequence-3")))
+    found.to_json(tmp_path / "holding.json")
+    data = json.loads((tmp_path / "holding.json").read_text("utf-8"))
+    assert data["pull"] == found.pull.tolist()
+    assert data["opening"][0] == [None, found.opening[0, 1]]
+    assert data["fold"]["word"] == "LRLLL"
+    assert found.least_pull[0] == found.pull.min()
+
+
 @pytest.mark.parametrize(
     ("changes", "arguments", "message"),
     [
@@ -214,13 +207,3 @@ def test_what_is_not_allowed_is_told(
     with pytest.raises(mf.SceneError) as caught:
         mf.holding(replace(fold, **changes), **arguments)
     assert message in str(caught.value)
-
-
-def test_json_holds_it_all(tmp_path: Path) -> None:
-    found = mf.holding(mf.simulate(mf.load_scene("paper/sequence-3")))
-    found.to_json(tmp_path / "holding.json")
-    data = json.loads((tmp_path / "holding.json").read_text("utf-8"))
-    assert data["pull"] == found.pull.tolist()
-    assert data["opening"][0] == [None, found.opening[0, 1]]
-    assert data["fold"]["word"] == "LRLLL"
-    assert found.least_pull[0] == found.pull.min()

@@ -15,7 +15,6 @@ from joblib.parallel import ThreadingBackend, register_parallel_backend
 
 from magfold_env import parallel
 from magfold_env.parallel import LOSSES, Workers, finished
-from magfold_env.scene import SceneError
 
 
 def square(x: int) -> int:
@@ -91,20 +90,6 @@ def test_what_is_broken_off_warns_of_nothing() -> None:
         time.sleep(0.1)  # others are done as well
         results.close()
     assert not told
-
-
-@pytest.mark.parametrize(
-    ("entries", "message"),
-    [
-        ({"count": 0}, "workers: 0 is not allowed; must be from 1 to 4096"),
-        ({"backend": "gpu"}, "backend: 'gpu' is not allowed; must be one of threads, processes, r"),
-        ({"address": "auto"}, "address: 'auto' is not allowed; must be left out unless backend is"),
-    ],
-)
-def test_wrong_entries_are_told(entries: dict[str, Any], message: str) -> None:
-    with pytest.raises(SceneError) as told:
-        Workers(**entries)
-    assert message in str(told.value)
 
 
 # --- Ray ---------------------------------------------------------------------------------------

@@ -94,13 +94,3 @@ def test_runs_of_what_is_lost_are_made_again(lose: Any, cluster: Any) -> None:
     spread = mf.ensemble(SCENE, RUNS, seed=3, backend="ray", address=cluster.address, progress=soon)
     assert soon.done
     assert bits(spread) == bits(mf.ensemble(SCENE, RUNS, seed=3, workers=1))
-
-
-@pytest.mark.parametrize("lose", [None, kill_a_worker, lose_a_node])
-def test_a_cluster_finds_the_design_that_threads_find(lose: Any, cluster: Any) -> None:
-    soon = Soon(lose or (lambda _: None), cluster, after=20)
-    there = mf.design(
-        "LRLLL", mode="backward", seed=0, backend="ray", address=cluster.address, progress=soon
-    )
-    assert soon.done
-    assert there == mf.design("LRLLL", mode="backward", seed=0, workers=1)

@@ -12,7 +12,7 @@ import pytest
 from gymnasium.vector import AutoresetMode
 from sb3_contrib import MaskablePPO
 from sb3_contrib.common.maskable.utils import get_action_masks
-from stable_baselines3 import PPO, SAC, HerReplayBuffer
+from stable_baselines3 import SAC, HerReplayBuffer
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import DummyVecEnv
 
@@ -88,17 +88,6 @@ def test_attributes_are_those_of_an_environment() -> None:
     assert env.env_is_wrapped(gymnasium.Wrapper) == [False, False]
     with pytest.raises(NotImplementedError, match="targets: cannot be set"):
         env.set_attr("targets", ("LL",))
-
-
-@pytest.mark.slow
-@pytest.mark.train
-def test_ppo_learns() -> None:
-    env = make_sb3_vec(FEED, 8, reward="score", shaping=True, **QUICK)
-    model = PPO("MlpPolicy", env, n_steps=48, batch_size=96, n_epochs=4, learning_rate=2e-3, seed=0)
-    model.learn(400)
-    before = np.mean([each["r"] for each in model.ep_info_buffer or []])
-    model.learn(6000)
-    assert np.mean([each["r"] for each in model.ep_info_buffer or []]) > before + 0.1
 
 
 @pytest.mark.train

@@ -37,18 +37,6 @@ def test_angles_that_are_not_finite_have_no_word() -> None:
         shapes.angles_to_word([0.0, np.nan])
 
 
-def test_wrong_words_are_named() -> None:
-    with pytest.raises(
-        ValueError, match=r"word: 'LXR' is not allowed; must consist of the letters"
-    ):
-        shapes.parse_word("LXR")
-    with pytest.raises(ValueError, match=r"word: 'lrl' is .* did you mean LRL\?$"):
-        shapes.parse_word("lrl")
-    with pytest.raises(ValueError, match=r"word: 'LR' is not allowed; must have 5 letters for 6"):
-        shapes.parse_word("LR", n=6)
-    assert shapes.parse_word("LRLLL", n=6) == "LRLLL"
-
-
 @given(words)
 def test_symmetries_act_on_the_cells(word: str) -> None:
     assert shapes.overlaps(word) == shapes.overlaps(shapes.mirror(word))
@@ -83,14 +71,6 @@ def test_the_papers_counts_at_six_components() -> None:
     either_hand = {min(shapes.outline(w), shapes.outline(shapes.mirror(w))) for w in folded}
     assert len(either_hand) == 8
     assert shapes.outline("LRLLL") == shapes.outline("RRRLR")
-
-
-def test_short_chains() -> None:
-    assert shapes.folded_words(1) == [""]
-    assert shapes.folded_words(2) == ["L", "R"]
-    assert len(shapes.folded_words(5)) == 14  # 16 less LLLL and RRRR, which close on themselves
-    with pytest.raises(ValueError, match="n: 0 is not allowed"):
-        shapes.folded_words(0)
 
 
 @given(

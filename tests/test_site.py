@@ -5,7 +5,6 @@ Needs the site that `.ci/site` has built, a Chromium, and axe-core, which the ex
 
 import os
 from collections.abc import Generator
-from html.parser import HTMLParser
 from importlib.util import find_spec
 from pathlib import Path
 from runpy import run_path
@@ -19,6 +18,7 @@ import magfold_env.envs  # noqa: F401 - registers them
 if os.name != "posix":
     pytest.skip("the browser is driven over POSIX pipes", allow_module_level=True)
 
+from tests.markup import Markup
 from tests.replay import chromium
 
 SITE = Path(__file__).parents[1] / "runs" / "site"
@@ -39,26 +39,9 @@ in_browser = pytest.mark.skipif(
 )
 
 
-class Content(HTMLParser):
-    """What a page leads to, and the places in it that others may lead to."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.links: list[str] = []
-        self.places: set[str] = set()
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        for name, value in attrs:
-            if value and name in ("href", "src"):
-                self.links.append(value)
-            elif value and name in ("id", "name"):
-                self.places.add(value)
-
-
 @pytest.fixture(scope="module")
-def contents() -> dict[Path, Content]:
-    return {path: Content(path.read_text("utf-8")) for path in SITE.rglob("*.html")}
+def contents() -> dict[Path, Markup]:
+    return {path: Markup(path.read_text("utf-8")) for path in SITE.rglob("*.html")}
 
 
 def test_every_environment_has_its_tables_and_the_tracks_are_those_of_the_scores() -> None:
@@ -76,8 +59,8 @@ def test_every_environment_has_its_tables_and_the_tracks_are_those_of_the_scores
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(SITE).as_posix())
-def test_links_inside_lead_somewhere(page: Path, contents: dict[Path, Content]) -> None:
-    for link in contents[page].links:
+def test_links_inside_lead_somewhere(page: Path, contents: dict[Path, Markup]) -> None:
+    for link in contents[page].addresses:
         parts = urlsplit(link)
         if parts.scheme or parts.netloc:
             assert parts.scheme in {"https", "mailto", "data"}, link

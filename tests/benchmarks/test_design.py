@@ -9,7 +9,6 @@ from typer.testing import CliRunner
 import magfold_env as mf
 from magfold_bench import design
 from magfold_env.cli import app
-from magfold_env.designer import gap_designs
 from magfold_env.ensembles.releases import release
 from magfold_env.shapes import folded_words
 
@@ -35,17 +34,3 @@ def test_targets_are_judged_beside_the_minimiser(
     assert found.probability is not None
     assert row["successes"] == found.probability.successes
     assert "mean" in result.output
-
-
-def test_the_minimiser_takes_the_speed_at_which_it_does_best() -> None:
-    scene = mf.load_scene("design").replace(sequence=("NNNN",) * 4)
-    by_energy = gap_designs(scene, ["LRR"])
-    choice = design.minimisers_choice(scene, "LRR", "backward", by_energy, seed=3)
-    assert choice is not None
-    assert by_energy["LRR"] is not None
-    assert choice.sequence == by_energy["LRR"].sequence
-    assert choice.speed in design.SPEEDS
-    free = design.minimisers_choice(scene, "LRR", "free", by_energy, seed=3)
-    assert free is not None
-    assert free.speed is None
-    assert design.minimisers_choice(scene, "LRR", "free", {"LRR": None}, seed=3) is None

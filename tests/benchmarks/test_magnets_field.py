@@ -50,27 +50,6 @@ def test_magpylib_agrees_about_the_field_of_a_fixed_magnet(seed):
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
-def test_no_field_no_force():
-    scene, pose = unequal(0)
-    for changed in (scene, scene.replace(field={})):
-        force, torque = magnet_field.field_forces(changed, *pose)
-        assert not force.any()
-        assert not torque.any()
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_an_even_field_turns_the_moments_of_the_magnets(seed):
-    field = np.array([0.02, -0.05])
-    scene, (places, headings) = in_field(seed, uniform=tuple(field))
-    force, torque = magnet_field.field_forces(scene, places, headings)
-    assert not force.any()
-    assert scene.magnets is not None
-    moment = scene.charges * scene.magnets.by_face("thickness")  # outwards
-    angle = headings[:, None] + exact_magnets.FACE_NORMALS
-    x, y = (moment * np.cos(angle)).sum(axis=1), (moment * np.sin(angle)).sum(axis=1)
-    np.testing.assert_allclose(torque, x * field[1] - y * field[0], rtol=1e-10)
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_a_fixed_magnet_acts_as_two_more_pole_faces(seed):
     scene, (places, headings) = in_field(seed, magnet=FIXED)
@@ -92,17 +71,6 @@ def test_a_fixed_magnet_acts_as_two_more_pole_faces(seed):
     scale = np.abs(expected).max()
     np.testing.assert_allclose(force, expected, rtol=0, atol=1e-9 * scale)
     np.testing.assert_allclose(torque, turning, rtol=0, atol=1e-9 * scale * SIDE)
-
-
-def test_a_far_fixed_magnet_is_a_dipole():
-    far = FIXED.model_copy(update={"position": (2.0, 0.0), "heading": 0.0})
-    scene, (places, headings) = in_field(1, magnet=far)
-    moment = FIXED.charge * FIXED.thickness
-    even = MU0 / (4 * np.pi) * 2 * moment / 2.0**3  # on its axis
-    _, torque = magnet_field.field_forces(scene, places, headings)
-    alike = scene.replace(field=Field(uniform=(even, 0.0)))
-    _, expected = magnet_field.field_forces(alike, places, headings)
-    np.testing.assert_allclose(torque, expected, rtol=0, atol=0.05 * np.abs(expected).max())
 
 
 def test_the_fixed_magnets_north_pole_lies_ahead():

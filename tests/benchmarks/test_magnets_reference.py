@@ -6,7 +6,6 @@ import pytest
 from magfold_bench.laws import exact_magnets
 from magfold_bench.magnets.peers import Peer, installed
 from magfold_bench.magnets.samples import sample_of
-from magfold_env.scene import Magnets, Scene
 from tests.benchmarks.magnet_pairs import SIDE, alike, unequal
 from tests.engine import reference as engine_reference
 
@@ -104,18 +103,6 @@ def test_two_unequal_faces_meet_a_sum_over_point_charges():
 
 
 def test_the_flush_force_is_the_strongest_faces():
-    def flush(**changes):
-        return exact_magnets.flush_force(
-            Scene(sequence=("NNNN", "SSSS"), magnets=Magnets(**changes))
-        )
-
-    unit = flush()
-    assert flush(remanence=(0.6, 0.6, 1.2, 0.6)) == pytest.approx(4 * unit)
-    rows = ((0.6, 0.6, 0.6, 0.6), (0.6, 1.8, 0.6, 0.6))
-    assert flush(remanence=rows) == pytest.approx(9 * unit)
-    deep = {"inset": (0.0005, 0.001, 0.001, 0.001), "thickness": 0.002}
-    assert flush(**deep) == pytest.approx(unit)
-    assert flush(inset=0.001, thickness=0.002) < 0.9 * unit
     scene, _ = unequal(4)
     assert scene.magnets is not None
     inset, width, height = (scene.magnets.by_face(name) for name in ("inset", "width", "height"))

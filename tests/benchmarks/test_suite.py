@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from magfold_bench import suite
-from magfold_bench.parts import BENCHMARKS, Part
-from magfold_bench.presentation import Description, descriptions
-from magfold_bench.suite import LEFT_OUT, Entry, Result, tone
+from magfold_bench.parts import Part
+from magfold_bench.presentation import Description
+from magfold_bench.suite import Entry, Result
 from magfold_bench.tables import Measurement, Progress, Table
 from magfold_bench.timing import Spread
 from magfold_env.checkpoint import CheckpointError
@@ -130,28 +130,3 @@ def test_a_part_is_kept_as_it_is() -> None:
     assert back.name == "bench name"
     assert (back.seconds, back.pace) == (done.seconds, done.pace)
     assert back.found.findings == ["found"]
-
-
-def test_sentences_say_whether_something_holds() -> None:
-    assert tone("10 is allowed: holds") == "good"
-    assert tone("a scan: 0.4 (0.3 to 0.5) s, within 3 s") == "good"
-    assert tone("a scan: 4 s, NOT within 3 s") == "bad"
-    assert tone("holds for 3 of 4: FAILS in one") == "bad"
-    assert tone("at most 10 is asked for: holds; worst error 0.1") == "good"
-    assert tone("at least 10 is asked for: holds for 3 of 4 shapes") == "bad"
-    assert tone("at least 10 is asked for: holds for 4 of 4 shapes") == "good"
-    assert tone("the time grows like n to the 1.3") == "plain"
-
-
-def test_the_plan_has_every_part_and_says_something_about_each() -> None:
-    full, quick = suite.entries("full"), suite.entries("quick")
-    assert {each.benchmark for each in full} == set(descriptions())
-    names = [each.title for each in full]
-    assert len(set(names)) == len(names)
-    assert [name for name in names if name not in LEFT_OUT] == [each.title for each in quick]
-    assert set(LEFT_OUT) <= set(names)
-    for each in full:
-        for name, said in each.description._asdict().items():
-            assert len(said) > 10, (each.title, name)
-    for name, parts in BENCHMARKS.items():
-        assert list(descriptions()[name].parts) == list(parts)

@@ -1,16 +1,11 @@
 """The timing helper, on work whose length is known."""
 
-import numpy as np
 import pytest
 
 from magfold_bench.timing import (
-    Timing,
-    enough_repeats,
     ratio,
-    spread_of,
     take_turns,
 )
-from magfold_env.reporting import machine
 
 
 class Clock:
@@ -58,26 +53,3 @@ def test_tasks_take_turns_and_short_ones_are_repeated():
     warm_up = ["long"] * 2 + ["short"] * 2
     assert clock.log == [*warm_up, *(["long"] + ["short"] * 4) * 2]
     assert times["short"].median == pytest.approx(0.3)  # a call, not a sample
-
-
-def test_work_is_repeated_until_its_call_costs_nothing():
-    clock = Clock()
-
-    def work(repeats):
-        clock.now += 0.5 + 0.1 * repeats
-
-    repeats = enough_repeats(work, 10.0, clock)
-    assert 0.5 + 0.1 * repeats >= 10.0 > 0.5 + 0.1 * repeats / 2
-
-
-def test_spread_holds_median_and_quartiles():
-    spread = spread_of(np.array([5.0, 1.0, 2.0, 4.0, 3.0]))
-    assert (spread.low, spread.median, spread.high) == (2.0, 3.0, 4.0)
-    with pytest.raises(ValueError, match="rounds"):
-        ratio(Timing(np.ones(3)), Timing(np.ones(4)))
-
-
-def test_the_machine_is_described():
-    record = machine.describe()
-    assert int(record["cores"]) >= 1
-    assert all(record[name] for name in ("processor", "python", "numba", "commit"))

@@ -13,8 +13,6 @@ from magfold_env.simulation.session import Session
 from tests.browser import built
 from tests.browser.scenes import MOUNTS, random_scene, told
 
-COMPARED = ("status", "word", "steps", "evaluations", "released", "time", "energy", "headings")
-
 
 def bits(value: Any) -> Any:
     """Return floats as their bits, in hexadecimal."""

@@ -1,6 +1,5 @@
 """The laboratory in a headless Chromium: what is set by hand folds as `mf.simulate` says."""
 
-import json
 import os
 from collections.abc import Generator
 from pathlib import Path
@@ -15,7 +14,6 @@ if os.name != "posix":
 import magfold_env as mf
 from magfold_env.browser import build
 from tests.browser import built
-from tests.browser.scenes import MOUNTS, random_scene, told
 from tests.replay import chromium
 
 pytestmark = pytest.mark.skipif(
@@ -223,29 +221,3 @@ def test_feeding_by_hand(page: chromium.Page) -> None:
     end(page)
     assert text(page, "status") == "held"
     assert page.value("laboratory.player.motion.last") > 10  # it was recorded
-
-
-def ends_in(page: chromium.Page, scene: mf.Scene) -> Any:
-    return page.value(
-        f"""(() => {{
-            const chain = laboratory.engine.chain({json.dumps(told(scene))});
-            const status = chain.run(), headings = ({BITS})(chain.headings());
-            const found = {{ headings, status, word: chain.word, steps: chain.steps }};
-            chain.free();
-            return found;
-        }})()"""
-    )
-
-
-@pytest.mark.slow
-def test_hundreds_of_scenes_end_in_the_same_bits(page: chromium.Page) -> None:
-    rng = np.random.default_rng(300)
-    for k in range(300):
-        scene = random_scene(rng, MOUNTS[k % 3])
-        fold = mf.simulate(scene)
-        assert ends_in(page, scene) == {
-            "headings": [str(int(each)) for each in fold.angles.view(np.uint64)],
-            "status": fold.status.value,
-            "word": fold.word,
-            "steps": fold.steps,
-        }, told(scene)

@@ -8,7 +8,7 @@ import pytest
 import magfold_env as mf
 from magfold_env.cli.scenes import Key, scene_keys
 from magfold_env.scene import Schedule
-from tests.command_line import fails_in_one_line, rows, run
+from tests.command_line import rows, run
 
 MODELS = (
     mf.Scene, mf.Casing, mf.Magnets, mf.Feed, Schedule, mf.Field, mf.FixedMagnet, mf.Gravity,
@@ -33,11 +33,6 @@ def test_it_lists_every_shipped_scene() -> None:
     result = run("scenes")
     assert result.exit_code == 0
     assert all(name in result.stdout for name in mf.scene_names())
-
-
-def test_it_says_which_scenes_reproduce_the_paper() -> None:
-    said = " ".join(run("scenes").stdout.split())
-    assert "To reproduce the paper, use paper/alternative-k" in said
 
 
 def test_every_key_says_what_it_means(keys: dict[str, Key]) -> None:
@@ -95,7 +90,3 @@ def test_the_page_of_keys_lists_them_all(keys: dict[str, Key]) -> None:
     result = run("scenes", "--keys", "--markdown")
     assert result.exit_code == 0
     assert re.findall(r"^\| `(.+?)` \|", result.stdout, re.MULTILINE) == [*keys]
-
-
-def test_only_keys_are_written_as_a_page() -> None:
-    fails_in_one_line(run("scenes", "--markdown"), "--markdown: True is not allowed without --keys")

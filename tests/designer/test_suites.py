@@ -6,7 +6,7 @@ from typing import get_args
 import pytest
 
 import magfold_env as mf
-from magfold_bench.lists.suites import LENGTHS, WORDS, save_suite, suite_words
+from magfold_bench.lists.suites import WORDS, save_suite, suite_words
 from magfold_env.designer.suites import (
     Kind,
     Suite,
@@ -18,7 +18,7 @@ from magfold_env.designer.task import Choice
 from magfold_env.ensembles.releases import release
 from magfold_env.minimiser import Mode
 from magfold_env.scene import SceneError
-from magfold_env.shapes import folded_words, is_fully_folded
+from magfold_env.shapes import folded_words
 
 NAMES = suite_names()
 
@@ -106,15 +106,3 @@ def test_a_wrong_suite_is_refused(text: str, message: str, tmp_path: Path) -> No
     with pytest.raises(SceneError, match=message) as error:
         load_suite(path)
     assert str(path) in str(error.value)
-
-
-def test_a_missing_suite_is_told() -> None:
-    with pytest.raises(SceneError, match="n7: no such suite; shipped: n6, n8"):
-        load_suite("n7")
-
-
-@pytest.mark.parametrize("n", [*LENGTHS[:-1], pytest.param(LENGTHS[-1], marks=pytest.mark.slow)])
-def test_words_of_a_suite_are_fixed(n: int) -> None:
-    words = suite_words(n)
-    assert words == sorted(set(words))
-    assert all(is_fully_folded(word) and len(word) == n - 1 for word in words)

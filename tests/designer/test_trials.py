@@ -73,12 +73,6 @@ def test_finalists_follow_each_other_until_one_does() -> None:
     assert [evaluation.releases for evaluation in ranks] == [FINAL] * 3 + [later]
 
 
-def test_no_finalist_goes_on_in_vain() -> None:
-    trials = Known(lambda _: 0.0)
-    ranks = race([named(k) for k in range(4)], trials, enough=0.9)
-    assert [evaluation.releases for evaluation in ranks] == [12] * 4
-
-
 @pytest.mark.parametrize(("failures", "releases"), [(4, FINAL), (5, 12)])
 def test_a_finalist_goes_on_while_it_may_do_well_enough(failures: int, releases: int) -> None:
     trials = Known(lambda _: 0.5)

@@ -59,9 +59,6 @@ def test_progress_is_told_and_more_runs_add_to_what_is_there(
     assert again.to_dict() == made.to_dict()
 
 
-# --- tables of magnets ----------------------------------------------------------------------------
-
-
 # --- what may be swept ----------------------------------------------------------------------------
 
 
@@ -88,17 +85,12 @@ def test_a_key_is_of_a_number_that_replace_takes(key: str) -> None:
         ({}, r"over: \[\] is not allowed; must name one or two numbers of the scene"),
         ({"friction": [1, 2], "duration": [1, 2], "feed.speed": [1, 2]}, "must name one or two"),
         ({"frictoin": [0, 1]}, "over: 'frictoin' is not allowed; .*; did you mean friction"),
-        ({"bore": [0, 1]}, "over: 'bore' is not allowed; .*; did you mean feed.bore?"),
-        ({"mount": [0, 1]}, "over: 'mount' is not allowed; must be the key of a number"),
         ({"friction": [0.2]}, r"friction: \[0.2\] is not allowed; must be 2 to 100 numbers"),
-        ({"friction": [0.2, 0.1]}, "must be 2 to 100 numbers, each larger than the one before"),
         ({"friction": [0.2, 0.2]}, "each larger than the one before"),
         ({"friction": range(101)}, "must be 2 to 100 numbers"),
         ({"friction": [0.1, math.nan]}, "must be 2 to 100 numbers"),
-        ({"friction": [0.1, 10**400]}, "must be 2 to 100 numbers"),
         ({"friction": [False, True]}, "must be 2 to 100 numbers"),
-        ({"friction": "12"}, "friction: '12' is not allowed; must be 2 to 100 numbers"),
-        ({"friction": 0.3}, "friction: 0.3 is not allowed; must be 2 to 100 numbers"),
+        ({"friction": [0.1, 10**400]}, "must be 2 to 100 numbers"),
         ({"friction": [-1, 1]}, "at friction=-1: friction: -1 is not allowed; must be greater"),
         ({"casing.side": [0.01, 0.02]}, "at casing.side=0.01: magnets.width: 0.006 is not all"),
         ({"solver.max_steps": [1.5, 2]}, "at solver.max_steps=1.5: solver.max_steps: 1.5 is not"),

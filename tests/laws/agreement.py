@@ -11,10 +11,8 @@ A scene that ends otherwise with a tolerance 20 times tighter belongs to one of 
 - *firm*: neither, so the default settings are wrong.
 """
 
-import json
 from collections import Counter
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,11 +20,12 @@ import numpy as np
 import typer
 from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
 from magfold_bench.laws.outcomes import moved_starts
 from magfold_bench.laws.random_scenes import random_scene
 from magfold_bench.stress.kinds import KINDS, Source
+from magfold_bench.tables import Table, rich_table
+from magfold_env.checkpoint import Checkpoint
 from magfold_env.files import physics_digest
 from magfold_env.parallel import Workers, finished
 from magfold_env.reporting.intervals import share
@@ -73,7 +72,6 @@ def compare(seed: int) -> Row:
         verdict = verdict_on(scene, reference, seed) if difference else AGREES
     return {
         "seed": seed,
-        "engine": physics_digest(),
         "kind": KINDS_DRAWN[seed % len(KINDS_DRAWN)],
         "n": scene.n,
         "mount": scene.mount,
@@ -98,31 +96,8 @@ def verdict_on(scene: Scene, reference: Outcome, seed: int) -> str:
     return FIRM
 
 
-def read_rows(path: Path) -> list[Row]:
-    """Return the rows that were written, by the present engine only.
-
-    A line that a kill cut short is left out.
-    """
-    if not path.is_file():
-        return []
-    engine, rows = physics_digest(), list[Row]()
-    for line in path.read_text(encoding="utf-8").splitlines():
-        with suppress(json.JSONDecodeError):
-            row = json.loads(line)
-            if row["engine"] == engine:
-                rows.append(row)
-    return rows
-
-
-def summary(rows: Sequence[Row]) -> Table:
+def table_of(rows: Sequence[Row]) -> Table:
     """Return how many scenes agree, in all and by group."""
-    wanted = ", ".join(f"{share:.0%} {group}" for group, share in WANTED.items())
-    table = Table(
-        title="Default settings against the reference",
-        caption=f"Share of those that agree or are firm that agree; wanted: {wanted}.",
-    )
-    for column in ("scenes", "in all", *VERDICTS, "share", "95 % interval"):
-        table.add_column(column, justify="left" if column == "scenes" else "right")
     groups = {
         "all": rows,
         "without obstacles": [row for row in rows if not row["obstacles"]],
@@ -130,28 +105,18 @@ def summary(rows: Sequence[Row]) -> Table:
         **{kind: [row for row in rows if row["kind"] == kind] for kind in KINDS_DRAWN},
         "frictionless": [row for row in rows if row["friction"] == 0.0],
     }
+    found: list[dict[str, Any]] = []
     for name, group in groups.items():
         count = Counter(row["verdict"] for row in group)
         judged = count[AGREES] + count[FIRM]
-        shown = ("--", "--")
+        shown = "--"
         if judged:
-            found = share(count[AGREES], judged)
-            shown = (f"{found.rate:.2%}", f"{found.low:.2%} to {found.high:.2%}")
-        table.add_row(name, str(len(group)), *(str(count[each]) for each in VERDICTS), *shown)
-    return table
-
-
-def disagreements(rows: Sequence[Row]) -> Table:
-    """Return the scenes that do not end as their references."""
-    table = Table(title="Scenes that differ")
-    for column in ("seed", "class", "kind", "n", "mount", "differs in", "default", "reference"):
-        table.add_column(column)
-    for row in sorted(rows, key=lambda row: (row["verdict"], row["seed"])):
-        if row["verdict"] != AGREES:
-            ends = [f"{row[k]['word']} {row[k]['status']}" for k in ("default", "reference")]
-            cells = (row[k] for k in ("seed", "verdict", "kind", "n", "mount", "difference"))
-            table.add_row(*map(str, cells), *ends)
-    return table
+            of_these = share(count[AGREES], judged)
+            shown = f"{of_these.rate:.1%} ({of_these.low:.1%}–{of_these.high:.1%})"
+        counts = {verdict: count[verdict] for verdict in VERDICTS}
+        found.append({"scenes": name, "in all": len(group), **counts, "share": shown})
+    wanted = ", ".join(f"{share:.0%} {group}" for group, share in WANTED.items())
+    return Table(f"Share of those that agree or are firm that agree; wanted: {wanted}", found)
 
 
 def main(
@@ -161,26 +126,23 @@ def main(
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
 ) -> None:
     """Compare, go on where an earlier run ended, and print what was found."""
-    out.mkdir(parents=True, exist_ok=True)
-    path = out / "rows.jsonl"
     wanted = range(first, first + scenes)
-    rows = [row for row in read_rows(path) if row["seed"] in wanted]
-    done = {row["seed"] for row in rows}
-    left = [seed for seed in wanted if seed not in done]
-    with path.open("a", encoding="utf-8") as file:
-        # Ends a line that a kill cut short; empty lines do not count.
-        file.write("\n")
+    with Checkpoint(out, {"physics": physics_digest()}) as kept:
+        rows = {row["seed"]: row for row in kept.load()}
+        left = [seed for seed in wanted if seed not in rows]
         results = finished(compare, left, Workers(workers, "processes"))
         for _, row in track(results, "comparing", total=len(left)):
-            if row["verdict"] != AGREES:
-                kind = row["verdict"].replace(" ", "-")
-                save_scene(scene_of(row["seed"]), out / f"{kind}-{row['seed']}.yaml")
-            file.write(json.dumps(row) + "\n")
-            file.flush()
-            rows.append(row)
+            kept.add(row, row["seed"])
+            rows[row["seed"]] = row
+    chosen = [rows[seed] for seed in wanted]
     console = Console()
-    for table in (summary(rows), disagreements(rows)):
-        console.print(table)
+    console.print(rich_table(table_of(chosen)))
+    for row in chosen:
+        if row["verdict"] != AGREES:
+            path = out / f"{row['verdict'].replace(' ', '-')}-{row['seed']}.yaml"
+            save_scene(scene_of(row["seed"]), path)
+            ends = [f"{row[k]['word']} {row[k]['status']}" for k in ("default", "reference")]
+            console.print(f"{path}: {row['difference']}, {' / '.join(ends)}")
 
 
 if __name__ == "__main__":

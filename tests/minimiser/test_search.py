@@ -100,13 +100,6 @@ def test_ties_are_reported_and_broken_in_the_order_slr() -> None:
     assert (first.letter, first.tied) == ("L", "R")
 
 
-def test_without_magnets_everything_ties() -> None:
-    found = minimise(Scene(sequence=("NNNN",) * 3, magnets=None), top=2)
-    assert [state.word for state in found.states] == ["SS", "SL"]
-    assert len(found.states[0].tied) == 8
-    assert found.best.energy == 0.0
-
-
 def test_long_chains_are_searched_by_branch_and_bound() -> None:
     scene = Scene(sequence=("NSNS", "SNNN") * 7, magnets=Magnets(nodes=2))
     found = minimise(scene, top=3)
@@ -148,19 +141,6 @@ def test_the_five_lowest_folded_states_and_their_scores(k: int) -> None:
         assert ["{}-{}".format(*pair) for pair in state.conflicts] == conflicts
         assert state.fully_folded
         assert state.stable == (not conflicts)
-
-
-@pytest.mark.parametrize(
-    ("k", "forward", "backward"),
-    [(1, "LRLLL", "LRLLR"), (2, "LRLRL", "LRLRL"), (3, "LRLLL", "LRLLL")],
-)
-@pytest.mark.parametrize("suffix", ["", "-literal"])
-def test_table_1(k: int, forward: str, backward: str, suffix: str) -> None:
-    scene = mf.load_scene(f"paper/sequence-{k}{suffix}")
-    for mode, word in (("forward", forward), ("backward", backward)):
-        found = minimise(scene, mode)  # pyright: ignore[reportArgumentType]
-        assert found.best.word == word
-        assert found.best.stable
 
 
 def test_sequence_3_supports_one_stable_state() -> None:

@@ -69,25 +69,6 @@ def test_figure_6_decides_one_joint_at_a_time(ends: Measured, tmp_path: Path) ->
     assert (tmp_path / "figure.png").read_bytes().startswith(PNG_START)
 
 
-def test_names_go_by_energy_stable_states_first() -> None:
-    assert states.names(1) == {
-        "LRLLL": "S1A", "RRLLL": "S1B", "LRLLR": "S1C", "RRLLR": "S1D", "LRRRL": "S1E"
-    }  # fmt: skip
-    for number in (1, 2, 3):
-        words = states.names(number)
-        assert sorted(words.values()) == [f"S{number}{letter}" for letter in "ABCDE"]
-        assert all(states.word_of(name) == word for word, name in words.items())
-
-
-def test_figure_7_lists_every_full_fold_by_energy(folds: Measured) -> None:
-    for number in (1, 2, 3):
-        rows = [row for row in folds["states"] if row["sequence"] == number]
-        scores = [float(row["score [mJ]"]) for row in rows]
-        assert len(rows) == 26
-        assert scores == sorted(scores)
-        assert all((row["stable"] == "yes") == (not row["conflicts"]) for row in rows)
-
-
 SAID = ["stable", "outlines", "below S1C", "S2A", "positive", "S2A's", "S2C's", "compact"]
 
 
@@ -111,30 +92,6 @@ def test_figure_7_disagrees_with_other_numbers(
     after = outcomes(FIGURE_7.claims(changed(folds, "states", {**where}, **change)))
     assert before[claim].startswith("agrees")
     assert dict(zip(SAID, after, strict=True))[claim] == "disagrees"
-
-
-def test_the_printed_distances_of_energies_agree_with_themselves(folds: Measured) -> None:
-    assert outcomes(FIGURE_7.claims(folds))[5:7] == ["disagrees"] * 2
-    fitting = changed(folds, "states", {"state": "S2A"}, **{"score [mJ]": 1.0 - 0.5589})
-    fitting = changed(fitting, "states", {"state": "S2B"}, **{"score [mJ]": 1.0})
-    fitting = changed(fitting, "states", {"state": "S2C"}, **{"score [mJ]": 1.0875})
-    assert outcomes(FIGURE_7.claims(fitting))[5:7] == ["agrees"] * 2
-
-
-def test_figure_7_draws_five_states_of_each_sequence(folds: Measured, tmp_path: Path) -> None:
-    plots = FIGURE_7.plots(folds)
-    assert len(plots) == 3
-    for number, plot in enumerate(plots, start=1):
-        plot.save(tmp_path / plot.name)
-        assert (tmp_path / plot.name).read_bytes().startswith(PNG_START)
-        assert f"S{number}A" in plot.caption
-
-
-def test_conflicts_are_drawn_where_they_are(folds: Measured) -> None:
-    row = next(row for row in folds["states"] if row["state"] == "S1E")
-    assert states.Drawn.of(row).conflicts == ((4, 5),)
-    assert states.Drawn.of(row | {"conflicts": "1-2, 4-5"}).conflicts == ((1, 2), (4, 5))
-    assert states.Drawn.of(row | {"conflicts": ""}).conflicts == ()
 
 
 def of_figure_19(a: float, b: float, share: float) -> Measured:

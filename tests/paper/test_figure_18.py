@@ -9,9 +9,8 @@ from magfold_bench.paper import figure_18
 from magfold_bench.tables import Row
 from magfold_env.minimiser import Mode
 from magfold_env.reporting.intervals import share
-from magfold_env.shapes import centres, headings, mirror, word_to_angles
+from magfold_env.shapes import centres, headings, word_to_angles
 from tests.paper.measured import outcomes
-from tests.words import reverse
 
 Ends = dict[tuple[int, str], list[tuple[str, str, int]]]
 
@@ -68,42 +67,6 @@ def test_other_shares_disagree(
     case: tuple[int, str], ends: list[tuple[str, str, int]], claim: str
 ) -> None:
     assert judged({**AGREEING, case: ends})[claim] == "disagrees"
-
-
-def test_where_and_when_sequence_3_misfolds() -> None:
-    cases = [key for key in AGREEING if key[0] == 3]
-    never = judged({**AGREEING, **{key: [("LRLLL", "folded", 100)] for key in cases}})
-    assert (never["misfolds"], never["modes"]) == ("cannot be compared", "disagrees")
-    early = [("SRLLL", "misfolded", 90), ("LRLLL", "folded", 10)]
-    assert judged({**AGREEING, (3, "free"): early})["misfolds"] == "disagrees"
-
-
-def test_a_chain_that_turned_away_from_s3a_is_no_misfold_of_component_5() -> None:
-    shut_in = {**AGREEING, (3, "forward"): [("LLLSL", "misfolded", 100)]}
-    assert judged(shut_in)["3 forward"] == judged(shut_in)["misfolds"] == "disagrees"
-    claims = figure_18.judge(bars(shut_in), "")
-    assert "LLLSL has turned joint 2 away from it" in claims[SAID.index("3 forward")].why
-
-
-def test_each_verdict_names_what_it_hangs_on() -> None:
-    claims = figure_18.claims({"bars": bars(AGREEING), "strong": bars(AGREEING)})
-    given, strong = claims[: len(SAID)], claims[len(SAID) :]
-    free, forward = (SAID.index(name) for name in ("1 free", "1 forward"))
-    assert "0.6 T, µ 0.35" in given[free].inputs
-    assert "1.2 T, µ 0.1" in strong[free].inputs
-    assert "feed" not in given[free].inputs
-    assert "feed 0.05 m/s" in given[forward].inputs
-    assert all("reconstructed sequence" in claim.inputs for claim in claims)
-    assert "Hangs on: B_r" in given[free].to_verdict().more[-1]
-
-
-def test_movement_is_that_of_the_shape() -> None:
-    assert figure_18.movement("SSSSS") == pytest.approx(0.0, abs=1e-12)
-    for word in ("LRLLR", "LLSRL", "LRLRL"):
-        moves = figure_18.movement(word)
-        assert moves > 0.0
-        assert figure_18.movement(mirror(word)) == pytest.approx(moves)
-        assert figure_18.movement(reverse(word)) == pytest.approx(moves)
 
 
 def test_no_turn_makes_the_movement_less() -> None:

@@ -13,27 +13,6 @@ def ours() -> motions.Motion:
     return motions.follow(motions.exact(scene))
 
 
-def test_frames_go_on_where_a_chain_rests(ours: motions.Motion) -> None:
-    assert ours.time[-1] == pytest.approx(motions.UNTIL)
-    assert np.diff(ours.time) == pytest.approx(1.0 / FRAME_RATE)
-    assert ours.angles.shape == (ours.time.size, ours.scene.n)
-    rest = ours.time > ours.end + 1.0 / FRAME_RATE
-    assert rest.any()
-    assert (ours.angles[rest] == ours.angles[-1]).all()
-
-
-def test_a_motion_is_nowhere_from_itself(ours: motions.Motion) -> None:
-    assert (motions.squared_error(ours, ours) == 0.0).all()
-    assert (motions.displacement(ours, ours) == 0.0).all()
-
-
-def test_turning_the_whole_chain_moves_centres_and_no_joint(ours: motions.Motion) -> None:
-    turned = motions.Motion(**{**vars(ours), "angles": ours.angles + np.pi})
-    assert motions.squared_error(ours, turned) == pytest.approx(0.0, abs=1e-25)
-    first = 6 * ours.scene.casing.diagonal  # twice the mean distance from the pin
-    assert motions.displacement(ours, turned)[0] == pytest.approx(first)
-
-
 def test_snaps_are_when_joints_first_pass_81_degrees(ours: motions.Motion) -> None:
     snaps = ours.snaps()
     assert list(snaps.values()) == sorted(snaps.values())

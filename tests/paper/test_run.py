@@ -1,7 +1,6 @@
 """Runs: part by part, kept, resumed; the page they write."""
 
 import json
-import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,10 +8,8 @@ import pytest
 
 from magfold_bench.paper import run
 from magfold_bench.paper.reproduction import Claim, Measured, Reproduction
-from magfold_bench.paper.run import PARTS, Done, overview, page
 from magfold_bench.tables import Progress, Table
 from magfold_env.checkpoint import CheckpointError
-from magfold_env.reporting.page import render
 
 
 def nothing(share: float, what: str) -> None:
@@ -106,45 +103,3 @@ def test_numbers_of_other_physics_are_not_taken(
     monkeypatch.setattr(run, "physics_digest", lambda: "other")
     with pytest.raises(CheckpointError, match=r"whose physics is .* give another folder"):
         run.run(["a"], True, tmp_path, nothing)
-
-
-def test_an_unknown_part_is_refused_before_anything_is_made(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="'figure-2' is not allowed; must be one of table-1, "):
-        run.run(["figure-2"], True, tmp_path / "out", nothing)
-    assert not (tmp_path / "out").exists()
-
-
-def test_parts_are_chosen_in_the_papers_order() -> None:
-    assert [each.name for each in run.choose(["figure-18", "table-1"])] == ["table-1", "figure-18"]
-    assert [each.name for each in run.choose([])] == list(PARTS)
-
-
-def test_every_part_names_what_its_verdicts_hang_on() -> None:
-    # Those of figure 18 name it one by one.
-    assert [name for name, each in PARTS.items() if not each.inputs] == ["figure-18"]
-
-
-def test_the_page_takes_nothing_from_elsewhere_and_says_all() -> None:
-    claims = [
-        Claim("one.", "two.", True),
-        Claim("three.", "four.", False, "five."),
-        Claim("six.", "seven.", None),
-        Claim("eight.", "nine.", True, built_in=True),
-    ]
-    made = part("a", Counted(3))
-    made = Reproduction(**{**vars(made), "claims": lambda measured: claims})
-    machine = {"time": "now", "commit": "this"}
-    done = [Done(made, {"numbers": [{"n": 3}]}, machine, 1.0, [])]
-    text = render(page(done, quick=True))
-    addresses = re.findall(r'(?:src|href)="([^"]*)"', text)
-    assert all(address.startswith(("data:", "#")) for address in addresses)
-    assert not re.search(r"https?:|url\(|<script", text)
-    for said in ("Agrees", "Disagrees", "Cannot be compared", "Agrees by construction", "five."):
-        assert said in text
-    assert list(overview(done).rows[0].values())[1:] == [1, 1, 1, 1]
-    # The answer comes first, and what disagrees is folded away.
-    answer = "The solver (Figure a): 1 × agrees, 1 × agrees by construction, 1 × disagrees"
-    assert text.index(answer) < text.index("<table") < text.index("What disagrees (1)")
-    assert text.index("<h2>") < text.index("Agrees") < text.index("what it shows")
-    assert "--quick" in text
-    assert "Made with" not in render(page(done, quick=False))

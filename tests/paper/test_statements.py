@@ -1,9 +1,8 @@
 """What the text says of releases: when a statement holds."""
 
-import numpy as np
 import pytest
 
-from magfold_bench.paper.statements import HOLDS, RELEASES, Released, clear, on_the_way
+from magfold_bench.paper.statements import HOLDS, RELEASES, Released
 from magfold_env.ensembles.releases import Ensemble, Run
 from magfold_env.minimiser import Mode
 from magfold_env.scene import load_scene
@@ -75,19 +74,3 @@ def test_other_ends_break_what_they_contradict(
 ) -> None:
     held = holding(number, {**FITTING[number], mode: counts})
     assert {name for name, holds in held.items() if not holds} == broken
-
-
-def test_a_state_that_is_rare_is_not_preferred() -> None:
-    held = holding(1, {**FITTING[1], "free": {"LRLLR": 4, "LRSLR": 96}})
-    assert not held["1 free"]
-
-
-def test_on_the_way_turns_nothing_away() -> None:
-    assert on_the_way("LRLSS", "LRLLL", (4, 5))
-    assert not on_the_way("LLLSL", "LRLLL", (4, 5))
-    assert not on_the_way("SRLLL", "LRLLL", (4, 5))
-    assert not on_the_way("LRLLL", "LRLLL", (4, 5))
-
-
-def test_a_clear_share_holds_and_no_other() -> None:
-    assert [clear(share) > HOLDS for share in np.linspace(0.0, 1.0, 11)] == [False] * 9 + [True] * 2

@@ -1,6 +1,5 @@
 """Assembly sheets and parts lists: what stands on them, where, and the files."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,44 +10,15 @@ from PIL import Image
 import magfold_env as mf
 from magfold_env.minimiser import minimise
 from magfold_env.render import save_sheet, style
-from magfold_env.render.assembly import (
-    CARD,
-    LONGEST,
-    card_scale,
-    draw_card,
-    predicted,
-    simulated,
-)  # fmt: skip
-from magfold_env.render.parts import (
-    GRADES,
-    grade_text,
-    kind_text,
-    kinds,
-    nearest_grade,
-    release_text,
-)
+from magfold_env.render.assembly import CARD, LONGEST, card_scale, draw_card, predicted
+from magfold_env.render.parts import kind_text, kinds
 from magfold_env.reporting.plotting import figure_class
-from magfold_env.shapes import headings, word_to_angles
+from tests.folds import lying
 
 pytest.importorskip("matplotlib.figure")
 
 FREE = mf.load_scene("paper/sequence-3")
 ANCHOR = mf.load_scene("anchor")
-
-
-def _fold(scene: mf.Scene, word: str) -> mf.Fold:
-    return mf.Fold(
-        scene=scene,
-        status=mf.FoldStatus.FOLDED,
-        message="folded at t = 0.1 s",
-        word=word,
-        angles=headings(word_to_angles(word), first=0.3),
-        base=np.zeros(2),
-        energy=-1e-3,
-        time=0.1,
-        steps=1,
-        evaluations=1,
-    )
 
 
 def _axis() -> Any:
@@ -86,24 +56,6 @@ def test_a_card_tells_which_pole_faces_out_on_which_face(k: int) -> None:
     assert ("hinge\nto 1" in words) == (k == 1)
 
 
-@pytest.mark.parametrize("scene", [ANCHOR, FREE.replace(mount="pinned")], ids=["tube", "pinned"])
-@pytest.mark.parametrize("k", [0, 3])
-def test_the_text_of_a_card_is_large_enough_and_apart(scene: mf.Scene, k: int) -> None:
-    figure = figure_class()(figsize=np.array(CARD) / 25.4)
-    axis = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, CARD[0]), ylim=(0.0, CARD[1]))
-    draw_card(axis, (0.0, CARD[1]), scene, k, ["A", "B", "B", "A"])
-    figure.draw_without_rendering()
-    texts = [text for text in axis.texts if text.get_text()]
-    boxes = [text.get_window_extent() for text in texts]
-    assert min(text.get_fontsize() for text in texts) >= 8.0
-    for text, box in zip(texts, boxes, strict=True):
-        assert figure.bbox.x0 <= box.x0, text
-        assert box.x1 <= figure.bbox.x1, text
-        # Of two texts below each other not even the rows of pixels at their edges.
-        near = [other for other in boxes if other is not box and box.overlaps(other.padded(-2.0))]
-        assert not near, text
-
-
 def test_magnets_and_casings_are_true_to_scale() -> None:
     axis = _axis()
     draw_card(axis, (0.0, CARD[1]), ANCHOR, 0, [""] * 4)
@@ -137,20 +89,13 @@ def test_predictions_stand_beside_the_simulation() -> None:
     assert "more than 24 components" in predicted(long, "")[0].note
 
 
-def test_a_fold_that_broke_down_is_told_and_not_drawn() -> None:
-    broken = replace(_fold(FREE, "LRLLL"), status=mf.FoldStatus.FAILED, angles=np.full(6, np.nan))
-    outcome = simulated(broken)
-    assert outcome.joints is None
-    assert outcome.note.startswith("failed: ")
-
-
 @pytest.mark.medium
 @pytest.mark.parametrize(
     ("count", "pages"), [(1, 1), pytest.param(6, 1, marks=pytest.mark.slow), (14, 2)]
 )
 def test_long_chains_flow_onto_more_pages(count: int, pages: int, tmp_path: Path) -> None:
     scene = ANCHOR.replace(sequence=(ANCHOR.sequence * 3)[:count])
-    fold = _fold(scene, "LR" * 7 if count > 14 else ("LR" * 7)[: count - 1])
+    fold = lying(scene, "LR" * 7 if count > 14 else ("LR" * 7)[: count - 1])
     pdf, png = tmp_path / "sheet.pdf", tmp_path / "sheet.PNG"
     save_sheet(scene, fold, pdf, "anchor")
     assert _pages(pdf) == pages
@@ -181,23 +126,3 @@ def test_every_magnet_is_counted_once_and_where_it_is() -> None:
     assert kind_text(found[0]) == (
         "12 pieces, 4 × 4 × 2 mm, inset 0.5 mm: remanence 1.2 T (NdFeB N35, 1.17–1.22 T)"
     )
-
-
-@pytest.mark.parametrize(("direction", "first"), [("forward", 1), ("backward", 6)])
-def test_who_leaves_the_tube_first_is_told(direction: str, first: int) -> None:
-    scene = mf.load_scene("tube-feed").replace(feed={"direction": direction, "speed": 0.08})
-    text = release_text(scene)
-    assert f"component {first} leaves first, at 80 mm/s" in text
-    assert "magnets are set at the mouth" in text
-    assert release_text(scene.replace(mount="free")) == "Free release."
-    assert "pinned" in release_text(scene.replace(mount="pinned"))
-
-
-def test_the_nearest_grade_is_named_and_where_there_is_none_it_is_said() -> None:
-    for grade in GRADES:
-        assert nearest_grade((grade.low + grade.high) / 2) is grade
-    assert grade_text(1.3) == "NdFeB N42, 1.28–1.32 T"
-    for remanence, nearest in ((0.9, "N30"), (0.8, "BN10"), (0.1, "BN2"), (1.6, "N52")):
-        text = grade_text(remanence)
-        assert text.startswith("no common grade; nearest ")
-        assert nearest in text

@@ -4,44 +4,14 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.ensembles.releases import Run, bars
+from magfold_env.ensembles.releases import Run
 from magfold_env.ensembles.sweeps import scenes
-from magfold_env.render.ensembles import SLOTS, bar_chart
 from magfold_env.render.sweeps import chart
 from magfold_env.shapes import headings, word_to_angles
 
 pytest.importorskip("matplotlib.figure")
 
 SCENE = mf.Scene(sequence=("NSNS",) * 4)
-WORDS = ("LRL", "LRR", "RLL", "RLR", "LSL", "LLS", "SLR", "RRL")
-
-
-def made_of(*words: str) -> mf.Ensemble:
-    runs: list[Run] = []
-    for k, word in enumerate(words):
-        status = "misfolded" if "S" in word else "folded"
-        angles = headings(word_to_angles(word), first=0.1 * k)
-        runs.append(Run(k, word, status, 0.0, 1.0, tuple(angles.tolist())))
-    return mf.Ensemble.of(SCENE, 0, runs)
-
-
-def test_a_panel_shows_the_most_frequent_and_the_rest_together() -> None:
-    words = [word for k, word in enumerate(WORDS) for _ in range(len(WORDS) - k)]
-    ensemble = made_of(*words)
-    figure = bar_chart({"many": bars(ensemble), "few": bars(made_of("LRL"))})
-    many, few = figure.axes[:2]
-    heights = [patch.get_height() for patch in many.patches]
-    rates = [share.rate for share in ensemble.outcomes.values()]
-    np.testing.assert_allclose(heights, [*rates[: SLOTS - 1], sum(rates[SLOTS - 1 :])])
-    assert [text.get_text() for text in many.get_xticklabels()] == [*WORDS[: SLOTS - 1], "others"]
-    assert [patch.get_height() for patch in few.patches] == [1.0]
-    # An outline of four casings under each bar but the last.
-    assert [len(axis.patches) for axis in many.child_axes] == [SCENE.n] * (SLOTS - 1)
-    legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert legend == ["folded", "misfolded", "others"]
-
-
-pytest.importorskip("matplotlib.figure")
 
 
 def swept(over: dict[str, tuple[float, ...]], *words: str) -> mf.Sweep:

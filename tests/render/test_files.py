@@ -10,10 +10,7 @@ from PIL import Image
 import magfold_env as mf
 from magfold_env.render import draw_states, save_gif, save_png, style
 from tests.folds import FREE, recorded
-
-
-def _count(picture: np.ndarray, colour: style.Colour) -> int:
-    return int((picture == np.array(colour[:3])).all(axis=-1).sum())
+from tests.render.test_render import count_of
 
 
 def test_png_of_a_fold(tmp_path: Path) -> None:
@@ -21,7 +18,7 @@ def test_png_of_a_fold(tmp_path: Path) -> None:
     save_png(recorded("LRLLL"), path, target="LRLLL", size=(400, 300))
     with Image.open(path) as image:
         assert image.size == (400, 300)
-        assert _count(np.asarray(image.convert("RGB")), style.NORTH) > 500
+        assert count_of(np.asarray(image.convert("RGB")), style.NORTH) > 500
     assert [entry.name for entry in tmp_path.iterdir()] == ["fold.png"]
 
 
@@ -88,8 +85,8 @@ def test_a_sheet_of_states_rings_conflicts_alone(tmp_path: Path) -> None:
             return np.asarray(image.convert("RGB"))
 
     assert drawn(()).shape == (260, 520, 3)
-    assert _count(drawn(()), style.CONFLICT) == 0
-    one, two = (_count(drawn(pairs), style.CONFLICT) for pairs in (((4, 5),), ((4, 5), (1, 2))))
+    assert count_of(drawn(()), style.CONFLICT) == 0
+    one, two = (count_of(drawn(pairs), style.CONFLICT) for pairs in (((4, 5),), ((4, 5), (1, 2))))
     assert one > 20
     assert two == pytest.approx(2 * one, rel=0.2)
     with pytest.raises(ValueError, match=r"states: \[\] is not allowed"):

@@ -3,7 +3,6 @@
 import json
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -15,49 +14,15 @@ from magfold_env.fold import kinetic_energy, recording
 from magfold_env.replay import page_data
 from magfold_env.simulation.frames import magnetic_energy
 from tests.folds import FREE, recorded
+from tests.markup import Markup
 
 TUBE = mf.load_scene("tube-feed")
 
 
-class _Reader(HTMLParser):
-    """Scripts of a page, and every attribute that could make a browser fetch something."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.inside = ""
-        self.text = ""
-        self.scripts: dict[str, str] = {}
-        self.addresses: list[str] = []
-        self.title = ""
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        given = dict(attrs)
-        self.inside = str(given.get("type")) if tag == "script" else tag
-        names = ("src", "href", "action", "srcset", "data", "poster")
-        self.addresses += [value for name in names if (value := given.get(name))]
-
-    def handle_endtag(self, tag: str) -> None:
-        self.inside = ""
-
-    def handle_data(self, data: str) -> None:
-        if self.inside == "title":
-            self.title += data
-        elif self.inside in ("application/json", "module"):
-            self.scripts[self.inside] = self.scripts.get(self.inside, "") + data
-        else:
-            self.text += data
-
-
-def _read(path: Path) -> _Reader:
-    reader = _Reader()
-    reader.feed(path.read_text(encoding="utf-8"))
-    return reader
-
-
-def _page(fold: mf.Fold, folder: Path) -> tuple[_Reader, dict[str, Any]]:
+def _page(fold: mf.Fold, folder: Path) -> tuple[Markup, dict[str, Any]]:
     fold.to_html(folder / "fold.html")
-    reader = _read(folder / "fold.html")
-    return reader, json.loads(reader.scripts["application/json"])
+    found = Markup((folder / "fold.html").read_text(encoding="utf-8"))
+    return found, json.loads(found.texts["application/json"])
 
 
 def test_a_page_holds_the_recorded_motion(tmp_path: Path) -> None:
@@ -67,7 +32,7 @@ def test_a_page_holds_the_recorded_motion(tmp_path: Path) -> None:
     reader, data = _page(fold, tmp_path)
     assert [entry.name for entry in tmp_path.iterdir()] == ["fold.html"]
     assert (data["word"], data["status"], data["message"]) == ("LRLLL", "folded", fold.message)
-    assert reader.title == "Fold LRLLL, folded"
+    assert reader.texts["title"] == "Fold LRLLL, folded"
     assert data["sequence"] == list(FREE.sequence)
     np.testing.assert_allclose(data["time"], motion.time, atol=1e-6)
     np.testing.assert_allclose(data["angles"], motion.angles, atol=1e-4)
@@ -96,7 +61,7 @@ def test_no_text_of_a_fold_can_end_its_script(text: str, tmp_path: Path) -> None
     plain, _ = _page(fold, tmp_path)
     reader, data = _page(replace(fold, message=text), tmp_path)
     assert data["message"] == text
-    assert reader.scripts["module"] == plain.scripts["module"]
+    assert reader.texts["module"] == plain.texts["module"]
 
 
 def test_what_surrounds_a_chain_is_on_the_page() -> None:

@@ -1,6 +1,5 @@
 """Scenes: what is said about what is not allowed."""
 
-import math
 from typing import Any
 
 import pytest
@@ -17,13 +16,10 @@ WRONG: list[tuple[dict[str, Any], str, str]] = [
     ({"casing": {"side": 5}}, "casing.side", "must be at most 0.5 m; 5 mm are 0.0"),
     ({"casing": {"side": 0.005, "mass": 0.5}, "magnets": None}, "casing.mass", "0.5 g are 0.0005"),
     ({"casing": {"mass": [3.7, 3.5, 3.6]}}, "casing.mass", "at most 1.95 kg where casing.side is"),
-    ({"casing": {"mass": -1.0}}, "casing.mass", "must be greater than 0"),
     ({"casing": {"mass": [1, -2, 1]}}, "casing.mass[1]", "must be greater than 0"),
-    ({"casing": {"mass": [1, True, 1]}}, "casing.mass[1]", "must be a valid number"),
     ({"casing": {"hinge": "face"}}, "casing.hinge", "must be 'corner'"),
     ({"sequence": ["NSNS", "nsns"]}, "sequence[1]", "must be four letters"),
     ({"sequence": []}, "sequence", "must have at least one component"),
-    ({"sequence": "NSNS NSNSN"}, "sequence[1]", "must be four letters"),
     ({"feed": {"speed": [0.1] * 4}}, "feed.speed", "must have 3"),
     ({"feed": {"bore": 0.01}}, "feed.bore", "must be at least the casing's"),
     ({"feed": {"speed": 1e9}}, "feed.speed", "must be at most 20 m/s"),
@@ -89,8 +85,6 @@ WRONG: list[tuple[dict[str, Any], str, str]] = [
         "magnets.thickness",
         "and back-right overlap, their insets and thicknesses must add up to at most the casing's",
     ),
-    ({"magnets": {"height": 5}}, "magnets.height", "must be at most 0.5 m; 5 mm are 0.005"),
-    ({"field": {"uniform": [0.1]}}, "field.uniform", "must have a value"),
     ({"field": {"magnet": {"width": 0.1}}}, "field.magnet.position", "must be"),
     ({"field": {"magnet": {**FIXED, "width": 20}}}, "field.magnet.width", "20 mm are 0.02"),
     (
@@ -103,8 +97,6 @@ WRONG: list[tuple[dict[str, Any], str, str]] = [
         "obstacles[0].position",
         "must leave free the tube's bore",
     ),
-    ({"mount": "glued"}, "mount", "must be 'pinned', 'free' or 'tube'"),
-    ({"friction": math.nan}, "friction", "must be a finite number"),
     ({"friction": [0.1, 0.2]}, "friction", "must have 3 numbers"),
     ({"gravity": {"in_plane": [0.0]}}, "gravity.in_plane", "must have a value"),
     ({"solver": {"method": "paper"}}, "solver.method", "the paper's solver"),

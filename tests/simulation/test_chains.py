@@ -11,6 +11,7 @@ from magfold_env.engine.outcomes import REACHED, RESTED
 from magfold_env.simulation.chains import Chains
 from magfold_env.simulation.pack import pack
 from magfold_env.simulation.session import Session
+from tests.folds import lying
 
 FED: Any = {"direction": "backward", "loading": "at_mouth"}
 
@@ -92,27 +93,17 @@ def held_folds(count: int) -> tuple[mf.Scene, Chains, Any]:
     return scene, chains, rows[(np.abs(joints - 0.5 * np.pi) < 1e-3).all(axis=1)]
 
 
-def lying(scene: mf.Scene, chains: Chains, row: int, force: Any) -> mf.Fold:
+def held(scene: mf.Scene, chains: Chains, row: int, force: Any) -> mf.Fold:
     """Return a held chain as a fold at rest, on which a force [N] acts as gravity would."""
     angles, hinge = chains.q[row, :4], chains.q[row, 4:]
     signs = np.sign(chains.waiting[row])
-    in_plane = tuple((force / float(np.sum(scene.masses[1:]))).tolist())
-    return mf.Fold(
-        scene=scene.replace(
-            sequence=["".join("NS"[int(sign < 0.0)] for sign in faces) for faces in signs],
-            gravity={"in_plane": in_plane},
-        ),
-        status=mf.FoldStatus.HELD,
-        message="",
-        word="SSS",
-        angles=angles.copy(),
-        base=hinge - scene.casing.diagonal * np.array([np.cos(angles[0]), np.sin(angles[0])]),
-        energy=0.0,
-        time=0.0,
-        steps=0,
-        evaluations=0,
-        in_tube=1,
+    scene = scene.replace(
+        sequence=["".join("NS"[int(sign < 0.0)] for sign in faces) for faces in signs],
+        gravity={"in_plane": tuple((force / float(np.sum(scene.masses[1:]))).tolist())},
     )
+    base = hinge - scene.casing.diagonal * np.array([np.cos(angles[0]), np.sin(angles[0])])
+    ends = {"status": mf.FoldStatus.HELD, "in_tube": 1}
+    return lying(scene, "SSS", angles=angles.copy(), base=base, **ends)
 
 
 @pytest.mark.parametrize("direction", [0.0, 2.0, 4.5])
@@ -129,7 +120,7 @@ def test_a_pull_opens_a_fold_where_no_forces_balance_it_any_more(direction: floa
             chains.refill(begun)
         if least > 0.01 and most < 5.0:
             looked_at += 1
-            mf.holding(lying(scene, chains, row, 0.98 * least * unit))
+            mf.holding(held(scene, chains, row, 0.98 * least * unit))
             with pytest.raises(mf.SceneError, match="nothing balances"):
-                mf.holding(lying(scene, chains, row, 1.02 * most * unit))
+                mf.holding(held(scene, chains, row, 1.02 * most * unit))
     assert looked_at >= 3

@@ -8,7 +8,6 @@ from magfold_env.engine.magnets import pairs
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.scene import Magnets, Scene
 from magfold_env.simulation.pack import pack_magnets
-from magfold_env.simulation.quadrature import choose_rule
 from tests.engine.magnets.test_pairs import Casings, scene_of
 
 SIDE = 0.0125
@@ -83,12 +82,6 @@ def test_bound_holds_for_pairs_far_apart(times, bound, geometry):
         found = Casings(scene.replace(magnets={"accuracy": bound})).forces(*pose)
         worst = max(worst, error(scene, found, exact))
     assert worst <= bound
-
-
-def test_nodes_that_are_given_are_used():
-    assert choose_rule(Magnets(nodes=7)).counts == (7,)
-    assert choose_rule(Magnets(model="points")).counts == (3,)
-    assert choose_rule(Magnets(model="points", nodes=30)).counts == (30,)
 
 
 def test_only_magnets_nearer_than_the_tables_are_graded():

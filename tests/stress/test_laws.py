@@ -99,15 +99,6 @@ def test_energy_and_momentum_from_nowhere_are_found() -> None:
     assert "angular momentum" in limits(replace(motion, rates=motion.rates + 5.0))
 
 
-def test_of_poles_that_may_meet_no_energy_is_asked() -> None:
-    motion, _ = follow(SLIDING.replace(contact=False, duration=0.01))
-    verdict = Verdict()
-    laws.check_energies(motion, verdict)
-    assert verdict.notes == ["poles that meet"]
-    assert "momentum" in verdict.worst
-    assert "passivity" not in verdict.worst
-
-
 def test_an_error_of_energy_must_shrink_with_the_tolerance(monkeypatch: Any) -> None:
     motion, session = follow(SLIDING)
     potential = motion.potential.copy()

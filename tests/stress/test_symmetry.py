@@ -15,17 +15,9 @@ NAMES = ("sequence", "casing", "magnets", "start_angles", "start_offsets")
 
 
 @given(scenes("mixed"))
-def test_a_mirror_image_of_a_mirror_image_is_the_scene(scene: Scene) -> None:
+def test_a_view_is_undone_by_its_inverse(scene: Scene) -> None:
     assert close(mirrored(mirrored(scene)), scene)
-
-
-@given(scenes("mixed"))
-def test_what_is_turned_back_is_the_scene(scene: Scene) -> None:
     assert close(turned(turned(scene, 0.7), -0.7), scene)
-
-
-@given(scenes("mixed"))
-def test_the_other_end_of_the_other_end_is_the_scene(scene: Scene) -> None:
     if scene.mount != "pinned":
         assert close(seen_from_other_end(seen_from_other_end(scene)), scene)
 

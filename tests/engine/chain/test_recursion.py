@@ -11,7 +11,6 @@ from magfold_env.engine.chain import recursion
 from magfold_env.engine.state import Bodies
 from magfold_env.engine.stepping.dynamics import smooth_accelerations
 from magfold_env.engine.workspace import new_work
-from magfold_env.scene import SceneError
 from magfold_env.simulation.pack import pack
 from tests.engine import reference
 from tests.engine.chain.test_articulated import assert_agree, random_scene, random_state
@@ -102,10 +101,3 @@ def test_a_chain_gives_the_same_bits_alone_and_in_any_batch():
     stacked = mf.accelerations(scene, angles.reshape(3, 25, 7), rates.reshape(3, 25, 7))
     assert stacked.shape == (3, 25, 7)
     assert stacked.tobytes() == together.tobytes()
-
-
-@pytest.mark.parametrize("shape", [(), (5,), (2, 5), (6, 1)])
-def test_stacks_of_another_chain_are_an_error(shape):
-    scene = random_scene(np.random.default_rng(0), 6)
-    with pytest.raises(SceneError, match="angles"):
-        mf.accelerations(scene, np.zeros(shape), np.zeros(shape))

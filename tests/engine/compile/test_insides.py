@@ -86,25 +86,6 @@ def root(outer):
     return out
 """
 
-FOLDS = """
-import gymnasium, hashlib
-import magfold_env as mf
-scene = mf.Scene(
-    sequence=("NSNS", "SN-N", "NNSS"), mount="tube", feed={"speed": 0.5, "loading": "at_mouth"},
-    start_angle_spread=0.02,
-)
-fold = mf.simulate(scene, seed=0, frame_rate=60.0)
-print(fold.status, fold.word, fold.steps, fold.energy.hex())
-print(hashlib.sha256(fold.angles.tobytes() + fold.trajectory.angles.tobytes()).hexdigest())
-envs = gymnasium.make_vec("MagFold/TubeFeed-v0", num_envs=3, components=3, baseline=None)
-envs.action_space.seed(1)
-seen = hashlib.sha256(envs.reset(seed=0)[0].tobytes())
-for _ in range(4):
-    observation, reward, *_ = envs.step(envs.action_space.sample())
-    seen.update(observation.tobytes() + reward.tobytes())
-print(seen.hexdigest())
-"""
-
 
 def run(code: str, cache: str, folder: str) -> tuple[str, list[str]]:
     """Run code in a process of its own; returns what it prints, and the warnings of numba."""
@@ -138,18 +119,6 @@ def test_kernels_do_the_same_without(inside, small, tmp_path):
         assert printed == expected
         (warning,) = warned
         assert f"RuntimeWarning: numba {numba.__version__} differs from what" in warning
-
-
-@compiled
-@pytest.mark.weekly
-@pytest.mark.parametrize("inside", ["deferred", "pointer_types", "others"])
-def test_chains_fold_the_same_without(inside, tmp_path):
-    change = CHANGES.get(inside, CHANGES["fused"] + CHANGES["kernel_cache"] + CHANGES["first_use"])
-    expected, quiet = run(FOLDS, "", "")
-    assert not quiet
-    printed, warned = run(change + FOLDS, str(tmp_path), "")
-    assert printed == expected
-    assert len(warned) == (1 if inside in CHANGES else 3)
 
 
 def test_what_fails_its_check_is_not_used(monkeypatch, tmp_path):

@@ -11,7 +11,7 @@ import pytest
 
 from magfold_env.engine.compile import insides, kernel_cache
 from magfold_env.engine.compile.insides import numba_config
-from magfold_env.engine.compile.kernel_cache import KEPT, cache_root, remove_unused
+from magfold_env.engine.compile.kernel_cache import KEPT, remove_unused
 
 pytestmark = pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
 
@@ -26,15 +26,6 @@ def aged(path, seconds):
     return path
 
 
-def test_the_environment_moves_the_root(tmp_path, monkeypatch):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "here"))
-    cache_root.cache_clear()
-    try:
-        assert cache_root() == tmp_path / "here"
-    finally:
-        cache_root.cache_clear()
-
-
 def test_only_directories_of_kernels_long_unused_are_removed(tmp_path):
     old = aged(tmp_path / f"kernels-{'a' * 16}", 1.1 * KEPT)
     recent = aged(tmp_path / f"kernels-{'b' * 16}", 0.9 * KEPT)
@@ -43,11 +34,6 @@ def test_only_directories_of_kernels_long_unused_are_removed(tmp_path):
     assert not old.exists()
     assert all(path.exists() for path in (recent, other))
 
-
-# --- names ---------------------------------------------------------------------------------
-
-
-# --- in a package of its own ---------------------------------------------------------------
 
 SMALL = {
     "__init__.py": "",
@@ -178,6 +164,9 @@ def test_nothing_is_kept_where_nothing_can_be_written(copy):
     assert not kept(copy)
 
 
+# --- in a copy of the whole ----------------------------------------------------------------
+
+
 @pytest.mark.medium
 def test_sources_in_an_archive_are_found(copy):
     archive = shutil.make_archive(str(copy.parent), "zip", copy.parent)
@@ -185,35 +174,3 @@ def test_sources_in_an_archive_are_found(copy):
     edit(copy / "leaf.py", "numbers.FACTOR", "0.0")  # not what the archive holds
     assert run(copy, code) == run(copy, code) == [7.0, 3.0]
     assert {path.name.partition(".")[0] for path in kept(copy)} == {"root", "other"}
-
-
-# --- in a copy of the whole ----------------------------------------------------------------
-
-CALLER = """
-from magfold_env.engine.compile.jit import kernel
-from magfold_env.envs.spaces.observation import squash
-@kernel
-def twice(x: float) -> float:
-    return 2.0 * squash(x)
-"""
-OBSERVED = """
-import magfold_env.envs.spaces.observation as observation
-import magfold_env.engine.stepping.integrator as integrator
-from magfold_env.engine.compile.kernel_cache import fingerprint
-from caller import twice
-print(twice(1.0), *(int(fingerprint(each.__file__)[:12], 16) for each in (observation, integrator)))
-"""
-
-
-@pytest.mark.medium
-def test_an_edited_observation_is_seen_and_compiles_no_integrator_again(copy):
-    shutil.copytree(kernel_cache.FOLDER, copy, dirs_exist_ok=True)
-    (copy.parent / "caller.py").write_text(CALLER)
-    seen, observation, integrator = run(copy, OBSERVED)
-    edit(copy / "envs" / "spaces" / "observation.py", "(1.0 + abs(value))", "(3.0 + abs(value))")
-    other, edited, same = run(copy, OBSERVED)
-    assert (seen, other) == (1.0, 0.5)
-    assert edited != observation
-    assert same == integrator
-    edit(copy / "engine" / "state.py", "import annotations\n", "import annotations  # edited\n")
-    assert run(copy, OBSERVED)[2] != integrator

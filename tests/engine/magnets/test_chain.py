@@ -16,7 +16,7 @@ from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import folded_words, word_to_angles
 from magfold_env.simulation.pack import pack
 from tests.engine import reference
-from tests.engine.magnets.test_pairs import MODELS, Casings
+from tests.engine.magnets.test_pairs import MODELS, Casings, random_sequence
 
 SIDE = 0.0125
 EXACT = 24  # nodes that leave 1e-7 where casings lie flush, and less elsewhere
@@ -46,10 +46,6 @@ class Chain:
         q = np.append(np.cumsum(joints), [0.0, 0.0])
         feed.place_all(0, self.model, q, self.work.pose)
         return chain_energy(0, self.model, q, self.work.pose, self.work.nodes)
-
-
-def random_sequence(rng, n):
-    return tuple("".join(rng.choice(["N", "S"], 4)) for _ in range(n))
 
 
 def open_joints(rng, n):

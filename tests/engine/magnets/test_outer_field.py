@@ -8,12 +8,11 @@ from hypothesis import strategies as st
 import magfold_env as mf
 from magfold_bench.laws import exact_magnets as exact
 from magfold_env.engine.magnets import outer_field
-from magfold_env.engine.magnets import pairs as magnets
-from magfold_env.engine.state import Loads, Pose
-from magfold_env.engine.workspace import new_work
+from magfold_env.engine.state import Loads
 from magfold_env.scene import Magnets, Scene
 from magfold_env.simulation.pack import pack
 from tests.engine import reference
+from tests.engine.magnets.test_pairs import Casings, random_sequence
 from tests.reference import magnet_field
 
 SIDE = 0.0125
@@ -24,36 +23,22 @@ EVEN = {"uniform": (0.02, -0.03)}
 seeds = st.integers(0, 2**32 - 1)
 
 
-class Casings:
-    """Casings anywhere in a field."""
-
-    def __init__(self, scene):
-        self.model = pack(scene.replace(friction=0.0, contact=False))
-        self.work = new_work(self.model)
-
-    def prepare(self, places, headings):
-        pose = Pose(np.cos(headings), np.sin(headings), places[:, 0].copy(), places[:, 1].copy())
-        loads = Loads(*np.zeros((3, headings.size)))
-        model, nodes = self.model, self.work.nodes
-        magnets.add_forces(0, model.magnets, model.charge, pose, nodes, loads)
-        return pose
+class InField(Casings):
+    """What a field from outside does to casings."""
 
     def forces(self, places, headings):
-        pose, loads = self.prepare(places, headings), Loads(*np.zeros((3, headings.size)))
-        outer_field.add_field(0, self.model, pose, self.work.nodes, loads)
+        super().forces(places, headings)  # turns the casings and spreads their charges
+        pose, loads = self.pose(places, headings), Loads(*np.zeros((3, headings.size)))
+        outer_field.add_field(0, self.model, pose, self.nodes, loads)
         return np.stack([loads.fx, loads.fy], axis=1), loads.torque
 
     def energy(self, places, headings):
-        pose = self.prepare(places, headings)
-        return outer_field.field_energy(0, self.model, pose, self.work.nodes)
+        super().forces(places, headings)
+        return outer_field.field_energy(0, self.model, self.pose(places, headings), self.nodes)
 
 
 def in_field(sequence, field, **changes):
     return Scene(sequence=sequence).replace(field=field, **changes)
-
-
-def random_sequence(rng, n, letters="NS"):
-    return tuple("".join(rng.choice(list(letters), 4)) for _ in range(n))
 
 
 def around(rng, least, most):
@@ -78,14 +63,14 @@ def test_an_even_field_turns_a_casing_by_its_moment(seed):
     rng = np.random.default_rng(seed)
     scene = in_field(random_sequence(rng, 1, "NS-"), EVEN)
     places, headings = rng.normal(size=(1, 2)), rng.uniform(-np.pi, np.pi, 1)
-    force, torque = Casings(scene).forces(places, headings)
+    force, torque = InField(scene).forces(places, headings)
     normals = headings[0] + np.array([0.25, 0.75, -0.75, -0.25]) * np.pi
     moment = THICKNESS * (scene.charges[0] @ np.stack([np.cos(normals), np.sin(normals)], 1))
     bx, by = EVEN["uniform"]
     scale = Magnets().charge * THICKNESS * np.hypot(bx, by)
     assert torque[0] == pytest.approx(moment[0] * by - moment[1] * bx, abs=1e-12 * scale)
     assert not force.any()
-    energy = Casings(scene).energy(places, headings)
+    energy = InField(scene).energy(places, headings)
     assert energy == pytest.approx(-(moment[0] * bx + moment[1] * by), abs=1e-12 * scale)
 
 
@@ -108,7 +93,7 @@ def test_a_fixed_magnet_acts_within_the_bound(count, gap, bound):
     for _ in range(count):
         scene = scene_of(rng, bound)
         pose = places(rng)
-        force, torque = Casings(scene).forces(*pose)
+        force, torque = InField(scene).forces(*pose)
         wanted, turning = magnet_field.field_forces(scene, *pose)
         error = max(np.hypot(*(force - wanted)[0]), abs(torque - turning)[0] / SIDE)
         # A charge twice as dense as the chain's own makes twice the error.
@@ -121,7 +106,7 @@ def test_a_fixed_magnet_acts_within_the_bound(count, gap, bound):
 @pytest.mark.parametrize("seed", range(20))
 def test_force_and_torque_are_the_energys_gradient(seed, near):
     rng = np.random.default_rng(seed)
-    casings = Casings(scene_of(rng, 1e-3))
+    casings = InField(scene_of(rng, 1e-3))
     places, headings = facing(rng) if near else around(rng, 0.0, 0.02)
     force, torque = casings.forces(places, headings)
     size = np.abs(force).max() + 1e-3
@@ -146,7 +131,7 @@ def test_public_forces_and_energy_contain_the_field():
     unit = 1e-3 * exact.flush_force(scene)
     np.testing.assert_allclose(force - own, wanted, rtol=0, atol=unit)
     np.testing.assert_allclose(torque - turning, twist, rtol=0, atol=unit * SIDE)
-    outer = Casings(scene).energy(places, angles)
+    outer = InField(scene).energy(places, angles)
     assert mf.energy(scene, angles) - mf.energy(bare, angles) == pytest.approx(outer, rel=1e-9)
 
 

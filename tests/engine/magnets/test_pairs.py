@@ -93,11 +93,12 @@ def _crosses(edges, before, after):
     return any(bool(((low < edge) & (edge < high)).any()) for edge in edges)
 
 
+def random_sequence(rng, n, letters="NS"):
+    return tuple("".join(rng.choice(list(letters), 4)) for _ in range(n))
+
+
 def scene_of(rng, n, model):
-    return Scene(
-        sequence=tuple("".join(rng.choice(["N", "S"], 4)) for _ in range(n)),
-        magnets=MODELS[model],
-    )
+    return Scene(sequence=random_sequence(rng, n), magnets=MODELS[model])
 
 
 def scatter(rng, n, gap):
@@ -146,7 +147,6 @@ def gradient(casings, places, headings):
 
 
 def assert_gradient(casings, places, headings, expected):
-    assert expected is not None
     force, torque = casings.forces(places, headings)
     np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
     np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * SIDE * np.abs(force).max())
@@ -172,36 +172,28 @@ def test_force_and_torque_are_the_energys_gradient(model):
 
 
 @pytest.mark.laws
-@pytest.mark.parametrize("level", [1, 2])
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.5, 0.7, 0.9])
-def test_gradient_holds_between_two_levels(level, share):
-    # Two faces look at each other from a distance at which the rules are blended.
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("between", ["levels", "ranks"])
+def test_gradient_holds_where_two_rules_are_blended(between, number, share):
     rng = np.random.default_rng(9)
-    casings = Casings(scene_of(rng, 2, "coarse strips"))
-    radius = casings.model.magnets.level_radius[level]
-    distance = radius * (1.0 + share * (pairs.BLEND - 1.0))
-    places = np.array([[0.0, 0.0], [0.0, SIDE - 0.001 + distance]])
-    headings = np.array([np.pi / 4, np.pi / 4])
-    assert casings.blended(places, headings) > 0
-    assert_gradient(casings, places, headings, gradient(casings, places, headings))
-
-
-@pytest.mark.laws
-@pytest.mark.parametrize("rank", [1, 2])
-@pytest.mark.parametrize("share", [0.1, 0.3, 0.5, 0.7, 0.9])
-def test_gradient_holds_between_two_ranks(rank, share):
-    rng = np.random.default_rng(10)
-    casings = Casings(scene_of(rng, 2, "fine strips"))
-    rule = casings.model.magnets
-    room = rule.rank_radius[rank] * (1.0 + share * (segments.SPREAD - 1.0))
-    distance = 2 * rule.depth + room
-    while True:
-        bearing = rng.uniform(-np.pi, np.pi)
+    casings = Casings(scene_of(rng, 2, "coarse strips" if between == "levels" else "fine strips"))
+    rule, expected = casings.model.magnets, None
+    places, headings = np.zeros((2, 2)), np.zeros(2)
+    for _ in range(100):
+        headings, bearing = rng.uniform(-np.pi, np.pi, 2), rng.uniform(-np.pi, np.pi)
+        if between == "levels":  # of two faces that look at each other
+            radius = rule.level_radius[number]
+            distance = SIDE - 0.001 + radius * (1.0 + share * (pairs.BLEND - 1.0))
+            headings, bearing = np.array([np.pi / 4, np.pi / 4]), np.pi / 2
+        else:
+            room = rule.rank_radius[number] * (1.0 + share * (segments.SPREAD - 1.0))
+            distance = 2 * rule.depth + room
         places = distance * np.array([[0.0, 0.0], [np.cos(bearing), np.sin(bearing)]])
-        headings = rng.uniform(-np.pi, np.pi, 2)
-        expected = gradient(casings, places, headings)
-        if expected is not None:
+        if (expected := gradient(casings, places, headings)) is not None:
             break
+    assert expected is not None
+    assert between == "ranks" or casings.blended(places, headings) > 0
     assert_gradient(casings, places, headings, expected)
 
 

@@ -14,6 +14,7 @@ from magfold_env.engine.workspace import new_nodes
 from magfold_env.scene import Magnets, Scene
 from magfold_env.simulation.pack import charges, pack_magnets
 from tests.engine import reference
+from tests.engine.magnets.test_pairs import random_sequence
 
 SIDE = 0.0125
 BOUNDS = [5e-2, 1e-2, 1e-3, 1e-4, 1e-6]
@@ -54,10 +55,6 @@ class Long:
             rule = self.rule.group_radius, self.rule.group_terms
             counts.append(segments.list_pairs(0, 0, self.scene.n, *rule, False, parts)[0])
         return sum(counts), len(counts)
-
-
-def random_sequence(rng, n):
-    return tuple("".join(rng.choice(["N", "S"], 4)) for _ in range(n))
 
 
 def aligned_sequence(n):

@@ -12,9 +12,9 @@ from magfold_env.engine.magnets import sheets
 from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import word_to_angles
 from tests.engine import reference
-from tests.engine.magnets.test_chain import Chain, random_sequence
-from tests.engine.magnets.test_outer_field import Casings as InField
-from tests.engine.magnets.test_pairs import Casings
+from tests.engine.magnets.test_chain import Chain
+from tests.engine.magnets.test_outer_field import InField
+from tests.engine.magnets.test_pairs import Casings, random_sequence
 from tests.reference import touching_faces
 from tests.simulation.test_account import imbalance
 

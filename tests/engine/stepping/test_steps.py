@@ -60,14 +60,6 @@ def test_looking_at_every_step_changes_no_bit(seed):
     assert times == sorted(times)
 
 
-def test_the_work_cap_holds_when_steps_are_watched():
-    scene = random_scene(14).replace(solver={"max_steps": 20})
-    session = SteppedSession(scene)
-    session.run()
-    assert session.steps == 20
-    assert session.message == simulate(scene).message
-
-
 def test_a_second_of_simulated_time_has_a_work_cap_of_its_own():
     tube = {"mount": "tube", "feed": {"speed": 0.02}}
     scene = random_scene(14).replace(friction=0.35, start_angles=None, **tube)
