@@ -142,17 +142,6 @@ class EnvSettings(EnvOptions, frozen=True):
         return self.model_copy(update={"shaping": None})
 
 
-class CurriculumSettings(Group, frozen=True):
-    """Easier variants to begin with; see `magfold_env.envs.wrappers.curriculum.Curriculum`."""
-
-    stages: Annotated[tuple[EnvOptions, ...], Field(min_length=1)]
-    """What is different in each stage before the environment itself, the easiest first."""
-    threshold: Unit = 0.8
-    """Share of successes that leads to the next stage."""
-    window: Count = 100
-    """Number of episodes that the share is taken over."""
-
-
 class _Learner(Shown):
     """What all learners have."""
 
@@ -336,10 +325,8 @@ class TrainSettings(Group, frozen=True):
     """Name of the run and of its folder under ``runs/``."""
     env: EnvSettings = EnvSettings()
     """The environment."""
-    curriculum: CurriculumSettings | None = None
-    """Easier variants of the environment, each left when enough episodes succeed."""
     pretraining: tuple[PhaseSettings, ...] = ()
-    """Phases before the main one, such as one without dynamics."""
+    """Phases before the main one, such as one without dynamics or with easier targets."""
     learner: LearnerSettings = PPOSettings()
     """The learner."""
     start: str | None = None
@@ -358,9 +345,6 @@ class TrainSettings(Group, frozen=True):
     """Where the networks live; small ones are fastest on the processor."""
     envs: Count = 2
     """Number of environments that are stepped together."""
-    stepping: Literal["native", "processes", "serial"] | None = None
-    """How they are: by one compiled call, each in a process of its own, or one after another;
-    None: the first of these that can be. Results do not depend on it."""
     checkpoint_every: Count = 20_000
     """Steps between checkpoints."""
     validate_every: Count = 20_000
@@ -429,12 +413,6 @@ class TrainSettings(Group, frozen=True):
         hindsight = isinstance(learner, SACSettings) and learner.hindsight is not None
         if learner.blind and (hindsight or env.id == DESIGN_ENV):
             yield "learner.blind", True, f"false with {DESIGN_ENV} and with hindsight"
-        if self.curriculum is not None:
-            # Chains of other lengths are filled up, which moves their entries.
-            if features != "chain":
-                yield "learner.features", features, "'chain' with a curriculum"
-            if learner.blind:
-                yield "learner.blind", True, "false with a curriculum"
 
 
 def load_settings(
