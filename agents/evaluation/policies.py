@@ -160,7 +160,7 @@ def at_speed(policy: Policy, speed: float | None) -> Policy:
     return begin
 
 
-def make_policy(name: str, trust_pickle: bool = False) -> Policy:
+def make_policy(name: str) -> Policy:
     """Return the policy called `name`.
 
     Parameters
@@ -169,8 +169,6 @@ def make_policy(name: str, trust_pickle: bool = False) -> Policy:
         ``random``; ``minimiser``, the design that rewards are measured against; the path of
         choices that `agents.baselines` wrote (``.json``), or of a policy (``.safetensors``);
         ``no-motion:`` and one of these, which is then shown no motion.
-    trust_pickle : bool
-        Whether it may be a model as Stable-Baselines3 saves it, which can run any code.
 
     Raises
     ------
@@ -188,7 +186,7 @@ def make_policy(name: str, trust_pickle: bool = False) -> Policy:
     if Path(path).suffix == ".json":
         return chosen(read_choices(Path(path)))
     torch.set_num_threads(1)
-    return trained(policy_files.load(path, trust_pickle), no_motion)
+    return trained(policy_files.load(path), no_motion)
 
 
 def policies_dir() -> Path:

@@ -52,7 +52,7 @@ def reading(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let a name stand for the policy that reads."""
     saved: Any = SavedPolicy(Reading(), Shown(), steps=0)  # pyright: ignore[reportArgumentType]
 
-    def own_policy(name: str, trust_pickle: bool = False) -> policies.Policy:
+    def own_policy(name: str) -> policies.Policy:
         return policies.trained(saved, name.startswith(policies.NO_MOTION))
 
     monkeypatch.setattr(episodes, "own_policy", own_policy)
