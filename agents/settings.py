@@ -296,11 +296,10 @@ class Phase:
 class ImitationSettings(Group, frozen=True):
     """What a learner imitates at first."""
 
-    plan: Literal["baseline", "open loops", "drawing back", "mending"] = "baseline"
-    """What plays: the schedules that set its tasks' baselines, the best open loops of a search, see
-    `agents.training.open_loops`, where a chain is given what lets out anew what folds wrong, see
-    `agents.training.drawing_back`, or, with an anchor, what tests its chains and builds those anew
-    that fail, see `agents.training.mending`."""
+    plan: Literal["baseline", "drawing back", "mending"] = "baseline"
+    """What plays: the schedules that set its tasks' baselines, where a chain is given what lets out
+    anew what folds wrong, see `agents.training.drawing_back`, or, with an anchor, what tests its
+    chains and builds those anew that fail, see `agents.training.mending`."""
     tried: Count = 1000
     """Open loops of a task that are tried."""
     trials: Count = 6000
