@@ -35,7 +35,7 @@ from zlib import crc32
 import numpy as np
 import torch
 
-from agents.open_loops.search import Field, OpenLoops, Ranked, open_loops_of
+from agents.open_loops.search import Field, OpenLoops, Ranked, Search, open_loops_of
 from agents.training import policy_files
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.constant_speed import Plan
@@ -132,10 +132,21 @@ def play_simple(
     return np.stack([ends[name] for name in SIMPLE], axis=1).tolist()
 
 
+def search(arena: Arena, effort: Search, start: int, stop: int) -> list[list[Ranked]]:
+    """Return what has been tried in each of some tasks, the best first."""
+    return [arena.field.search(number, SEARCH, effort) for number in arena.numbers[start:stop]]
+
+
 def play_oracle(
+    arena: Arena, best: dict[int, list[Any]], budget: int, start: int, stop: int
+) -> list[list[list[float]]]:
+    """Return success and score of `ORACLE` and `SAME_DRAW` in each of some episodes."""
+    return [_play_oracle(arena, best, budget, episode) for episode in range(start, stop)]
+
+
+def _play_oracle(
     arena: Arena, best: dict[int, list[Any]], budget: int, episode: int
 ) -> list[list[float]]:
-    """Return success and score of `ORACLE` and `SAME_DRAW` in an episode."""
     numbers, seeds = arena.draws(episode, episode + 1)
     number = int(numbers[0])
     tried = arena.open_loops.raced(best[number], number, arena.drawn(episode)[1])
