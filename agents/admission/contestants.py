@@ -40,7 +40,6 @@ from agents.training import policy_files
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Ints
-from magfold_env.envs.tasks.feed_tasks import Task
 from magfold_env.scene import Scene
 from magfold_env.scoring.player import Player, play
 from magfold_env.scoring.track import WIDTH, Track
@@ -78,7 +77,7 @@ class Arena(Track):
         """Room for episodes of these tasks, made once."""
         return Field(self.episodes(WIDTH), self.open_loops)
 
-    def drawn(self, episode: int) -> tuple[Scene, Task]:
+    def drawn(self, episode: int) -> tuple[Scene, Any]:
         """Return scene and task of an episode, with all that is drawn of them."""
         numbers, seeds = self.draws(episode, episode + 1)
         self.env.reset(seed=seeds[0], options={"task": int(numbers[0])})

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import magfold_env as mf
-from agents.evaluation import episodes, intervals, report
+from agents.evaluation import episodes, report
 from agents.settings import EnvSettings
 from agents.training.folder import provenance
 from magfold_env.fold import recording
@@ -26,7 +26,6 @@ FRAME_RATE = 120.0
 
 _CAPTIONS = {
     "overall": "Success with 95 % intervals.",
-    "profile": "Performance profile: the share of targets (and seeds) with more success than τ.",
     "reasons": "How episodes ended, and which joints were in the way of those that missed.",
     "targets": "Success by target with Wilson's 95 % intervals; dots are single seeds.",
 }
@@ -133,7 +132,7 @@ def write_page(
         Table("Methods", overall),
         charts["overall"],
         Details("What is what", [_MEANING]),
-        Details("Profile and reasons", [charts["profile"], charts["reasons"]]),
+        Details("Reasons", [charts["reasons"]]),
     ]
     every = Details("All targets", [charts["targets"], Table("Successes of episodes", by_target)])
     sections = [
@@ -220,7 +219,6 @@ def draw(
     pictures = {
         "overall": _means(summaries),
         "targets": _bars(results, summaries),
-        "profile": _profile(results),
         "reasons": _reasons(summaries),
     }
     paths = {name: folder / f"{name}.png" for name in pictures}
@@ -283,27 +281,6 @@ def _bars(results: report.Played, summaries: Mapping[str, report.Summary]) -> An
     axes[-1].set_xlim(-0.6, len(words) - 0.4)
     axes[-1].set_xticks(places, words, rotation=90, fontsize=7, family="monospace")
     figure.supylabel("success [%]", fontsize=9)
-    return figure
-
-
-def _profile(results: report.Played) -> Any:
-    """Draw which share of runs on targets succeed more often than τ."""
-    figure, ((axes,),) = make_figure(3.6)
-    for k, (name, runs) in enumerate(results.items()):
-        found = intervals.estimate(
-            report.by_target(runs), report.targets_of(results), intervals.profile
-        )
-        colour, style = COLOURS[(k + 1) % len(COLOURS)], ("-", "--", ":")[k // len(COLOURS) % 3]
-        places = 100 * intervals.THRESHOLDS
-        axes.step(places, 100 * found.value, style, where="post", color=colour, label=name)
-        low, high = 100 * found.low, 100 * found.high
-        axes.fill_between(places, low, high, step="post", color=colour, alpha=0.15, linewidth=0)
-    axes.set_xlim(0, 100)
-    axes.set_ylim(-2, 102)
-    axes.set_xlabel("τ: rate of success on a target [%]")
-    axes.set_ylabel("targets (and seeds) above τ [%]")
-    axes.grid(color=GRID, linewidth=0.8)
-    figure.legend(loc="outside right upper", frameon=False, fontsize=8)
     return figure
 
 

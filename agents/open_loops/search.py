@@ -6,7 +6,7 @@ Every round has about the same share of the budget.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.feed_track import FeedTrackEnv
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.scene import Scene
 from magfold_env.scoring.player import play
 
 Trial = Callable[[Ints, int, int], Floats]
@@ -83,35 +82,8 @@ def _ranked(field: Ints, ends: Floats) -> list[Ranked]:
     return [Ranked(*each, ends.shape[1]) for each in zip(field.tolist(), successes, strict=True)]
 
 
-class OpenLoops(Protocol):
-    """What can be chosen before an episode begins; all that differs from track to track.
-
-    Open loops are values of a kind of its own, which can be pickled and written in words.
-    """
-
-    @property
-    def fastest(self) -> Any:
-        """The open loop that always goes forward."""
-        ...
-
-    def candidates(self, count: int, number: int) -> list[Any]:
-        """Return so many open loops that may be tried in a task, by its number."""
-        ...
-
-    def following(self, found: Sequence[Any]) -> Plan:
-        """Return what plays open loops, one a row."""
-        ...
-
-    def drawn(self) -> tuple[Scene, Any]:
-        """Return scene and task of the environment's episode, with all that was drawn of them."""
-        ...
-
-    def raced(self, best: list[Any], number: int, task: Any) -> list[Any]:
-        """Return as many as came farthest in a task's search, `best`, for the oracle to race.
-
-        `number` is the task's, `task` is it as `drawn` returns it.
-        """
-        ...
+OpenLoops = Schedules | Orders
+"""What can be chosen before an episode begins: values that can be pickled and written in words."""
 
 
 class Search(NamedTuple):

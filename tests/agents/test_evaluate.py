@@ -49,7 +49,7 @@ def test_the_comparison_writes_numbers_pictures_and_a_gif(folder: Path, results:
     assert content["rows"]["minimiser"]["success"][0] == 1.0
     with Image.open(folder / "folds.gif") as gif:
         assert getattr(gif, "n_frames", 1) > 10
-    for name in ("overall", "targets", "profile", "reasons"):
+    for name in ("overall", "targets", "reasons"):
         with Image.open(folder / f"{name}.png") as picture:
             assert min(picture.size) > 150
 
@@ -74,7 +74,7 @@ def test_the_page_needs_nothing_but_itself(folder: Path, results: Played) -> Non
     page.feed(text)
     assert page.links
     assert all(link.startswith(("data:", "#")) for link in page.links)
-    assert page.tags.count("img") == 4
+    assert page.tags.count("img") == 3
     assert "script" not in page.tags
     assert len(page.folds) >= 2 * len(results)
     assert all("</html>" in fold and "<script" in fold for fold in page.folds)
