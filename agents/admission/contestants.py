@@ -35,7 +35,7 @@ from zlib import crc32
 import numpy as np
 import torch
 
-from agents.open_loops.search import Field, OpenLoops, Ranked, Search, open_loops_of
+from agents.open_loops.search import Field, Ranked, Search, open_loops_of
 from agents.training import policy_files
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.constant_speed import Plan
@@ -63,7 +63,7 @@ class Arena(Track):
     stream: str = field(default=EVALUATION, kw_only=True)
 
     @cached_property
-    def open_loops(self) -> OpenLoops:
+    def open_loops(self) -> Any:
         """What can be chosen beforehand."""
         return open_loops_of(self.env)
 

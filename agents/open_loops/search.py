@@ -82,10 +82,6 @@ def _ranked(field: Ints, ends: Floats) -> list[Ranked]:
     return [Ranked(*each, ends.shape[1]) for each in zip(field.tolist(), successes, strict=True)]
 
 
-OpenLoops = Schedules | Orders
-"""What can be chosen before an episode begins: values that can be pickled and written in words."""
-
-
 class Search(NamedTuple):
     """How much is tried."""
 
@@ -95,8 +91,8 @@ class Search(NamedTuple):
     """Episodes."""
 
 
-def open_loops_of(env: Any) -> OpenLoops:
-    """Return the open loops of a track's environment."""
+def open_loops_of(env: Any) -> Any:
+    """Return the open loops of a track's environment, `Schedules` or `Orders`."""
     return Schedules(env) if isinstance(env, FeedTrackEnv) else Orders(env)
 
 
@@ -113,7 +109,7 @@ class Field:
         How choices are written down, if that is to be told: of speeds the nearest on offer is fed.
     """
 
-    def __init__(self, episodes: Any, open_loops: OpenLoops, actions: Any = None) -> None:
+    def __init__(self, episodes: Any, open_loops: Any, actions: Any = None) -> None:
         self._episodes, self._open_loops, self._actions = episodes, open_loops, actions
 
     def search(self, number: int, stream: str, effort: Search) -> list[Ranked]:

@@ -150,11 +150,6 @@ def test_a_chain_that_is_not_simulated_has_no_motion_to_show(
     assert results["random"][0][0].built is None
 
 
-def test_settings_of_the_environment_can_be_changed() -> None:
-    changed = env_settings("ppo-tube-feed", ["randomisation=strong", "targets=[LRLLL]"])
-    assert (changed.randomisation, changed.targets) == ("strong", ("LRLLL",))
-
-
 def test_rewards_are_the_environments_own() -> None:
     assert load_settings("ppo-tube-feed").env.reward == "score"
     assert env_settings("ppo-tube-feed", []).reward is None

@@ -7,7 +7,7 @@ from stable_baselines3 import PPO
 
 from agents.evaluate import evaluate
 from agents.evaluation.episodes import Method, make_env, play, warm_up
-from agents.evaluation.policies import at_random, designs, make_policy
+from agents.evaluation.policies import at_random, designs
 from agents.settings import TrainSettings
 from agents.training import policy_files
 from agents.training.run import train
@@ -62,13 +62,6 @@ def test_a_trained_policy_plays_the_same_in_any_number_of_processes(run: Path) -
     assert [(each.target, each.seed) for each in alone["own"][0]] == [
         (target, seed) for target in ("LRLLL", "RLRRR")
     ]
-
-
-def test_a_policy_for_other_spaces_is_refused(run: Path) -> None:
-    env = make_env(SETTINGS.env.model_copy(update={"speeds": 4}))
-    policy = make_policy(str(run / "policy.safetensors"))
-    with pytest.raises(ValueError, match=r"policy: its spaces .* are not the environment's"):
-        play(policy, env, "LRLLL", 0)
 
 
 def test_the_design_policy_feeds_the_design_at_its_speed() -> None:

@@ -146,23 +146,6 @@ def test_runs_that_do_badly_are_broken_off(
         assert all(trial.value == 0.9 for trial in found)
 
 
-def test_a_run_that_is_broken_off_can_be_trained_to_its_end(file: Path, tmp_path: Path) -> None:
-    settings = load_search(str(file)).run_settings({}, "run")
-
-    def stop(number: int, _: dict[str, float]) -> None:
-        if number == 1:
-            raise optuna.TrialPruned
-
-    with pytest.raises(optuna.TrialPruned):
-        train(settings, tmp_path / "broken", watch=stop)
-    info = RunInfo.read(tmp_path / "broken")
-    assert info is not None
-    assert not info.finished
-    train(settings, tmp_path / "whole")
-    policy = train(settings, tmp_path / "broken")
-    assert same_weights(policy, tmp_path / "whole" / "policy.safetensors")
-
-
 @pytest.mark.medium
 def test_an_interrupted_trial_is_taken_up_in_its_folder(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
