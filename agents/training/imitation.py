@@ -28,9 +28,9 @@ from torch.nn.utils.rnn import pad_sequence
 from agents.commands import progress_bar
 from agents.open_loops.search import Search
 from agents.settings import TrainSettings
+from agents.training import redoings
 from agents.training.envs import make_env
 from agents.training.mending import Mending, mended
-from agents.training.redoings import Redoings
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.episodes import Episodes
@@ -99,7 +99,8 @@ class Demonstrations:
             ways = mended(settings.env, folder)
             self._plan = lambda numbers: Mending([ways[number] for number in numbers])
         elif self._given.plan == "drawing back":
-            self._plan = Redoings(settings.env, effort, folder).plan
+            found = redoings.searched(settings.env, effort, folder)
+            self._plan = lambda numbers: redoings.playing([found[number] for number in numbers])
         else:
             self._plan = env.plan_of
 
