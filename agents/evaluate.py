@@ -81,11 +81,7 @@ def compare(
     moving = episodes.make_env(settings).task.fidelity == "dynamics"
     shown = page.replays(results, SHOWN) if moving else {}
     page.write_page(folder / "report.html", settings, draws, summaries, pictures, shown)
-    written = [folder / "results.json", folder / "report.html"]
-    if moving:
-        written.append(folder / "folds.gif")
-        page.save_folds(written[-1], results[every[0].name][0])
-    options.say_written(*written)
+    options.say_written(folder / "results.json", folder / "report.html")
     return results
 
 

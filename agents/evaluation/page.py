@@ -1,4 +1,4 @@
-"""Pictures of a comparison, one HTML file of numbers, pictures and folds that play, and a GIF.
+"""Pictures of a comparison, and one HTML file of numbers, pictures and folds that play.
 
 Pictures need matplotlib, from the extra `render`.
 """
@@ -14,7 +14,6 @@ from agents.evaluation import episodes, report
 from agents.settings import EnvSettings
 from agents.training.folder import provenance
 from magfold_env.fold import recording
-from magfold_env.render import save_gif
 from magfold_env.replay import page, page_data
 from magfold_env.reporting import page as reporting
 from magfold_env.reporting.page import Block, Details, Frame, Page, Picture, Section, Verdict
@@ -99,17 +98,6 @@ def _shown(runs: report.Runs, words: Sequence[str]) -> list[episodes.Outcome]:
     if missed and all(each.success for each in shown):
         shown.append(missed[0])
     return shown
-
-
-def save_folds(path: Path, outcomes: Sequence[episodes.Outcome], count: int = 6) -> None:
-    """Write a GIF of a run's first episode of at most `count` targets, evenly picked.
-
-    Nothing is selected by its outcome: failures show as they come.
-    """
-    words = list(dict.fromkeys(each.target for each in outcomes if each.scene is not None))
-    shown = firsts(outcomes, spread(words, count))
-    folds = [recorded(outcome) for outcome in shown]
-    save_gif(folds, path, targets=[outcome.target for outcome in shown], size=(960, 640))
 
 
 def write_page(
