@@ -35,7 +35,7 @@ from agents.training.folder import file_digest, provenance
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest, write_text
 from magfold_env.scoring.player import Player
-from magfold_env.scoring.results import Results, Row, Run
+from magfold_env.scoring.results import Results, Run
 
 BLOCK = 50
 """Episodes of a job where each is soon played."""
@@ -180,17 +180,14 @@ def main(  # noqa: PLR0913 - one parameter an option
                     ends[kind] = contest.play_policies(paths, kind, episodes)
     verdict = rule.judge(ends)
     rows = {
-        row.name: Row(
-            success=numbers(row.success),
-            score=row.score,
-            files=files_of(given.get(row.name, [])),
-            runs=tuple(Run.of(ends[row.name][k, :, 0]) for k in range(len(ends[row.name]))),
-            figures={
-                "normalised": row.normalised,
-                "by task": rule.by_task(ends[row.name], arena.numbers),
-            },
+        name: row.model_copy(
+            update={
+                "files": files_of(given.get(name, [])),
+                "runs": tuple(Run.of(run[:, 0]) for run in ends[name]),
+                "figures": row.figures | {"by task": rule.by_task(ends[name], arena.numbers)},
+            }
         )
-        for row in verdict.rows
+        for name, row in verdict.rows.items()
     }
     figures = {
         "episodes": episodes,

@@ -322,8 +322,7 @@ def test_each_line_of_the_rule_decides(
     verdict = rule.judge(ends_of(ADMITTED | changes, runs=2))
     assert [line.holds for line in verdict.lines] == holds
     assert verdict.said == said
-    rows = {row.name: row for row in verdict.rows}
-    assert (rows[RANDOM].normalised, rows[ORACLE].normalised) == (0.0, 1.0)
+    assert [verdict.rows[name].figures["normalised"] for name in (RANDOM, ORACLE)] == [0.0, 1.0]
 
 
 def test_a_lead_that_may_be_chance_is_none() -> None:
@@ -341,8 +340,7 @@ def test_what_was_not_given_is_not_measured() -> None:
     assert verdict.said == "not measured as a whole"
     assert rule.markdown(verdict).count("not measured |") == 3
     # Wilson's, of 700 in 1000.
-    success = next(row.success for row in verdict.rows if row.name == OPEN_LOOP)
-    assert tuple(success) == pytest.approx((0.7, 0.6709, 0.7276), abs=1e-4)
+    assert verdict.rows[OPEN_LOOP].success == pytest.approx((0.7, 0.6709, 0.7276), abs=1e-4)
 
 
 class Stacked:
