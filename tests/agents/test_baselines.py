@@ -224,7 +224,7 @@ def test_choices_of_another_search_are_refused(tmp_path: Path) -> None:
 def test_foreign_files_are_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "choices.json"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(ValueError, match=r"choices\.json: holds no choices .* or is damaged"):
+    with pytest.raises(ValueError, match=r"choices\.json: is not a file of choices .* damaged"):
         read_choices(path)
 
 
