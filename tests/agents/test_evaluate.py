@@ -4,6 +4,7 @@ import re
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
 from PIL import Image
@@ -122,6 +123,7 @@ def test_an_outcome_says_what_was_asked_for_and_where_the_joints_are() -> None:
     assert outcome.scene is not None
     assert outcome.choice.sequence == outcome.scene.sequence == baseline.sequence
     assert set(outcome.choice.speeds) <= set(env.actions.speeds.tolist())
+    assert outcome.scene.speeds == pytest.approx(np.full(6, baseline.speed), rel=0.05)
     assert outcome.joints == tuple(simulate(outcome.scene).joint_angles.tolist())
     assert outcome.reward == pytest.approx(outcome.score - baseline.score)
 
