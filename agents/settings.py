@@ -16,6 +16,7 @@ from magfold_env.envs.tasks.reward import RewardKind, Shaping
 from magfold_env.envs.tasks.world import Fidelity
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Problem, SceneError, errors, io
+from magfold_env.scene.base import Part
 from magfold_env.scoring.policy_file import Algorithm, Count, Features, LSTMSettings, Shown, Widths
 from magfold_env.scoring.track import FEED_TRACKS, TRACKS
 
@@ -46,19 +47,8 @@ class SettingsError(SceneError):
     """Settings that cannot be used: one line per problem, each naming key, value and remedy."""
 
 
-class Group(pydantic.BaseModel, frozen=True, allow_inf_nan=False):
+class Group(Part, frozen=True):  # pyright: ignore[reportGeneralTypeIssues] (it is frozen too)
     """Settings that belong together; unknown keys are errors."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _known(cls, given: Any) -> Any:
-        """Refuse unknown keys, and say which ones this group has."""
-        if isinstance(given, dict):
-            allowed = f"unknown key, must be one of {', '.join(cls.model_fields)}"
-            unknown = [key for key in given if key not in cls.model_fields]
-            if unknown:
-                raise SceneError([Problem(str(key), given[key], allowed) for key in unknown])
-        return given
 
 
 Settings = TypeVar("Settings", bound=pydantic.BaseModel)
