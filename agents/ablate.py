@@ -13,9 +13,9 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich import box, table
+from rich import table
 
-from agents.commands import EnvChanges, EnvConfig, reported_errors, run_command
+from agents.commands import EnvChanges, EnvConfig, reported_errors, run_command, text_table
 from agents.evaluate import evaluate
 from agents.evaluation import episodes, intervals, report
 from agents.evaluation.episodes import Method
@@ -95,24 +95,23 @@ def best_speed(rows: Mapping[str, Row]) -> str:
 
 def show(name: str, rows: Mapping[str, Row], count: int) -> table.Table:
     """Return the table; every row has so many episodes, `count`."""
-    shown = table.Table(
-        title=f"{name}, {count} episodes a row",
-        caption=f"Best of the speeds, chosen on these draws: {best_speed(rows)}. Where all "
-        f"episodes end alike an interval has no width; Wilson's of {count} successes is "
-        f"{intervals.percent(share(count, count).low)}–100 %.",
-        caption_justify="left",
-        box=box.SIMPLE_HEAD,
-    )
-    shown.add_column("")
-    for column in ("success (95 %)", "score", f"points above {SEEING}"):
-        shown.add_column(column, justify="right")
+    lines: list[dict[str, str]] = []
     for each, row in rows.items():
         success, above = (
             intervals.Estimate(*map(np.asarray, values))
             for values in (row.success, row.figures["difference"])
         )
         points = "" if each == SEEING else above.points()
-        shown.add_row(each, str(success), f"{row.score:.3f}", points)
+        cells = each, str(success), f"{row.score:.3f}", points
+        columns = "", "success (95 %)", "score", f"points above {SEEING}"
+        lines.append(dict(zip(columns, cells, strict=True)))
+    shown = text_table(f"{name}, {count} episodes a row", lines)
+    shown.caption_justify = "left"
+    shown.caption = (
+        f"Best of the speeds, chosen on these draws: {best_speed(rows)}. Where all "
+        f"episodes end alike an interval has no width; Wilson's of {count} successes is "
+        f"{intervals.percent(share(count, count).low)}–100 %."
+    )
     return shown
 
 

@@ -30,15 +30,14 @@ def evaluate(
     draws: int,
     processes: int = 2,
     built: bool = False,
-    trust_pickle: bool = False,
     folder: Path | None = None,
 ) -> report.Played:
     """Play every policy on every target with the same draws, none of which training sees.
 
     Each policy has so many `draws` on each target, so many `processes` play at a time, and every
     choice is folded once more `built` beforehand if wanted. The runs come by the methods' names.
-    What `trust_pickle` allows says `agents.training.policy_files.load`. Episodes that are kept in a
-    `folder` are not played again, and their choices and scenes are not told.
+    Episodes that are kept in a `folder` are not played again, and their choices and scenes are not
+    told.
     """
     seeds = evaluation_seeds(draws)
     wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]
@@ -47,7 +46,7 @@ def evaluate(
         table = episodes.Table(bar, processes, folder, key)
         return {
             each.name: [
-                episodes.play_all(table, each, policy, settings, wanted, built, trust_pickle)
+                episodes.play_all(table, each, policy, settings, wanted, built)
                 for policy in each.policies
             ]
             for each in methods
@@ -61,7 +60,6 @@ def compare(
     processes: int,
     folder: Path,
     built: bool = False,
-    trust_pickle: bool = False,
 ) -> report.Played:
     """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
 
@@ -71,7 +69,7 @@ def compare(
     folder.mkdir(parents=True, exist_ok=True)
     typer.echo(page.conditions(settings, draws))
     every = [*methods, *_usual(methods, settings)]
-    results = evaluate(every, settings, draws, processes, built, trust_pickle)
+    results = evaluate(every, settings, draws, processes, built)
     summaries = report.summarise(results)
     options.show(
         text_table("Success by target", report.targets_rows(summaries)),
@@ -83,11 +81,7 @@ def compare(
     moving = episodes.make_env(settings).task.fidelity == "dynamics"
     shown = page.replays(results, SHOWN) if moving else {}
     page.write_page(folder / "report.html", settings, draws, summaries, pictures, shown)
-    written = [folder / "results.json", folder / "report.html"]
-    if moving:
-        written.append(folder / "folds.gif")
-        page.save_folds(written[-1], results[every[0].name][0])
-    options.say_written(*written)
+    options.say_written(folder / "results.json", folder / "report.html")
     return results
 
 
@@ -120,14 +114,6 @@ def main(
         bool, typer.Option(help="Fold every choice once more, built beforehand (preloaded).")
     ] = True,
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/evaluation"),
-    trust_pickle: Annotated[
-        bool,
-        typer.Option(
-            "--trust-pickle",
-            help="Read models as Stable-Baselines3 saves them (.zip), which can run any code: only "
-            "your own.",
-        ),
-    ] = False,
 ) -> None:
     """Compare random actions, the energy minimiser's designs, searches and trained policies."""
     with reported_errors(ValueError):
@@ -136,9 +122,9 @@ def main(
         settings = env_settings(config, env or [])
         methods = episodes.parse_methods(agents or [])
         for policy in (each for method in methods for each in method.policies):
-            episodes.check(policy, settings, trust_pickle)
+            episodes.check(policy, settings)
         episodes.warm_up(settings)
-        compare(methods, settings, draws, processes, output, built, trust_pickle)
+        compare(methods, settings, draws, processes, output, built)
 
 
 if __name__ == "__main__":

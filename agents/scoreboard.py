@@ -5,9 +5,8 @@ written; of the latter, one a track, random actions, always forward and the orac
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -17,7 +16,6 @@ from agents.commands import reported_errors, run_command
 from agents.evaluation.intervals import Estimate
 from magfold_env.files import write_text
 from magfold_env.scene import Problem
-from magfold_env.scene.errors import refuse
 from magfold_env.scoring.results import Results
 from magfold_env.scoring.track import TRACKS
 
@@ -63,127 +61,8 @@ COLUMNS = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Row:
-    """How somebody does in a track."""
-
-    name: str
-    success: Estimate
-    score: float
-    """Mean."""
-    episodes: int
-    physics: str
-    privileged: bool = False
-    """Whether the draws, or what is hidden of them, may be known."""
-    seed: str = "admission"
-    sha256: str = "–"
-
-    @classmethod
-    def of(cls, results: Results, name: str) -> Self:
-        """Return that of a row of results.
-
-        Raises
-        ------
-        ValueError
-            If they have no such row, with a score.
-        """
-        row = results.rows.get(name)
-        if row is None or row.score is None:
-            refuse([Problem("rows", list(results.rows), f"must have {name}, with a score")])
-            raise AssertionError
-        own = cls(
-            name,
-            Estimate(*map(np.asarray, row.success)),
-            row.score,
-            len(row.runs[0].success) if row.runs else int(results.figures["episodes"]),
-            results.physics,
-            privileged=name == ORACLE or row.kind == "actions",
-        )
-        if results.view == "admission":
-            return own
-        return replace(own, seed=str(results.seed), sha256=f"`{str(row.files[0].sha256)[:12]}…`")
-
-
-@dataclass(frozen=True)
-class Track:
-    """What is known of a track."""
-
-    rows: Sequence[Row]
-    random: Row | None = None
-    forward: Row | None = None
-    oracle: Row | None = None
-
-    @property
-    def floor(self) -> str:
-        """The failure floor, as it is shown."""
-        if self.oracle is None:
-            return "no oracle yet"
-        value, low, high = self.oracle.success
-        return str(Estimate(1.0 - value, 1.0 - high, 1.0 - low))
-
-    def normalised(self, row: Row) -> str:
-        """Return the normalised score, as it is shown."""
-        if self.random is None or self.oracle is None:
-            return "no oracle yet"
-        low, high = self.random.score, self.oracle.score
-        return f"{(row.score - low) / (high - low):.3f}" if high > low else "–"
-
-    def table(self) -> Iterator[str]:
-        """Yield the lines of the table: what sets the scale, then the best first."""
-        yield f"| {' | '.join(COLUMNS)} |"
-        yield f"|{'---|' * len(COLUMNS)}"
-        for name, row in ((RANDOM, self.random), (FORWARD, self.forward), (ORACLE, self.oracle)):
-            if row is None:
-                yield f"| {name} | {' | '.join(['not measured yet'] * 2)} |{' |' * 7}"
-            else:
-                yield self._line(row)
-        for row in sorted(self.rows, key=lambda each: (-each.success.value, each.name)):
-            yield self._line(row)
-
-    def _line(self, row: Row) -> str:
-        success = [str(row.success), "–"]
-        cells = [
-            row.name,
-            *(reversed(success) if row.privileged else success),
-            self.floor,
-            f"{row.score:.3f}",
-            self.normalised(row),
-            str(row.episodes),
-            row.seed,
-            f"`{row.physics[:8]}`",
-            row.sha256,
-        ]
-        return f"| {' | '.join(cells)} |"
-
-
-def tracks(folder: Path) -> dict[str, Track]:
-    """Return what the files in a folder tell of every track, by its ID.
-
-    Raises
-    ------
-    ValueError
-        If a file is none of those that are understood, or is a track's second admission.
-    """
-    admitted: dict[str, list[Row]] = {}
-    handed_in: dict[str, list[Row]] = {name: [] for name in TRACKS}
-    for path in sorted(folder.glob("*.json")):
-        results = Results.read(path, "score", "admission")
-        name, admission = results.id, results.view == "admission"
-        if name not in TRACKS or (admission and name in admitted):
-            allowed = f"must be one of {', '.join(TRACKS)}, one admission for each"
-            raise ValueError(f"{path}: id: {name!r} is not allowed; {allowed}")
-        try:
-            rows = [
-                Row.of(results, each)
-                for each in ((RANDOM, FORWARD, ORACLE) if admission else results.rows)
-            ]
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from None
-        if admission:
-            admitted[name] = rows
-        else:
-            handed_in[name] += rows
-    return {name: Track(rows, *admitted.get(name, ())) for name, rows in handed_in.items()}
+SCALE = RANDOM, FORWARD, ORACLE
+"""What is taken of an admission."""
 
 
 def page(folder: Path) -> str:
@@ -192,12 +71,73 @@ def page(folder: Path) -> str:
     Raises
     ------
     ValueError
-        If one of them is not understood.
+        If one of them is not understood, or is a track's second admission.
     """
+    admitted: dict[str, Results] = {}
+    handed_in: dict[str, list[Results]] = {name: [] for name in TRACKS}
+    for path in sorted(folder.glob("*.json")):
+        results = Results.read(path, "score", "admission")
+        name, admission = results.id, results.view == "admission"
+        if name not in TRACKS or (admission and name in admitted):
+            allowed = f"must be one of {', '.join(TRACKS)}, one admission for each"
+            raise ValueError(f"{path}: id: {name!r} is not allowed; {allowed}")
+        for each in SCALE if admission else results.rows:
+            if each not in results.rows or results.rows[each].score is None:
+                allowed = f"must have {each}, with a score"
+                raise ValueError(f"{path}: {Problem('rows', list(results.rows), allowed)}")
+        if admission:
+            admitted[name] = results
+        else:
+            handed_in[name].append(results)
     parts = [HEAD]
-    for name, track in tracks(folder).items():
-        parts.append("\n".join([f"## `{name}`", "", *track.table()]) + "\n")
+    for name, scores in handed_in.items():
+        parts.append("\n".join([f"## `{name}`", "", *_table(admitted.get(name), scores)]) + "\n")
     return "\n".join(parts)
+
+
+def _table(admission: Results | None, scores: Sequence[Results]) -> Iterator[str]:
+    """Yield the lines of a track's table: what sets the scale, then the best first."""
+    yield f"| {' | '.join(COLUMNS)} |"
+    yield f"|{'---|' * len(COLUMNS)}"
+    for name in SCALE:
+        if admission is None:
+            yield f"| {name} | {' | '.join(['not measured yet'] * 2)} |{' |' * 7}"
+        else:
+            yield _line(admission, name, admission)
+    entries = ((name, each) for each in scores for name in each.rows)
+    for name, each in sorted(entries, key=lambda e: (-e[1].rows[e[0]].success[0], e[0])):
+        yield _line(each, name, admission)
+
+
+def _line(results: Results, name: str, admission: Results | None) -> str:
+    row: Any = results.rows[name]
+    success = [_estimate(*row.success), "–"]
+    privileged = name == ORACLE or row.kind == "actions"
+    floor = normalised = "no oracle yet"
+    if admission is not None:
+        low, high = (admission.rows[each].score or 0.0 for each in (RANDOM, ORACLE))
+        normalised = f"{(row.score - low) / (high - low):.3f}" if high > low else "–"
+        value, least, most = admission.rows[ORACLE].success
+        floor = _estimate(1.0 - value, 1.0 - most, 1.0 - least)
+    seed, sha256 = "admission", "–"
+    if results.view == "score":
+        seed, sha256 = str(results.seed), f"`{row.files[0].sha256[:12]}…`"
+    cells = [
+        name,
+        *(reversed(success) if privileged else success),
+        floor,
+        f"{row.score:.3f}",
+        normalised,
+        str(len(row.runs[0].success) if row.runs else results.figures["episodes"]),
+        seed,
+        f"`{results.physics[:8]}`",
+        sha256,
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def _estimate(*numbers: float) -> str:
+    return str(Estimate(*map(np.asarray, numbers)))
 
 
 def main(

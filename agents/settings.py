@@ -16,6 +16,7 @@ from magfold_env.envs.tasks.reward import RewardKind, Shaping
 from magfold_env.envs.tasks.world import Fidelity
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Problem, SceneError, errors, io
+from magfold_env.scene.base import Part
 from magfold_env.scoring.policy_file import Algorithm, Count, Features, LSTMSettings, Shown, Widths
 from magfold_env.scoring.track import FEED_TRACKS, TRACKS
 
@@ -46,19 +47,8 @@ class SettingsError(SceneError):
     """Settings that cannot be used: one line per problem, each naming key, value and remedy."""
 
 
-class Group(pydantic.BaseModel, frozen=True, allow_inf_nan=False):
+class Group(Part, frozen=True):  # pyright: ignore[reportGeneralTypeIssues] (it is frozen too)
     """Settings that belong together; unknown keys are errors."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _known(cls, given: Any) -> Any:
-        """Refuse unknown keys, and say which ones this group has."""
-        if isinstance(given, dict):
-            allowed = f"unknown key, must be one of {', '.join(cls.model_fields)}"
-            unknown = [key for key in given if key not in cls.model_fields]
-            if unknown:
-                raise SceneError([Problem(str(key), given[key], allowed) for key in unknown])
-        return given
 
 
 Settings = TypeVar("Settings", bound=pydantic.BaseModel)
@@ -140,17 +130,6 @@ class EnvSettings(EnvOptions, frozen=True):
     def unshaped(self) -> Self:
         """Return these settings without shaping, which changes rewards and no fold."""
         return self.model_copy(update={"shaping": None})
-
-
-class CurriculumSettings(Group, frozen=True):
-    """Easier variants to begin with; see `magfold_env.envs.wrappers.curriculum.Curriculum`."""
-
-    stages: Annotated[tuple[EnvOptions, ...], Field(min_length=1)]
-    """What is different in each stage before the environment itself, the easiest first."""
-    threshold: Unit = 0.8
-    """Share of successes that leads to the next stage."""
-    window: Count = 100
-    """Number of episodes that the share is taken over."""
 
 
 class _Learner(Shown):
@@ -307,11 +286,10 @@ class Phase:
 class ImitationSettings(Group, frozen=True):
     """What a learner imitates at first."""
 
-    plan: Literal["baseline", "open loops", "drawing back", "mending"] = "baseline"
-    """What plays: the schedules that set its tasks' baselines, the best open loops of a search, see
-    `agents.training.open_loops`, where a chain is given what lets out anew what folds wrong, see
-    `agents.training.drawing_back`, or, with an anchor, what tests its chains and builds those anew
-    that fail, see `agents.training.mending`."""
+    plan: Literal["baseline", "drawing back", "mending"] = "baseline"
+    """What plays: the schedules that set its tasks' baselines, where a chain is given what lets out
+    anew what folds wrong, see `agents.training.drawing_back`, or, with an anchor, what tests its
+    chains and builds those anew that fail, see `agents.training.mending`."""
     tried: Count = 1000
     """Open loops of a task that are tried."""
     trials: Count = 6000
@@ -336,10 +314,8 @@ class TrainSettings(Group, frozen=True):
     """Name of the run and of its folder under ``runs/``."""
     env: EnvSettings = EnvSettings()
     """The environment."""
-    curriculum: CurriculumSettings | None = None
-    """Easier variants of the environment, each left when enough episodes succeed."""
     pretraining: tuple[PhaseSettings, ...] = ()
-    """Phases before the main one, such as one without dynamics."""
+    """Phases before the main one, such as one without dynamics or with easier targets."""
     learner: LearnerSettings = PPOSettings()
     """The learner."""
     start: str | None = None
@@ -358,9 +334,6 @@ class TrainSettings(Group, frozen=True):
     """Where the networks live; small ones are fastest on the processor."""
     envs: Count = 2
     """Number of environments that are stepped together."""
-    stepping: Literal["native", "processes", "serial"] | None = None
-    """How they are: by one compiled call, each in a process of its own, or one after another;
-    None: the first of these that can be. Results do not depend on it."""
     checkpoint_every: Count = 20_000
     """Steps between checkpoints."""
     validate_every: Count = 20_000
@@ -429,12 +402,6 @@ class TrainSettings(Group, frozen=True):
         hindsight = isinstance(learner, SACSettings) and learner.hindsight is not None
         if learner.blind and (hindsight or env.id == DESIGN_ENV):
             yield "learner.blind", True, f"false with {DESIGN_ENV} and with hindsight"
-        if self.curriculum is not None:
-            # Chains of other lengths are filled up, which moves their entries.
-            if features != "chain":
-                yield "learner.features", features, "'chain' with a curriculum"
-            if learner.blind:
-                yield "learner.blind", True, "false with a curriculum"
 
 
 def load_settings(

@@ -7,12 +7,12 @@ import typer
 
 from agents.commands import Assignments, reported_errors, run_command
 from agents.settings import SettingsError, load_settings
-from agents.training import envs, folder, run
+from agents.training import envs, run
 from magfold_env.checkpoint import CheckpointError
 from magfold_env.cli import options
 
 
-def main(  # noqa: PLR0913 - one parameter an option
+def main(
     config: Annotated[str, typer.Argument(help="A YAML file, or a name in configs/agents.")],
     *,
     timesteps: Annotated[int | None, typer.Option(help="Environment steps in all.")] = None,
@@ -34,7 +34,6 @@ def main(  # noqa: PLR0913 - one parameter an option
             show_default=False,
         ),
     ] = None,
-    wandb: Annotated[bool, typer.Option("--wandb", help="Log to Weights & Biases too.")] = False,
 ) -> None:
     """Train a policy as CONFIG says; options take precedence over the file."""
     with (
@@ -49,10 +48,8 @@ def main(  # noqa: PLR0913 - one parameter an option
             seed=seed,
             start=start,
         )
-        if wandb:
-            folder.import_wandb()
         envs.check_envs(settings)
-        policy = run.train(settings, output or Path("runs") / settings.name, resume, wandb)
+        policy = run.train(settings, output or Path("runs") / settings.name, resume)
         typer.echo(f"policy: {policy}", err=True)
 
 

@@ -6,8 +6,7 @@ need trained policies are measured where these are given. Killed, the command go
 when called again; called with other policies, or more episodes, it plays what is missing.
 """
 
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -23,7 +22,6 @@ from agents.admission.contestants import (
     OPEN_LOOP,
     ORACLE,
     SAME_DRAW,
-    SEARCH,
     SIMPLE,
     TRAINED,
     Arena,
@@ -37,9 +35,7 @@ from agents.training.folder import file_digest, provenance
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest, write_text
 from magfold_env.scoring.player import Player
-from magfold_env.scoring.results import Results, Row, Run
-
-Job = tuple[Any, ...]
+from magfold_env.scoring.results import Results, Run
 
 BLOCK = 50
 """Episodes of a job where each is soon played."""
@@ -59,16 +55,27 @@ class Contest:
         }
         self._table = Table(bar, processes, folder, key)
 
+    def _row(
+        self,
+        name: str,
+        count: int,
+        play: Callable[..., list[Any]],
+        given: Sequence[Any],
+        key: dict[str, Any],
+        block: int = 1,
+    ) -> list[Any]:
+        """Return a row of what `play` returns for an arena, what is given, and a first and last."""
+
+        def job(start: int, stop: int) -> tuple[Any, ...]:
+            return *self._given, play, *given, start, stop
+
+        return self._table.row(name, count, job, _in_arena, block, key)
+
     def search(self, effort: Search) -> dict[int, list[Ranked]]:
         """Return what has been tried in every task, by number, the best first."""
         numbers = self._arena.numbers
-        found = self._table.row(
-            OPEN_LOOP,
-            len(numbers),
-            lambda start, stop: (*self._given, numbers[start:stop], effort),
-            _search,
-            key={"search": effort},
-        )
+        key = {"search": effort}
+        found = self._row(OPEN_LOOP, len(numbers), contestants.search, (effort,), key)
         return {
             number: [Ranked(*each) for each in ranked]
             for number, ranked in zip(numbers, found, strict=True)
@@ -83,21 +90,10 @@ class Contest:
         the first is the open loop.
         """
         key: dict[str, Any] = {"search": searched}
-        open_loops = {number: ranked[0] for number, ranked in best.items()}
-        simple = self._table.row(
-            "simple",
-            episodes,
-            lambda start, stop: (*self._given, open_loops, start, stop),
-            _play_simple,
-            BLOCK,
-            key,
-        )
-        oracle = self._table.row(
-            ORACLE,
-            episodes,
-            lambda start, stop: (*self._given, best, raced.budget, start, stop),
-            _play_oracle,
-            key=key | {"race": raced},
+        first = {number: ranked[0] for number, ranked in best.items()}
+        simple = self._row("simple", episodes, contestants.play_simple, (first,), key, BLOCK)
+        oracle = self._row(
+            ORACLE, episodes, contestants.play_oracle, (best, raced.budget), key | {"race": raced}
         )
         tables = (SIMPLE, simple), ((ORACLE, SAME_DRAW), oracle)
         return {
@@ -111,44 +107,17 @@ class Contest:
         runs: list[Any] = []
         for path in paths:
             digest = file_digest(path) or path
-            runs.append(
-                self._table.row(
-                    f"{kind}-{digest[:16]}",
-                    episodes,
-                    partial(_policy_job, self._given, path, kind),
-                    _play_policy,
-                    BLOCK,
-                    {"policy": digest, "kind": kind},
-                )
-            )
+            name, key = f"{kind}-{digest[:16]}", {"policy": digest, "kind": kind}
+            runs.append(self._row(name, episodes, _play_policy, (path, kind), key, BLOCK))
         return np.array(runs)
 
 
-def _search(env_id: str, tasks: int, numbers: list[int], effort: Search) -> list[Any]:
-    field = own_arena(env_id, tasks).field
-    return [field.search(number, SEARCH, effort) for number in numbers]
+def _in_arena(env_id: str, tasks: int, play: Callable[..., list[Any]], *job: Any) -> list[Any]:
+    return play(own_arena(env_id, tasks), *job)
 
 
-def _play_simple(
-    env_id: str, tasks: int, open_loops: dict[int, Any], start: int, stop: int
-) -> list[Any]:
-    return contestants.play_simple(own_arena(env_id, tasks), open_loops, start, stop)
-
-
-def _play_oracle(
-    env_id: str, tasks: int, best: dict[int, list[Any]], budget: int, start: int, stop: int
-) -> list[Any]:
-    arena = own_arena(env_id, tasks)
-    return [contestants.play_oracle(arena, best, budget, episode) for episode in range(start, stop)]
-
-
-def _policy_job(given: tuple[str, int], path: str, kind: str, start: int, stop: int) -> Job:
-    return *given, path, kind, start, stop
-
-
-def _play_policy(env_id: str, tasks: int, path: str, kind: str, start: int, stop: int) -> list[Any]:
-    policy = contestants.own_policy(path)
-    return contestants.play_policy(own_arena(env_id, tasks), policy, kind, start, stop)
+def _play_policy(arena: Arena, path: str, *job: Any) -> list[Any]:
+    return contestants.play_policy(arena, contestants.own_policy(path), *job)
 
 
 def main(  # noqa: PLR0913 - one parameter an option
@@ -211,17 +180,14 @@ def main(  # noqa: PLR0913 - one parameter an option
                     ends[kind] = contest.play_policies(paths, kind, episodes)
     verdict = rule.judge(ends)
     rows = {
-        row.name: Row(
-            success=numbers(row.success),
-            score=row.score,
-            files=files_of(given.get(row.name, [])),
-            runs=tuple(Run.of(ends[row.name][k, :, 0]) for k in range(len(ends[row.name]))),
-            figures={
-                "normalised": row.normalised,
-                "by task": rule.by_task(ends[row.name], arena.numbers),
-            },
+        name: row.model_copy(
+            update={
+                "files": files_of(given.get(name, [])),
+                "runs": tuple(Run.of(run[:, 0]) for run in ends[name]),
+                "figures": row.figures | {"by task": rule.by_task(ends[name], arena.numbers)},
+            }
         )
-        for row in verdict.rows
+        for name, row in verdict.rows.items()
     }
     figures = {
         "episodes": episodes,

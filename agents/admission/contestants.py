@@ -35,12 +35,11 @@ from zlib import crc32
 import numpy as np
 import torch
 
-from agents.open_loops.search import Field, OpenLoops, Ranked, open_loops_of
+from agents.open_loops.search import Field, Ranked, Search, open_loops_of
 from agents.training import policy_files
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Ints
-from magfold_env.envs.tasks.feed_tasks import Task
 from magfold_env.scene import Scene
 from magfold_env.scoring.player import Player, play
 from magfold_env.scoring.track import WIDTH, Track
@@ -64,7 +63,7 @@ class Arena(Track):
     stream: str = field(default=EVALUATION, kw_only=True)
 
     @cached_property
-    def open_loops(self) -> OpenLoops:
+    def open_loops(self) -> Any:
         """What can be chosen beforehand."""
         return open_loops_of(self.env)
 
@@ -78,7 +77,7 @@ class Arena(Track):
         """Room for episodes of these tasks, made once."""
         return Field(self.episodes(WIDTH), self.open_loops)
 
-    def drawn(self, episode: int) -> tuple[Scene, Task]:
+    def drawn(self, episode: int) -> tuple[Scene, Any]:
         """Return scene and task of an episode, with all that is drawn of them."""
         numbers, seeds = self.draws(episode, episode + 1)
         self.env.reset(seed=seeds[0], options={"task": int(numbers[0])})
@@ -132,10 +131,21 @@ def play_simple(
     return np.stack([ends[name] for name in SIMPLE], axis=1).tolist()
 
 
+def search(arena: Arena, effort: Search, start: int, stop: int) -> list[list[Ranked]]:
+    """Return what has been tried in each of some tasks, the best first."""
+    return [arena.field.search(number, SEARCH, effort) for number in arena.numbers[start:stop]]
+
+
 def play_oracle(
+    arena: Arena, best: dict[int, list[Any]], budget: int, start: int, stop: int
+) -> list[list[list[float]]]:
+    """Return success and score of `ORACLE` and `SAME_DRAW` in each of some episodes."""
+    return [_play_oracle(arena, best, budget, episode) for episode in range(start, stop)]
+
+
+def _play_oracle(
     arena: Arena, best: dict[int, list[Any]], budget: int, episode: int
 ) -> list[list[float]]:
-    """Return success and score of `ORACLE` and `SAME_DRAW` in an episode."""
     numbers, seeds = arena.draws(episode, episode + 1)
     number = int(numbers[0])
     tried = arena.open_loops.raced(best[number], number, arena.drawn(episode)[1])

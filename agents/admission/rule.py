@@ -11,7 +11,9 @@ import numpy as np
 
 from agents.admission.contestants import BLIND, FROZEN, OPEN_LOOP, ORACLE, RANDOM, TRAINED
 from agents.evaluation import intervals
+from agents.evaluation.report import numbers
 from magfold_env.reporting.intervals import share
+from magfold_env.scoring.results import Row
 
 Ends = Mapping[str, intervals.Floats]
 """Success and score of every contestant, (runs, episodes, 2)."""
@@ -57,23 +59,13 @@ RULE = (
 
 
 @dataclass(frozen=True)
-class Row:
-    """How a contestant does."""
-
-    name: str
-    success: intervals.Estimate
-    """Share of episodes; Wilson's interval for a single run, else the bootstrap's."""
-    score: float
-    """Mean over the episodes."""
-    normalised: float | None
-    """The same, random actions 0 and the oracle 1; None if the oracle is no better."""
-
-
-@dataclass(frozen=True)
 class Verdict:
     """What the rule says."""
 
-    rows: list[Row]
+    rows: dict[str, Row]
+    """How contestants do. Intervals are Wilson's for a single run, else the bootstrap's; the figure
+    ``normalised`` is the mean score, random actions 0 and the oracle 1, None if the oracle is no
+    better."""
     lines: list[Line]
     headroom: intervals.Estimate | None
     """Success of the oracle above that of the trained policies; None without them."""
@@ -93,15 +85,14 @@ class Verdict:
 def judge(ends: Ends) -> Verdict:
     """Return what the rule says of contestants, random actions and the oracle among them."""
     low, high = (float(ends[name][..., 1].mean()) for name in (RANDOM, ORACLE))
-    rows = [
-        Row(
-            name=name,
-            success=_share(each[..., 0]),
+    rows = {
+        name: Row(
+            success=numbers(_share(each[..., 0])),
             score=(score := float(each[..., 1].mean())),
-            normalised=(score - low) / (high - low) if high > low else None,
+            figures={"normalised": (score - low) / (high - low) if high > low else None},
         )
         for name, each in ends.items()
-    ]
+    }
     lines = [replace(line, measured=_ahead(ends, line.ahead, line.behind)) for line in RULE]
     return Verdict(rows, lines, _ahead(ends, ORACLE, TRAINED))
 
@@ -138,11 +129,11 @@ def _share(success: intervals.Floats) -> intervals.Estimate:
 def markdown(verdict: Verdict) -> str:
     """Return the rows and what is said of each line, as tables."""
     text = ["| | success | score | normalised |", "|---|---|---|---|"]
-    text += [
-        f"| {row.name} | {row.success} | {row.score:.3f} | "
-        f"{'–' if row.normalised is None else f'{row.normalised:.2f}'} |"
-        for row in verdict.rows
-    ]
+    for name, row in verdict.rows.items():
+        success = intervals.Estimate(*map(np.asarray, row.success))
+        score = row.figures["normalised"]
+        normalised = "–" if score is None else f"{score:.2f}"
+        text.append(f"| {name} | {success} | {row.score:.3f} | {normalised} |")
     text += ["", "| rule | measured, points | |", "|---|---|---|"]
     words = {True: "holds", False: "fails", None: "not measured"}
     text += [

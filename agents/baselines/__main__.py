@@ -15,7 +15,7 @@ def main(
     search: Annotated[str, typer.Argument(help=f"One of {', '.join(SEARCHES)}.")],
     config: EnvConfig = "ppo-tube-feed",
     env: EnvChanges = None,
-    budget: Annotated[int, typer.Option(min=0, help="Most physics calls for each target.")] = 2000,
+    budget: Annotated[int, typer.Option(min=1, help="Most physics calls for each target.")] = 2000,
     goal: Annotated[
         float, typer.Option(help="Share of successes of 40 calls that ends a search before.")
     ] = 1.0,

@@ -14,10 +14,9 @@ import hashlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -112,16 +111,8 @@ class Calls:
         return episodes.play(policy, self.env, self.target, self._seeds[draw]).score
 
 
-class Search(Protocol):
-    """A way to choose a sequence and speeds."""
-
-    def run(self, calls: Calls, rng: np.random.Generator) -> None:
-        """Try choices, until one is good enough or the budget is spent (`SpentError`)."""
-        ...
-
-    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
-        """Return what is chosen without a single physics call."""
-        ...
+Search = Callable[[Calls, np.random.Generator], None]
+"""Tries choices, until one is good enough or the budget is spent (`SpentError`)."""
 
 
 def choose_for(
@@ -134,33 +125,14 @@ def choose_for(
     """
     calls = Calls(env, target, budget, seed)
     with suppress(SpentError):
-        search.run(calls, _generator(target, seed))
+        search(calls, np.random.default_rng([seed, crc32(target.encode())]))
     best = calls.tallies()[0]
     return policies.Chosen(*best.choice, calls.count, best.successes, len(best.scores))
-
-
-def choose_unseen(search: Search, env: FoldEnv[Any], target: str, seed: int) -> policies.Chosen:
-    """Return what a search chooses for a target without a physics call."""
-    first = search.first(env, target, _generator(target, seed)).as_played(env)
-    return policies.Chosen(*first, calls=0, successes=0, releases=0)
-
-
-def _generator(target: str, seed: int) -> np.random.Generator:
-    """Return the random numbers of a search for a target."""
-    return np.random.default_rng([seed, crc32(target.encode())])
 
 
 def speeds_to_try(env: FoldEnv[Any]) -> list[float]:
     """Return the feed speeds that actions offer [m/s], the usual ones first."""
     return sorted(env.actions.speeds.tolist(), key=lambda v: abs(np.log(v / USUAL_SPEED)))
-
-
-def random_choice(env: FoldEnv[Any], rng: np.random.Generator) -> policies.OpenLoop:
-    """Return a choice of which every one is equally likely."""
-    n = env.scene.n
-    poles = rng.choice(["N", "S"], (n, 4))
-    speeds = rng.choice(env.actions.speeds, n)
-    return policies.OpenLoop(tuple("".join(faces) for faces in poles), tuple(speeds.tolist()))
 
 
 Prediction = Literal["free", "forward", "backward"]
@@ -172,28 +144,18 @@ WIDTH = 64
 _TURNS = {"S": 0, "L": 1, "R": -1}
 
 
-@dataclass(frozen=True)
-class MinimiserDesign:
-    """The sequence of which energies are surest; its speed alone is found by trying."""
+def minimiser_design(
+    prediction: Prediction, goal: float, calls: Calls, rng: np.random.Generator
+) -> None:
+    """Race the speeds of the sequence of which energies are surest.
 
-    prediction: Prediction
-    """``free``: the sequence whose target lies deepest below the next word. ``forward``,
-    ``backward``: the one that folds into the target joint by joint, fed from this end, with the
-    largest least distance between the wanted letter and the next."""
-
-    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
-        """Return the design at a usual speed."""
-        speed = speeds_to_try(env)[0]
-        return policies.OpenLoop.at_one_speed(self._sequence(env, target), speed)
-
-    def run(self, calls: Calls, rng: np.random.Generator) -> None:
-        """Race the speeds."""
-        sequence, speeds = self._sequence(calls.env, calls.target), speeds_to_try(calls.env)
-        trials.race([designer.Choice(sequence, speed) for speed in speeds], calls)
-
-    def _sequence(self, env: FoldEnv[Any], target: str) -> tuple[str, ...]:
-        # Frozen models are hashable.
-        return energy_design(env.scene, target, self.prediction)  # pyright: ignore[reportArgumentType]
+    Of ``free`` it is the sequence whose target lies deepest below the next word; of ``forward`` and
+    ``backward`` the one that folds into the target joint by joint, fed from this end, with the
+    largest least distance between the wanted letter and the next.
+    """
+    # Frozen models are hashable.
+    sequence = energy_design(calls.env.scene, calls.target, prediction)  # pyright: ignore[reportArgumentType]
+    trials.race([designer.Choice(sequence, speed) for speed in speeds_to_try(calls.env)], calls)
 
 
 @lru_cache(maxsize=512)
@@ -247,53 +209,39 @@ def _surest(scene: mf.Scene, target: str) -> tuple[str, ...]:
             if not overlaps(before + option)
         ]
         grown: list[_Partial] = []
-        for partial in kept:
+        for begun in kept:
             for pattern in range(len(PATTERNS)):
-                patterns = (*partial.patterns, pattern)
+                patterns = (*begun.patterns, pattern)
                 poles = SIGNS[list(patterns)] * strength[: joint + 2]
                 above = min((lattice.energy_of(each, poles) for each in others), default=np.inf)
                 margin = above - lattice.energy_of(wanted, poles)
-                grown.append(_Partial(min(partial.margin, margin), patterns))
+                grown.append(_Partial(min(begun.margin, margin), patterns))
         kept = sorted(grown, key=lambda each: (-each.margin, each.patterns))[:WIDTH]
     return tuple(PATTERNS[pattern] for pattern in kept[0].patterns)[order]
 
 
-@dataclass(frozen=True)
-class RobustSearch:
-    """The design room's search (`magfold_env.designer`) on perturbed runs of the environment.
+def robust_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
+    """Let the design room's search (`magfold_env.designer`) try perturbed runs of the environment.
 
     Sequences that are good by energy, those of which the target is the only stable word where
     chains are long, are raced on releases at one speed after another until one does; if none will,
     the cross-entropy method goes on from the best.
     """
-
-    goal: float
-    """Share of successes of 40 calls that is enough."""
-
-    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
-        """Return the best sequence by energy at a usual speed."""
-        best = _proposed(_task(env, target, rng))[0]
-        return policies.OpenLoop.at_one_speed(best, USUAL_SPEED)
-
-    def run(self, calls: Calls, rng: np.random.Generator) -> None:
-        """Race proposals at more and more speeds, then refine the best."""
-        task = _task(calls.env, calls.target, rng)
-        sequences = _proposed(task)
-        evaluations: list[trials.Evaluation] = []
-        for count in range(1, len(designer.SPEEDS) + 1):
-            choices = [
-                designer.Choice(each, speed)
-                for speed in designer.SPEEDS[:count]
-                for each in sequences
-            ]
-            evaluations = trials.race(choices, calls)
-            if evaluations[0].rate >= self.goal:
-                return
-        groups = annealing.stable_groups(calls.target)[1] if task.search == "annealing" else None
-        trials.cross_entropy(
-            calls, 4 * task.scene.n, designer.SPEEDS, rng, calls.budget,
-            goal=self.goal, first=evaluations[0].choice, groups=groups,
-        )  # fmt: skip
+    task = _task(calls.env, calls.target, rng)
+    sequences = designer.candidates(task, Counter(), lambda done: None)
+    evaluations: list[trials.Evaluation] = []
+    for count in range(1, len(designer.SPEEDS) + 1):
+        choices = [
+            designer.Choice(each, speed) for speed in designer.SPEEDS[:count] for each in sequences
+        ]
+        evaluations = trials.race(choices, calls)
+        if evaluations[0].rate >= goal:
+            return
+    groups = annealing.stable_groups(calls.target)[1] if task.search == "annealing" else None
+    trials.cross_entropy(
+        calls, 4 * task.scene.n, designer.SPEEDS, rng, calls.budget,
+        goal=goal, first=evaluations[0].choice, groups=groups,
+    )  # fmt: skip
 
 
 def _task(env: FoldEnv[Any], target: str, rng: np.random.Generator) -> designer.Task:
@@ -304,38 +252,22 @@ def _task(env: FoldEnv[Any], target: str, rng: np.random.Generator) -> designer.
     )  # fmt: skip
 
 
-def _proposed(task: designer.Task) -> list[tuple[str, ...]]:
-    """Return sequences that are good by energy."""
-    return designer.candidates(task, Counter(), lambda done: None)
+def cross_entropy_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
+    """Use `magfold_env.designer.trials.cross_entropy` from an even distribution."""
+    env = calls.env
+    trials.cross_entropy(
+        calls, 4 * env.scene.n, env.actions.speeds.tolist(), rng, calls.budget, goal=goal
+    )
 
 
-@dataclass(frozen=True)
-class CrossEntropySearch:
-    """`magfold_env.designer.trials.cross_entropy` from an even distribution."""
-
-    goal: float
-    """Share of successes of 40 calls that is enough."""
-
-    def first(self, env: FoldEnv[Any], target: str, rng: np.random.Generator) -> policies.OpenLoop:
-        """Return a random choice."""
-        return random_choice(env, rng)
-
-    def run(self, calls: Calls, rng: np.random.Generator) -> None:
-        """Move the distribution towards what folds."""
-        env = calls.env
-        trials.cross_entropy(
-            calls, 4 * env.scene.n, env.actions.speeds.tolist(), rng, calls.budget, goal=self.goal
-        )
-
-
-SEARCHES: Mapping[str, Callable[[float], Search]] = {
-    "minimiser-free": lambda goal: MinimiserDesign("free"),
-    "minimiser-forward": lambda goal: MinimiserDesign("forward"),
-    "minimiser-backward": lambda goal: MinimiserDesign("backward"),
-    "robust": RobustSearch,
-    "cross-entropy": CrossEntropySearch,
+SEARCHES: Mapping[str, Callable[[float, Calls, np.random.Generator], None]] = {
+    "minimiser-free": partial(minimiser_design, "free"),
+    "minimiser-forward": partial(minimiser_design, "forward"),
+    "minimiser-backward": partial(minimiser_design, "backward"),
+    "robust": robust_search,
+    "cross-entropy": cross_entropy_search,
 }
-"""By name, each made with the share of successes that is enough."""
+"""By name, each given the share of successes of 40 calls that is enough."""
 
 
 def search_of(name: str, goal: float) -> Search:
@@ -350,7 +282,7 @@ def search_of(name: str, goal: float) -> Search:
         raise ValueError(f"search: {name!r} is not allowed; must be one of {', '.join(SEARCHES)}")
     if not 0.0 < goal <= 1.0:
         raise ValueError(f"goal: {goal} is not allowed; must be above 0 and at most 1")
-    return SEARCHES[name](goal)
+    return partial(SEARCHES[name], goal)
 
 
 def choose(
@@ -407,7 +339,4 @@ def _search(
     name: str, settings: EnvSettings, target: str, budget: int, goal: float, seed: int
 ) -> policies.Chosen:
     """Return what a search chooses for a target; the arguments are those of `choose`."""
-    search, env = search_of(name, goal), episodes.own_env(settings)
-    if budget == 0:
-        return choose_unseen(search, env, target, seed)
-    return choose_for(search, env, target, budget, seed)
+    return choose_for(search_of(name, goal), episodes.own_env(settings), target, budget, seed)

@@ -164,13 +164,11 @@ own_policy = cache(policies.make_policy)
 """Returns this process's own copy of the policy of some name, made once."""
 
 
-def changed(
-    name: str, change: Change, settings: EnvSettings, trust_pickle: bool = False
-) -> policies.Policy:
+def changed(name: str, change: Change, settings: EnvSettings) -> policies.Policy:
     """Return a policy, by its name, with a part of it taken away, or as it is."""
     if change == NO_MOTION:
-        return own_policy(policies.NO_MOTION + name, trust_pickle)
-    policy = own_policy(name, trust_pickle)
+        return own_policy(policies.NO_MOTION + name)
+    policy = own_policy(name)
     if change is None:
         return policy
     if change != FROZEN:
@@ -178,19 +176,17 @@ def changed(
 
     def frozen(env: FoldEnv[Any], numbers: Sequence[int], rngs: Any) -> policies.Act:
         targets = {env.targets[number] for number in numbers}
-        found = {each: _rehearsed(name, settings, each, trust_pickle) for each in targets}
+        found = {each: _rehearsed(name, settings, each) for each in targets}
         return policies.chosen(found)(env, numbers, rngs)
 
     return frozen
 
 
 @cache
-def _rehearsed(
-    name: str, settings: EnvSettings, target: str, trust_pickle: bool
-) -> policies.OpenLoop:
+def _rehearsed(name: str, settings: EnvSettings, target: str) -> policies.OpenLoop:
     """Return what a policy chooses in an episode in which nothing is drawn."""
     env = own_env(settings.model_copy(update={"randomisation": "none"}))
-    choice = play(own_policy(name, trust_pickle), env, target, seed=0).choice
+    choice = play(own_policy(name), env, target, seed=0).choice
     if choice is None:
         raise ValueError(f"{name}: without randomisation the simulation of {target} broke down")
     return choice
@@ -211,7 +207,7 @@ def warm_up(settings: EnvSettings) -> None:
         ended = terminated or truncated
 
 
-def check(policy: str, settings: EnvSettings, trust_pickle: bool = False) -> None:
+def check(policy: str, settings: EnvSettings) -> None:
     """Let a policy choose how it begins with each target, before anything else begins.
 
     Raises
@@ -220,13 +216,13 @@ def check(policy: str, settings: EnvSettings, trust_pickle: bool = False) -> Non
         If there is no such policy, it has nothing for a target, or knows other observations or
         actions.
     """
-    env, player = own_env(settings), own_policy(policy, trust_pickle)
+    env, player = own_env(settings), own_policy(policy)
     for number, target in enumerate(env.targets):
         env.reset(seed=0, options={"target": target})
         try:
             player(env, [number], [np.random.default_rng(0)])(env.episodes, np.array([0]))
         except ValueError as error:
-            trained = policy.endswith((".safetensors", ".zip"))
+            trained = policy.endswith(".safetensors")
             remedy = "; magfold score plays the policies of tracks" if trained else ""
             raise ValueError(f"{policies.as_given(policy)}: {error}{remedy}") from None
 
@@ -390,17 +386,15 @@ def play_all(
     settings: EnvSettings,
     episodes: Sequence[tuple[str, int]],
     built: bool = False,
-    trust_pickle: bool = False,
 ) -> list[Outcome]:
     """Return how one of a method's policies ends `episodes`, pairs of target and seed, in order.
 
-    If `built` every choice is folded once more, whatever the method says, and `trust_pickle` is as
-    for `agents.evaluation.policies.make_policy`.
+    If `built` every choice is folded once more, whatever the method says.
     """
     change, built = method.change, built or method.built
 
     def job(start: int, stop: int) -> tuple[Any, ...]:
-        return policy, change, settings, episodes[start:stop], built, trust_pickle
+        return policy, change, settings, episodes[start:stop], built
 
     if table.folder is None:
         return table.row(method.name, len(episodes), job, _play)
@@ -422,8 +416,7 @@ def _play(
     settings: EnvSettings,
     episodes: Sequence[tuple[str, int]],
     built: bool,
-    trust_pickle: bool,
 ) -> list[Outcome]:
     """Play episodes with this process's own policy and environment."""
-    player, env = changed(policy, change, settings, trust_pickle), own_env(settings)
+    player, env = changed(policy, change, settings), own_env(settings)
     return [play(player, env, target, seed, built=built) for target, seed in episodes]

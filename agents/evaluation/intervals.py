@@ -1,9 +1,8 @@
-"""What success over seeds and targets says: means, interquartile means, profiles, intervals.
+"""What success over seeds and targets says: means, interquartile means, intervals.
 
 The aggregates are those of rliable (Agarwal et al., *Deep Reinforcement Learning at the Edge of the
 Statistical Precipice*, 2021): the interquartile mean is the mean of the middle half of all runs on
-all tasks, and the performance profile at τ is the share of those that score above τ. A task is a
-target here, and its score the share of its draws that succeeded.
+all tasks. A task is a target here, and its score the share of its draws that succeeded.
 
 Intervals are from the bootstrap over seeds and targets together: both are drawn with
 replacement and crossed (Owen, *The pigeonhole bootstrap*, 2007), since a training run that is
@@ -28,12 +27,10 @@ from magfold_env.shapes import mirror
 
 Floats = NDArray[np.float64]
 Aggregate = Callable[[Floats], Floats]
-"""From scores, shape (..., runs, targets), to values, shape (..., m) or (...)."""
+"""From scores, shape (..., runs, targets), to values, shape (...)."""
 
 RESAMPLES = 2000
 CONFIDENCE = 0.95
-THRESHOLDS: Floats = np.linspace(0.0, 1.0, 101)
-"""Where profiles are taken."""
 
 
 class Estimate(NamedTuple):
@@ -68,11 +65,6 @@ def interquartile_mean(scores: Floats) -> Floats:
     """Return the mean of the middle half of all runs on all targets, the last two axes."""
     flat = scores.reshape(*scores.shape[:-2], -1)
     return np.asarray(trim_mean(flat, proportiontocut=0.25, axis=-1))
-
-
-def profile(scores: Floats) -> Floats:
-    """Return the share of runs on targets above each of `THRESHOLDS`, as a new last axis."""
-    return (scores[..., None] > THRESHOLDS).mean(axis=(-3, -2))
 
 
 def estimate(

@@ -1,4 +1,4 @@
-"""Pictures of a comparison, one HTML file of numbers, pictures and folds that play, and a GIF.
+"""Pictures of a comparison, and one HTML file of numbers, pictures and folds that play.
 
 Pictures need matplotlib, from the extra `render`.
 """
@@ -10,11 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import magfold_env as mf
-from agents.evaluation import episodes, intervals, report
+from agents.evaluation import episodes, report
 from agents.settings import EnvSettings
 from agents.training.folder import provenance
 from magfold_env.fold import recording
-from magfold_env.render import save_gif
 from magfold_env.replay import page, page_data
 from magfold_env.reporting import page as reporting
 from magfold_env.reporting.page import Block, Details, Frame, Page, Picture, Section, Verdict
@@ -26,7 +25,6 @@ FRAME_RATE = 120.0
 
 _CAPTIONS = {
     "overall": "Success with 95 % intervals.",
-    "profile": "Performance profile: the share of targets (and seeds) with more success than τ.",
     "reasons": "How episodes ended, and which joints were in the way of those that missed.",
     "targets": "Success by target with Wilson's 95 % intervals; dots are single seeds.",
 }
@@ -102,17 +100,6 @@ def _shown(runs: report.Runs, words: Sequence[str]) -> list[episodes.Outcome]:
     return shown
 
 
-def save_folds(path: Path, outcomes: Sequence[episodes.Outcome], count: int = 6) -> None:
-    """Write a GIF of a run's first episode of at most `count` targets, evenly picked.
-
-    Nothing is selected by its outcome: failures show as they come.
-    """
-    words = list(dict.fromkeys(each.target for each in outcomes if each.scene is not None))
-    shown = firsts(outcomes, spread(words, count))
-    folds = [recorded(outcome) for outcome in shown]
-    save_gif(folds, path, targets=[outcome.target for outcome in shown], size=(960, 640))
-
-
 def write_page(
     path: Path,
     settings: EnvSettings,
@@ -133,7 +120,7 @@ def write_page(
         Table("Methods", overall),
         charts["overall"],
         Details("What is what", [_MEANING]),
-        Details("Profile and reasons", [charts["profile"], charts["reasons"]]),
+        Details("Reasons", [charts["reasons"]]),
     ]
     every = Details("All targets", [charts["targets"], Table("Successes of episodes", by_target)])
     sections = [
@@ -220,7 +207,6 @@ def draw(
     pictures = {
         "overall": _means(summaries),
         "targets": _bars(results, summaries),
-        "profile": _profile(results),
         "reasons": _reasons(summaries),
     }
     paths = {name: folder / f"{name}.png" for name in pictures}
@@ -283,27 +269,6 @@ def _bars(results: report.Played, summaries: Mapping[str, report.Summary]) -> An
     axes[-1].set_xlim(-0.6, len(words) - 0.4)
     axes[-1].set_xticks(places, words, rotation=90, fontsize=7, family="monospace")
     figure.supylabel("success [%]", fontsize=9)
-    return figure
-
-
-def _profile(results: report.Played) -> Any:
-    """Draw which share of runs on targets succeed more often than τ."""
-    figure, ((axes,),) = make_figure(3.6)
-    for k, (name, runs) in enumerate(results.items()):
-        found = intervals.estimate(
-            report.by_target(runs), report.targets_of(results), intervals.profile
-        )
-        colour, style = COLOURS[(k + 1) % len(COLOURS)], ("-", "--", ":")[k // len(COLOURS) % 3]
-        places = 100 * intervals.THRESHOLDS
-        axes.step(places, 100 * found.value, style, where="post", color=colour, label=name)
-        low, high = 100 * found.low, 100 * found.high
-        axes.fill_between(places, low, high, step="post", color=colour, alpha=0.15, linewidth=0)
-    axes.set_xlim(0, 100)
-    axes.set_ylim(-2, 102)
-    axes.set_xlabel("τ: rate of success on a target [%]")
-    axes.set_ylabel("targets (and seeds) above τ [%]")
-    axes.grid(color=GRID, linewidth=0.8)
-    figure.legend(loc="outside right upper", frameon=False, fontsize=8)
     return figure
 
 

@@ -17,7 +17,7 @@ from pydantic import TypeAdapter, ValidationError
 from agents.training import policy_files
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.fold_env import FoldEnv
-from magfold_env.files import configs_dir, write_text
+from magfold_env.files import configs_dir, reading_json, write_text
 from magfold_env.scene import Problem, errors
 from magfold_env.scoring.player import Player
 from magfold_env.scoring.policy_file import Shown
@@ -160,7 +160,7 @@ def at_speed(policy: Policy, speed: float | None) -> Policy:
     return begin
 
 
-def make_policy(name: str, trust_pickle: bool = False) -> Policy:
+def make_policy(name: str) -> Policy:
     """Return the policy called `name`.
 
     Parameters
@@ -169,8 +169,6 @@ def make_policy(name: str, trust_pickle: bool = False) -> Policy:
         ``random``; ``minimiser``, the design that rewards are measured against; the path of
         choices that `agents.baselines` wrote (``.json``), or of a policy (``.safetensors``);
         ``no-motion:`` and one of these, which is then shown no motion.
-    trust_pickle : bool
-        Whether it may be a model as Stable-Baselines3 saves it, which can run any code.
 
     Raises
     ------
@@ -188,7 +186,7 @@ def make_policy(name: str, trust_pickle: bool = False) -> Policy:
     if Path(path).suffix == ".json":
         return chosen(read_choices(Path(path)))
     torch.set_num_threads(1)
-    return trained(policy_files.load(path, trust_pickle), no_motion)
+    return trained(policy_files.load(path), no_motion)
 
 
 def policies_dir() -> Path:
@@ -282,22 +280,16 @@ def read_choices(path: Path) -> dict[str, OpenLoop]:
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Chosen]]:
     """Return what the choices in a file depend on, and the choices by target."""
+    with reading_json(path, "a file of choices of agents.baselines, or is damaged", FORMAT) as data:
+        if data.pop("checksum") != _checksum(data):
+            raise ValueError("checksum: they are not what was saved")
+        key, given = dict(data["key"]), data["choices"]
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        checksum = content.pop("checksum")
-        whole = content["format"] == FORMAT and checksum == _checksum(content)
-        whole = whole and isinstance(content["key"], dict)
-    except (OSError, ValueError, AttributeError, KeyError, TypeError, RecursionError):
-        whole, content = False, {}
-    if not whole:
-        raise ValueError(f"{path}: holds no choices of agents.baselines, or is damaged")
-    try:
-        chosen = TypeAdapter(dict[str, Chosen]).validate_python(content.get("choices"))
+        return key, TypeAdapter(dict[str, Chosen]).validate_python(given)
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
-        key = errors.dotted(("choices", *wrong["loc"]))
-        raise ValueError(f"{path}: {Problem(key, wrong['input'], wrong['msg'])}") from None
-    return content["key"], chosen
+        place = errors.dotted(("choices", *wrong["loc"]))
+        raise ValueError(f"{path}: {Problem(place, wrong['input'], wrong['msg'])}") from None
 
 
 def _checksum(content: Mapping[str, Any]) -> str:

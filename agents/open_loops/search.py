@@ -6,7 +6,7 @@ Every round has about the same share of the budget.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.feed_track import FeedTrackEnv
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.scene import Scene
 from magfold_env.scoring.player import play
 
 Trial = Callable[[Ints, int, int], Floats]
@@ -83,37 +82,6 @@ def _ranked(field: Ints, ends: Floats) -> list[Ranked]:
     return [Ranked(*each, ends.shape[1]) for each in zip(field.tolist(), successes, strict=True)]
 
 
-class OpenLoops(Protocol):
-    """What can be chosen before an episode begins; all that differs from track to track.
-
-    Open loops are values of a kind of its own, which can be pickled and written in words.
-    """
-
-    @property
-    def fastest(self) -> Any:
-        """The open loop that always goes forward."""
-        ...
-
-    def candidates(self, count: int, number: int) -> list[Any]:
-        """Return so many open loops that may be tried in a task, by its number."""
-        ...
-
-    def following(self, found: Sequence[Any]) -> Plan:
-        """Return what plays open loops, one a row."""
-        ...
-
-    def drawn(self) -> tuple[Scene, Any]:
-        """Return scene and task of the environment's episode, with all that was drawn of them."""
-        ...
-
-    def raced(self, best: list[Any], number: int, task: Any) -> list[Any]:
-        """Return as many as came farthest in a task's search, `best`, for the oracle to race.
-
-        `number` is the task's, `task` is it as `drawn` returns it.
-        """
-        ...
-
-
 class Search(NamedTuple):
     """How much is tried."""
 
@@ -123,8 +91,8 @@ class Search(NamedTuple):
     """Episodes."""
 
 
-def open_loops_of(env: Any) -> OpenLoops:
-    """Return the open loops of a track's environment."""
+def open_loops_of(env: Any) -> Any:
+    """Return the open loops of a track's environment, `Schedules` or `Orders`."""
     return Schedules(env) if isinstance(env, FeedTrackEnv) else Orders(env)
 
 
@@ -141,7 +109,7 @@ class Field:
         How choices are written down, if that is to be told: of speeds the nearest on offer is fed.
     """
 
-    def __init__(self, episodes: Any, open_loops: OpenLoops, actions: Any = None) -> None:
+    def __init__(self, episodes: Any, open_loops: Any, actions: Any = None) -> None:
         self._episodes, self._open_loops, self._actions = episodes, open_loops, actions
 
     def search(self, number: int, stream: str, effort: Search) -> list[Ranked]:

@@ -1,11 +1,7 @@
 """The environments of a training run, and their state."""
 
-import pickle
-import signal
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from typing import Any, cast
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -13,25 +9,12 @@ from numpy.typing import NDArray
 from stable_baselines3.common import vec_env
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
-from agents.settings import CurriculumSettings, EnvSettings, SettingsError, TrainSettings
+from agents.settings import EnvSettings, SettingsError, TrainSettings
 from magfold_env.envs.episodes import EpisodesState
 from magfold_env.envs.vector_env import ChainVectorEnv
-from magfold_env.envs.wrappers.curriculum import Curriculum
-from magfold_env.sb3 import FoldVecEnv, make_sb3_vec
+from magfold_env.sb3 import make_sb3_vec
 from magfold_env.scoring.policy_file import Shown
 from magfold_env.scoring.shown import View, shown_space
-
-
-class Resumable(gymnasium.Wrapper[Any, Any, Any, Any]):
-    """Gives the whole state of an environment as bytes, random numbers and wrappers included."""
-
-    def snapshot(self) -> bytes:
-        """Return everything that decides how the environment goes on."""
-        return pickle.dumps(self.env)
-
-    def restore(self, snapshot: bytes) -> None:
-        """Go back to where `snapshot` was taken."""
-        self.env = pickle.loads(snapshot)
 
 
 class ShownVecEnv(vec_env.VecEnvWrapper):
@@ -64,8 +47,8 @@ class ShownVecEnv(vec_env.VecEnvWrapper):
 class EnvsState:
     """Where all environments of a run are."""
 
-    inner: list[bytes] | EpisodesState
-    """A snapshot of each environment, or the state of all that are stepped natively."""
+    inner: EpisodesState
+    """The state of all of them."""
     returns: NDArray[np.float32]
     """Reward so far of the episodes that are under way."""
     lengths: NDArray[np.int32]
@@ -74,18 +57,9 @@ class EnvsState:
     """The observations that are shown again; None if each is shown once."""
 
 
-def make_env(
-    settings: EnvSettings,
-    gamma: float | None = None,
-    curriculum: CurriculumSettings | None = None,
-) -> gymnasium.Env[Any, Any]:
+def make_env(settings: EnvSettings, gamma: float | None = None) -> gymnasium.Env[Any, Any]:
     """Return an environment; `gamma` is the discount of its shaping, where there is any."""
-    options = settings.options(gamma)
-    env = gymnasium.make(settings.id, disable_env_checker=True, **options)
-    if curriculum is None:
-        return env
-    stages = [settings.changed(stage).options() for stage in curriculum.stages]
-    return Curriculum(env, stages, threshold=curriculum.threshold, window=curriculum.window)
+    return gymnasium.make(settings.id, disable_env_checker=True, **settings.options(gamma))
 
 
 def check_envs(settings: TrainSettings) -> None:
@@ -98,7 +72,6 @@ def check_envs(settings: TrainSettings) -> None:
     """
     *before, main = settings.phases
     last = _checked("env", settings, main.env)
-    _stepping(settings, main.env)
     for number, phase in enumerate(before):
         key = f"pretraining[{number}].env"
         env = _checked(key, settings, phase.env)
@@ -111,41 +84,10 @@ def check_envs(settings: TrainSettings) -> None:
                 )
 
 
-class Processes(vec_env.SubprocVecEnv):
-    """A process an environment; Ctrl-C is left to this one, which ends them."""
-
-    def __init__(self, makers: list[Callable[[], gymnasium.Env[Any, Any]]]) -> None:
-        super().__init__([partial(_undisturbed, make) for make in makers])
-
-    def close(self) -> None:
-        """End the processes, also amid a step, of which some answers may have been taken."""
-        if self.waiting:
-            for process in self.processes:
-                process.kill()
-                process.join()
-            self.closed = True
-        super().close()
-
-
-def _undisturbed(make: Callable[[], gymnasium.Env[Any, Any]]) -> gymnasium.Env[Any, Any]:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    return make()
-
-
 def make_training_envs(settings: TrainSettings, phase: int) -> vec_env.VecMonitor:
     """Return the environments of a phase of the run, numbered from 0, seeded."""
     env, learner = settings.phases[phase].env, settings.learner
-    gamma = learner.gamma
-    if _stepping(settings, env) == "native":
-        envs = make_sb3_vec(env.id, settings.envs, **env.options(gamma))
-    else:
-
-        def make() -> gymnasium.Env[Any, Any]:
-            return Resumable(make_env(env, gamma, settings.curriculum))
-
-        makers = [make] * settings.envs
-        apart = settings.envs > 1 and _stepping(settings, env) == "processes"
-        envs = vec_env.VecMonitor(Processes(makers) if apart else vec_env.DummyVecEnv(makers))
+    envs = make_sb3_vec(env.id, settings.envs, **env.options(learner.gamma))
     if (learner.frames, learner.blind) != (1, False):
         envs = vec_env.VecMonitor(ShownVecEnv(envs.venv, learner))
     # The first phase has the seed of the run, the others one that follows from it.
@@ -154,50 +96,26 @@ def make_training_envs(settings: TrainSettings, phase: int) -> vec_env.VecMonito
     return envs
 
 
-def _stepping(settings: TrainSettings, env: EnvSettings) -> str:
-    """Return how the environments of a phase are stepped together, if they can be as wanted."""
-    possible = settings.curriculum is None
-    if settings.stepping == "native" and not possible:
-        raise SettingsError(
-            "stepping: 'native' is not allowed with a curriculum; must be 'processes' or 'serial'"
-        )
-    if settings.stepping is not None:
-        return settings.stepping
-    if possible:
-        return "native"
-    # Without dynamics a step is quicker than the way to another process.
-    return "serial" if env.fidelity == "quasistatic" else "processes"
-
-
 def envs_state(envs: vec_env.VecMonitor) -> EnvsState:
     """Return where `envs` are."""
-    native = _native(envs)
-    inner = (
-        cast("list[bytes]", envs.env_method("snapshot")) if native is None else native.get_state()
-    )
     kept = envs.venv.kept if isinstance(envs.venv, ShownVecEnv) else None
     return EnvsState(
-        inner,
+        _native(envs).get_state(),
         envs.episode_returns.copy(),
         envs.episode_lengths.copy(),
         None if kept is None else kept.copy(),
     )
 
 
-def _native(envs: vec_env.VecMonitor) -> ChainVectorEnv[Any] | None:
-    """Return the native vector environment within; None if there is none."""
-    inner = envs.venv.venv if isinstance(envs.venv, ShownVecEnv) else envs.venv
-    return inner.vector if isinstance(inner, FoldVecEnv) else None
+def _native(envs: vec_env.VecMonitor) -> ChainVectorEnv[Any]:
+    """Return the native vector environment within."""
+    inner: Any = envs.venv.venv if isinstance(envs.venv, ShownVecEnv) else envs.venv
+    return inner.vector
 
 
 def set_envs_state(envs: vec_env.VecMonitor, state: EnvsState) -> None:
     """Go back to where `envs` were when `state` was taken."""
-    native = _native(envs)
-    if native is not None and isinstance(state.inner, EpisodesState):
-        native.set_state(state.inner)
-    else:
-        for number, snapshot in enumerate(cast("list[bytes]", state.inner)):
-            envs.env_method("restore", snapshot, indices=number)
+    _native(envs).set_state(state.inner)
     envs.episode_returns = state.returns.copy()
     envs.episode_lengths = state.lengths.copy()
     if isinstance(envs.venv, ShownVecEnv) and envs.venv.kept is not None:
@@ -207,6 +125,6 @@ def set_envs_state(envs: vec_env.VecMonitor, state: EnvsState) -> None:
 def _checked(key: str, settings: TrainSettings, env: EnvSettings) -> gymnasium.Env[Any, Any]:
     """Return an environment; name the key of its settings if they are not allowed."""
     try:
-        return make_env(env, settings.learner.gamma, settings.curriculum)
+        return make_env(env, settings.learner.gamma)
     except ValueError as error:
         raise SettingsError(f"{key}: {error}") from None

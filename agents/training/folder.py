@@ -19,9 +19,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Self
 
-import numpy as np
-from stable_baselines3.common.logger import KVWriter, Logger, TensorBoardOutputFormat
-
 from agents.settings import SettingsError, TrainSettings, load_settings, save_settings
 from magfold_env.checkpoint import difference
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
@@ -65,8 +62,6 @@ class RunInfo:
     """Steps of the checkpoints from which the run was taken up again."""
     validation: dict[str, float] | None = None
     """Result of the last validation."""
-    wandb_id: str | None = None
-    """The run's name with Weights & Biases; None if it is not logged there."""
     start: str | None = None
     """SHA-256 of the policy that it began with; None if weights were drawn."""
     finished: bool = False
@@ -210,59 +205,3 @@ def cut_events(folder: Path, sizes: dict[str, int]) -> None:
             path.unlink()
         elif path.stat().st_size > sizes[path.name]:
             os.truncate(path, sizes[path.name])
-
-
-class WandbWriter(KVWriter):
-    """Sends every number to a run of Weights & Biases."""
-
-    def __init__(self, run: Any) -> None:
-        self._run = run
-
-    def write(
-        self,
-        key_values: dict[str, Any],
-        key_excluded: dict[str, tuple[str, ...]],
-        step: int = 0,
-    ) -> None:
-        """Send the numbers that TensorBoard gets too."""
-        numbers = {
-            key: float(value)
-            for key, value in key_values.items()
-            if "tensorboard" not in key_excluded[key] and isinstance(value, (int, float, np.number))
-        }
-        self._run.log(numbers, step=step)
-
-    def close(self) -> None:
-        """End the run."""
-        self._run.finish()
-
-
-def import_wandb() -> Any:
-    """Return the module ``wandb``.
-
-    Raises
-    ------
-    SettingsError
-        If it is not installed.
-    """
-    try:
-        import wandb  # noqa: PLC0415 (wanted by few)  # pyright: ignore[reportMissingImports]
-    except ImportError:
-        raise SettingsError("--wandb: needs the package wandb: pip install wandb") from None
-    return wandb
-
-
-def make_logger(folder: Path, settings: TrainSettings, info: RunInfo) -> Logger:
-    """Return a logger of TensorBoard files in `folder`, and of W&B if the run has a name there."""
-    writers: list[KVWriter] = [TensorBoardOutputFormat(str(folder))]
-    if info.wandb_id is not None:
-        run = import_wandb().init(
-            project="magfold_env",
-            name=settings.name,
-            id=info.wandb_id,
-            resume="allow",
-            dir=str(folder),
-            config=settings.model_dump(mode="json"),
-        )
-        writers.append(WandbWriter(run))
-    return Logger(str(folder), writers)

@@ -1,11 +1,10 @@
 """Imitating what plays a task fairly well, before a learner goes on from there by itself.
 
 Where success is rare, as where two folds are to be reached one after the other, chance finds
-nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.baselines`, searched
-ones more often, see `agents.training.open_loops`, and what sees a failure mends it: what folds
-wrong is let out anew, see `agents.training.drawing_back`, or a chain is built anew, see
-`agents.training.mending`. They are cloned from what they do: the networks come to choose their
-actions, and to expect what these earn.
+nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.baselines`, and what
+sees a failure mends it: what folds wrong is let out anew, see `agents.training.drawing_back`, or a
+chain is built anew, see `agents.training.mending`. They are cloned from what they do: the networks
+come to choose their actions, and to expect what these earn.
 Entries of some of the actions are replaced by others at random, so that more is seen than they
 would meet (Laskey et al., *DART: noise injection for robust imitation learning*, 2017); what is
 cloned is what they would have done.
@@ -29,10 +28,9 @@ from torch.nn.utils.rnn import pad_sequence
 from agents.commands import progress_bar
 from agents.open_loops.search import Search
 from agents.settings import TrainSettings
+from agents.training import redoings
 from agents.training.envs import make_env
 from agents.training.mending import Mending, mended
-from agents.training.open_loops import BestOpenLoops
-from agents.training.redoings import Redoings
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.episodes import Episodes
@@ -96,24 +94,22 @@ class Demonstrations:
         self._rng = np.random.default_rng(settings.seed)
         env.action_space.seed(settings.seed)
         effort = Search(self._given.tried, self._given.trials)
-        self._plan: Callable[[Sequence[int], Sequence[int]], Plan]
+        self._plan: Callable[[Sequence[int]], Plan]
         if self._given.plan == "mending":
             ways = mended(settings.env, folder)
-            self._plan = lambda numbers, _: Mending([ways[number] for number in numbers])
-        elif self._given.plan == "open loops":
-            self._plan = BestOpenLoops(settings.env, effort, folder).plan
+            self._plan = lambda numbers: Mending([ways[number] for number in numbers])
         elif self._given.plan == "drawing back":
-            redoings = Redoings(settings.env, effort, folder)
-            self._plan = lambda numbers, _: redoings.plan(numbers)
+            found = redoings.searched(settings.env, effort, folder)
+            self._plan = lambda numbers: redoings.playing([found[number] for number in numbers])
         else:
-            self._plan = lambda numbers, _: env.plan_of(numbers)
+            self._plan = env.plan_of
 
     def block(self, seeds: Sequence[int], first: int = 0) -> Steps:
         """Return the steps of episodes of such seeds, numbered from `first`."""
         count = len(seeds)
         episodes: Episodes[Any] = self._env.make_episodes(self._world, count)
         numbers: list[int] = (np.arange(first, first + count) % len(self._env.tasks)).tolist()
-        plan = self._plan(numbers, seeds)
+        plan = self._plan(numbers)
         episodes.rngs[:] = [seeding.np_random(seed)[0] for seed in seeds]
         episodes.begin(episodes.rows, numbers)
         view = View(self._learner, self._env.layout, self._env.observation_space, count)

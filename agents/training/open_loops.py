@@ -1,8 +1,4 @@
-"""What the best open loops do: they are searched for each task, and shown where they succeed.
-
-In every episode the one that came farthest in the task's search is played, or where that fails the
-next that does not, as can be known of an episode of training, which can be played again. So what
-is shown is mostly one schedule, and how episodes look in which another is better.
+"""The best open loops of every task, searched once for many runs.
 
 The search is long. It lies beside the runs, in ``open-loops-ID-KEY``, for all that imitate the same
 with the same scene, tasks and actions, and goes on where it was broken off.
@@ -15,29 +11,23 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from agents.commands import progress_bar
 from agents.evaluation.episodes import Table
 from agents.open_loops.search import Field, Search, open_loops_of
 from agents.settings import EnvSettings
 from agents.training.envs import make_env
-from magfold_env.envs.baselines.constant_speed import Plan
-from magfold_env.envs.chains.arrays import Bools
 from magfold_env.files import physics_digest
 from magfold_env.scoring.track import WIDTH
 
 STREAM = "imitation"
 """Of the draws that open loops are searched on."""
 
-SHOWN = 16
-"""Open loops of a task of which one is shown."""
+KEPT = 16
+"""Most open loops of a task that are kept."""
 
 
-class BestOpenLoops:
-    """Plays in each episode the best open loop of its task that succeeds in it.
-
-    Where none does it is the best of the task.
+def best_open_loops(settings: EnvSettings, effort: Search, folder: Path) -> list[list[Any]]:
+    """Return for every task of an environment its best open loops, the best first.
 
     Parameters
     ----------
@@ -47,40 +37,6 @@ class BestOpenLoops:
         How much is tried for every task.
     folder : Path
         Where folders of searches lie.
-    """
-
-    def __init__(self, settings: EnvSettings, effort: Search, folder: Path) -> None:
-        env: Any = make_env(settings).unwrapped
-        self._loops, self._field = open_loops_of(env), field_of(env)
-        self._best = best_open_loops(settings, effort, folder)
-
-    def plan(self, numbers: Sequence[int], seeds: Sequence[int]) -> Plan:
-        """Return what plays episodes of tasks, by number, with such seeds, one a row."""
-        ranks = np.zeros(len(seeds), dtype=np.int64)
-        left = np.arange(len(seeds))
-        for rank in range(max(map(len, self._best))):
-            left = np.array([row for row in left.tolist() if rank < len(self._best[numbers[row]])])
-            if not left.size:
-                break
-            succeeds = self._succeeds(numbers, seeds, left.tolist(), rank)
-            ranks[left[succeeds]] = rank
-            left = left[~succeeds]
-        pairs = zip(numbers, ranks.tolist(), strict=True)
-        return self._loops.following([self._best[number][rank] for number, rank in pairs])
-
-    def _succeeds(
-        self, numbers: Sequence[int], seeds: Sequence[int], rows: Sequence[int], rank: int
-    ) -> Bools:
-        """Return where the open loops of some rank do."""
-        own = np.array([numbers[row] for row in rows])
-        found = [self._best[number][rank] for number in own.tolist()]
-        return self._field.follow(own, [seeds[row] for row in rows], found)[:, 0] > 0.0
-
-
-def best_open_loops(settings: EnvSettings, effort: Search, folder: Path) -> list[list[Any]]:
-    """Return for every task of an environment its best open loops, the best first.
-
-    Arguments are those of `BestOpenLoops`.
     """
     env: Any = make_env(settings).unwrapped
     loops, jobs = open_loops_of(env), [(settings, n, effort) for n in range(len(env.tasks))]
@@ -140,7 +96,7 @@ def _searched(search: Callable[..., Any], *job: Any) -> list[Any]:
 def _search(settings: EnvSettings, number: int, effort: Search) -> list[int]:
     env: Any = make_env(settings).unwrapped
     ranked = field_of(env).search(number, STREAM, effort)
-    return [each.place for each in ranked[:SHOWN] if each.successes] or [ranked[0].place]
+    return [each.place for each in ranked[:KEPT] if each.successes] or [ranked[0].place]
 
 
 def field_of(env: Any) -> Field:

@@ -1,8 +1,5 @@
 """Networks of Stable-Baselines3 to and from files of `magfold_env.scoring.policy_file`."""
 
-import json
-import pickle
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +8,7 @@ import numpy as np
 import torch
 from gymnasium import spaces
 from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
-from stable_baselines3.common import base_class, off_policy_algorithm, policies
+from stable_baselines3.common import base_class, policies
 
 from agents.settings import checked
 from agents.training.models import CLASSES, FEATURES, UNREADABLE, network
@@ -24,17 +21,6 @@ _ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 _WRITTEN = {"net_arch", "activation_fn", "features_extractor_class", "features_extractor_kwargs"}
 _WRITTEN |= {"lstm_hidden_size", "n_lstm_layers", "shared_lstm", "enable_critic_lstm"}
 """Options of a policy that settings hold; others have Stable-Baselines3's defaults."""
-
-_MODULES: dict[str, type[base_class.BaseAlgorithm]] = {
-    "stable_baselines3.common.policies": CLASSES["ppo"],
-    "agents.training.symmetry": CLASSES["ppo"],
-    "agents.training.symmetry_masked": CLASSES["maskable-ppo"],
-    "sb3_contrib.common.maskable.policies": CLASSES["maskable-ppo"],
-    "sb3_contrib.common.recurrent.policies": CLASSES["recurrent-ppo"],
-    "stable_baselines3.sac.policies": CLASSES["sac"],
-    "sb3_contrib.tqc.policies": CLASSES["tqc"],
-}
-"""The class that wrote a pickled model, by the module of its policy."""
 
 
 @dataclass(frozen=True)
@@ -114,27 +100,15 @@ def begin_with(path: str | Path, model: base_class.BaseAlgorithm, shown: Shown) 
     return settings.steps
 
 
-def load(path: str | Path, trust_pickle: bool = False) -> SavedPolicy:
+def load(path: str | Path) -> SavedPolicy:
     """Read a policy that `save` wrote.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    trust_pickle : bool
-        Whether it may be a model as Stable-Baselines3 saves it, which can run any code: only for
-        files of your own.
 
     Raises
     ------
     ValueError
-        If there is no such file, it is damaged, or a model of Stable-Baselines3 and not trusted.
+        If there is no such file, it is damaged, or a model of Stable-Baselines3.
     """
-    path = Path(path)
-    if trust_pickle and policy_file.is_zip(path):
-        model = _unpickled(path)
-        return SavedPolicy(model.policy, Shown(), model.num_timesteps)
-    settings, policy = _read(path)
+    settings, policy = _read(Path(path))
     return SavedPolicy(policy, settings, settings.steps)
 
 
@@ -208,23 +182,3 @@ def _described(space: spaces.Space[Any], stacked: bool = False) -> dict[str, Any
     return {
         name: np.asarray(value[-1] if stacked else value).tolist() for name, value in values.items()
     }
-
-
-def _unpickled(path: Path) -> base_class.BaseAlgorithm:
-    """Read a model of any of the algorithms as Stable-Baselines3 saved it."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            module = json.loads(archive.read("data"))["policy_class"]["__module__"]
-    except UNREADABLE as error:
-        raise ValueError(f"{path}: is not a model, or is damaged: {error}") from None
-    if module not in _MODULES:
-        known = ", ".join(CLASSES)
-        raise ValueError(f"{path}: its policy is from {module!r}; must be of one of {known}")
-    # A replay buffer is large, and hindsight's wants an environment.
-    without: dict[str, Any] = {}
-    if issubclass(_MODULES[module], off_policy_algorithm.OffPolicyAlgorithm):
-        without = {"buffer_size": 1, "replay_buffer_class": None, "replay_buffer_kwargs": {}}
-    try:
-        return _MODULES[module].load(path, device="cpu", **without)
-    except (*UNREADABLE, AssertionError, ImportError, pickle.UnpicklingError) as error:
-        raise ValueError(f"{path}: is not a model, or is damaged: {error}") from None

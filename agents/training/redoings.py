@@ -36,8 +36,10 @@ STANDS = LONGEST_PAUSE + 1, 75
 """Steps to stand still at the end of a first fold; no pause between pulses is as long."""
 
 
-class Redoings:
-    """How every task of an environment is done.
+def searched(
+    settings: EnvSettings, effort: Search, folder: Path
+) -> list[Redoing] | list[Refolding]:
+    """Return how every task of an environment is done.
 
     Parameters
     ----------
@@ -47,33 +49,23 @@ class Redoings:
         How many open loops are tried for every task, and in how many episodes.
     folder : Path
         Where what is searched is kept, for other runs too.
-
-    Attributes
-    ----------
-    found : list of Redoing or of Refolding
-        For each task.
     """
-
-    def __init__(self, settings: EnvSettings, effort: Search, folder: Path) -> None:
-        best = best_open_loops(settings, effort, folder)
-        key = {"open loops": effort, "drawing back": EFFORT}
-        jobs = [(settings, number, each) for number, each in enumerate(best)]
-        places: list[int] = kept_search("drawing back", settings, key, folder, _search, jobs)
-        scene = _scene_of_two_folds(settings)
-        self.found = [
-            _tried(each, number, scene)[place]
-            for number, (each, place) in enumerate(zip(best, places, strict=True))
-        ]
-
-    def plan(self, numbers: Sequence[int]) -> Plan:
-        """Return what plays episodes of tasks, by number, one a row."""
-        return _playing([self.found[number] for number in numbers])
+    best = best_open_loops(settings, effort, folder)
+    key = {"open loops": effort, "drawing back": EFFORT}
+    jobs = [(settings, number, each) for number, each in enumerate(best)]
+    places: list[int] = kept_search("drawing back", settings, key, folder, _search, jobs)
+    scene = _scene_of_two_folds(settings)
+    found: list[Any] = [
+        _tried(each, number, scene)[place]
+        for number, (each, place) in enumerate(zip(best, places, strict=True))
+    ]
+    return found
 
 
 def _search(settings: EnvSettings, number: int, best: Sequence[Schedule]) -> int:
     env: Any = make_env(settings).unwrapped
     found = _tried(best, number, _scene_of_two_folds(settings))
-    return field_of(env).race(number, found, STREAM, EFFORT.budget, _playing)[0].place
+    return field_of(env).race(number, found, STREAM, EFFORT.budget, playing)[0].place
 
 
 def _tried(
@@ -91,7 +83,7 @@ def _scene_of_two_folds(settings: EnvSettings) -> Scene | None:
     return cast("Scene", env.world.scene)
 
 
-def _playing(found: Sequence[Any]) -> Plan:
+def playing(found: Sequence[Any]) -> Plan:
     """Return what does as is found, one a row."""
     return (DrawingBackTwice if isinstance(found[0], Refolding) else DrawingBack)(found)
 

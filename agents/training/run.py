@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
-from uuid import uuid4
 
 import numpy as np
 import torch
@@ -42,14 +41,13 @@ def train(
     settings: TrainSettings,
     path: Path,
     resume: bool | None = None,
-    wandb: bool = False,
     watch: Watch | None = None,
 ) -> Path:
     """Run the training that `settings` describe, or what is left of it; return the policy.
 
     Everything that the run writes lies in the folder `path`, see `TrainingRun`; what becomes of an
-    earlier run there `resume` says, see `RunFolder.open`. `wandb` logs to Weights & Biases too, and
-    `watch` follows the validations.
+    earlier run there `resume` says, see `RunFolder.open`. `watch` follows the
+    validations.
 
     Raises
     ------
@@ -77,7 +75,7 @@ def train(
         with Console().status(preparing):
             for phase in settings.phases:
                 warm_up(phase.env)
-        TrainingRun(folder, parts, wandb, watch).finish()
+        TrainingRun(folder, parts, watch).finish()
     return folder.policy
 
 
@@ -192,7 +190,6 @@ class TrainingRun:
         self,
         folder: run_folder.RunFolder,
         parts: dict[str, bytes] | None,
-        wandb: bool,
         watch: Watch | None = None,
     ) -> None:
         settings = folder.settings
@@ -210,10 +207,10 @@ class TrainingRun:
             info = run_folder.RunInfo.read(folder.path) or info
             info.resumed_at.append(self._progress.saved_at)
             run_folder.cut_events(folder.path, state.events)
-        if wandb and info.wandb_id is None:
-            info.wandb_id = uuid4().hex
         self._info = info
-        self._logger = run_folder.make_logger(folder.path, settings, info)
+        self._logger = logger.Logger(
+            str(folder.path), [logger.TensorBoardOutputFormat(str(folder.path))]
+        )
 
     def finish(self) -> None:
         """Train to the end and save the policy."""

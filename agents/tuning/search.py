@@ -13,6 +13,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from rich import table
 
 from agents import settings as train_settings
+from agents.commands import text_table
 from agents.training import envs, run
 from agents.training.folder import RunInfo
 from magfold_env.cli import options
@@ -224,11 +225,13 @@ def report_best(search: Search, trials: Sequence[Trial], output: Path) -> None:
 def best_table(search: Search, trials: Sequence[Trial], count: int = 10) -> table.Table:
     """Return a table of the best trials, the best first."""
     settings = search.settings
-    best = table.Table(title=f"{settings.name}: the best of {len(trials)} trials that ended")
-    for name in ("trial", settings.objective, *(key.split(".")[-1] for key in settings.space)):
-        best.add_column(name)
-    for trial in sorted(trials, key=attrgetter("value"), reverse=True)[:count]:
-        drawn = (trial.drawn[key] for key in settings.space)
-        values = (f"{each:.3g}" if isinstance(each, float) else str(each) for each in drawn)
-        best.add_row(trial.folder.name, f"{trial.value:.3f}", *values)
-    return best
+    best = sorted(trials, key=attrgetter("value"), reverse=True)[:count]
+    rows = [
+        {"trial": trial.folder.name, settings.objective: f"{trial.value:.3f}"}
+        | {
+            key.split(".")[-1]: f"{drawn:.3g}" if isinstance(drawn, float) else str(drawn)
+            for key, drawn in ((key, trial.drawn[key]) for key in settings.space)
+        }
+        for trial in best
+    ]
+    return text_table(f"{settings.name}: the best of {len(trials)} trials that ended", rows)

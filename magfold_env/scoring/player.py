@@ -7,10 +7,9 @@ become one by a `Player`, which knows what they are shown and what they remember
 import inspect
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from gymnasium import Space
 
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Ints
@@ -19,32 +18,12 @@ from magfold_env.scoring.policy_file import Shown
 from magfold_env.scoring.shown import View, shown_space
 
 
-class Policy(Protocol):
-    """What Stable-Baselines3's policies are, as far as is needed to play."""
-
-    @property
-    def observation_space(self) -> Space[Any]:
-        """Of what it is shown."""
-        ...
-
-    @property
-    def action_space(self) -> Space[Any]:
-        """Of what it chooses."""
-        ...
-
-    def predict(
-        self, observation: Any, state: Any, episode_start: Any, deterministic: bool
-    ) -> tuple[Any, Any]:
-        """Return actions for many observations, and what it remembers."""
-        ...
-
-
 class Player:
     """Plays so many episodes, which begin together.
 
     Parameters
     ----------
-    policy : Policy
+    policy : magfold_env.scoring.network.Actor, or a policy of Stable-Baselines3
         What chooses the actions; masks those of it that it can, as sb3-contrib's ``MaskablePPO``.
     shown : Shown
         What it wants to be shown.
@@ -63,7 +42,7 @@ class Player:
 
     def __init__(
         self,
-        policy: Policy,
+        policy: Any,
         shown: Shown,
         env: Any,
         count: int = 1,

@@ -283,9 +283,7 @@ def read(path: str | Path) -> PolicyFile:
         raise ValueError(
             f"{path}: is a zip file, as Stable-Baselines3 saves models, and holds pickles, which "
             "can run any code; must be a policy of agents.train (.safetensors), or, if the model "
-            "is your own, what agents.training.policy_files.save(model, path) writes; "
-            "agents.evaluate also reads the zip file with --trust-pickle (in Python "
-            "trust_pickle=True)"
+            "is your own, what agents.training.policy_files.save(model, path) writes"
         )
     content = path.read_bytes()
     data = _data(content)

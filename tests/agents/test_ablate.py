@@ -18,7 +18,6 @@ from agents.settings import EnvSettings
 from agents.training.policy_files import SavedPolicy
 from magfold_env.scoring.policy_file import Shown
 from magfold_env.scoring.shown import blind
-from tests.agents.test_intervals import WORDS
 from tests.killed import run_until_killed
 
 STRONG = EnvSettings(targets=("LRLLL", "RLRRR"), randomisation="strong")
@@ -52,7 +51,7 @@ def reading(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let a name stand for the policy that reads."""
     saved: Any = SavedPolicy(Reading(), Shown(), steps=0)  # pyright: ignore[reportArgumentType]
 
-    def own_policy(name: str, trust_pickle: bool = False) -> policies.Policy:
+    def own_policy(name: str) -> policies.Policy:
         return policies.trained(saved, name.startswith(policies.NO_MOTION))
 
     monkeypatch.setattr(episodes, "own_policy", own_policy)
@@ -134,37 +133,15 @@ def test_other_speeds_change_speeds_only(kind: Any) -> None:
     assert drawn == set(env.actions.speeds.round(6))
 
 
-@pytest.mark.medium
-def test_differences_are_paired_as_a_slow_bootstrap_pairs_them() -> None:
-    rng = np.random.default_rng(0)
-    runs, words, draws = 4, tuple(WORDS[:13]), 6
-    seeing = rng.random((runs, len(words), 1)) * rng.random((1, len(words), 1))
-    chances = np.stack([seeing, seeing - 0.1 * rng.random(seeing.shape)])
-    # The draws are the same for both.
-    ends = rng.random((runs, len(words), draws)) < chances
+def test_differences_are_those_of_the_same_episodes() -> None:
+    ends = {SEEING: (True, True, False), NO_MOTION: (True, False, False)}
     results = {
-        name: [
-            [
-                Outcome(word, word, "folded", seed, bool(end), 0.5 + 0.5 * end, 0.0)
-                for word, row in zip(words, run, strict=True)
-                for seed, end in enumerate(row)
-            ]
-            for run in each
-        ]
-        for name, each in zip((SEEING, NO_MOTION), ends, strict=True)
+        name: [[Outcome("LR", "LR", "folded", k, end, 0.5 + 0.5 * end, 0.0) for k, end in row]]
+        for name, row in ((name, list(enumerate(each))) for name, each in ends.items())
     }
     row = ablate.summarise(results)[NO_MOTION]
-    value, *interval = row.figures["difference"]
-    resamples: list[float] = []
-    difference = ends[1].astype(float) - ends[0]
-    for _ in range(4000):
-        places = np.ix_(rng.choice(runs, runs), rng.choice(len(words), len(words)))
-        resamples.append(difference[places].mean())
-    low, high = np.percentile(resamples, [2.5, 97.5])
-    np.testing.assert_allclose(interval, (low, high), atol=0.01)
-    assert value == pytest.approx(difference.mean())
-    assert row.score == pytest.approx(0.5 + 0.5 * ends[1].mean())
-    assert interval[1] - interval[0] < row.success[2] - row.success[1]
+    assert row.figures["difference"][0] == pytest.approx(-1 / 3)
+    assert row.score == pytest.approx((1.0 + 0.5 + 0.5) / 3)
 
 
 KILLED = """

@@ -9,8 +9,6 @@ from typing import Annotated, Any
 import pytest
 import typer
 
-import agents
-from agents import commands
 from agents.commands import reported_errors, run_command, text_table
 from magfold_env.cli import options
 
@@ -99,13 +97,6 @@ def test_errors_are_told_in_one_line(
     ):
         assert call(monkeypatch, "--wrong", given) == 2
         assert capsys.readouterr() == ("", f"error: {said}\n")
-
-
-def test_every_command_is_run_so() -> None:
-    files = list(Path(commands.__file__).parent.rglob("*.py"))
-    texts = {str(path): path.read_text(encoding="utf-8") for path in files}
-    assert Path(agents.__file__) in files
-    assert not [path for path, text in texts.items() if "typer.run(" in text]
 
 
 def test_names_in_tables_are_whole(

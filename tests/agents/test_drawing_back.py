@@ -19,7 +19,7 @@ from agents.training.drawing_back import (
     Refolding,
 )
 from agents.training.envs import make_env
-from agents.training.redoings import STREAM, Redoings, candidates, candidates_twice
+from agents.training.redoings import STREAM, candidates, candidates_twice
 from magfold_env.envs.baselines.legs import Following, Leg
 from magfold_env.envs.reprogram import BACK, FIRST, HORIZON, SECOND, ReprogramEnv
 from magfold_env.envs.tasks.draws import episode_seeds
@@ -194,7 +194,7 @@ def test_for_every_task_the_best_of_some_settings_is_found(
     # Two candidates play the whole budget in one round.
     monkeypatch.setattr(redoings, "EFFORT", Search(2, 80))
     effort = Search(13, 39)
-    found = Redoings(SETTINGS, effort, tmp_path).found
+    found = redoings.searched(SETTINGS, effort, tmp_path)
     best = open_loops.best_open_loops(SETTINGS, effort, tmp_path)
     seeds = episode_seeds(STREAM, 40)
     field = open_loops.field_of(few)
@@ -205,7 +205,7 @@ def test_for_every_task_the_best_of_some_settings_is_found(
             for each in tried
         ]
         assert one == tried[int(np.mean(ends, axis=1).argmax())]
-    assert found == Redoings(SETTINGS, effort, tmp_path).found
+    assert found == redoings.searched(SETTINGS, effort, tmp_path)
 
 
 def _plan(found: Redoing, part: slice) -> DrawingBack:

@@ -4,6 +4,7 @@ import re
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
 from PIL import Image
@@ -38,7 +39,7 @@ def results(folder: Path) -> Played:
 
 
 @pytest.mark.medium
-def test_the_comparison_writes_numbers_pictures_and_a_gif(folder: Path, results: Played) -> None:
+def test_the_comparison_writes_numbers_and_pictures(folder: Path, results: Played) -> None:
     assert {name: len(runs) for name, runs in results.items()} == {
         "random": 1,
         "minimiser": 1,
@@ -47,9 +48,7 @@ def test_the_comparison_writes_numbers_pictures_and_a_gif(folder: Path, results:
     assert all(len(run) == 4 for runs in results.values() for run in runs)
     content = json.loads((folder / "results.json").read_text(encoding="utf-8"))
     assert content["rows"]["minimiser"]["success"][0] == 1.0
-    with Image.open(folder / "folds.gif") as gif:
-        assert getattr(gif, "n_frames", 1) > 10
-    for name in ("overall", "targets", "profile", "reasons"):
+    for name in ("overall", "targets", "reasons"):
         with Image.open(folder / f"{name}.png") as picture:
             assert min(picture.size) > 150
 
@@ -74,7 +73,7 @@ def test_the_page_needs_nothing_but_itself(folder: Path, results: Played) -> Non
     page.feed(text)
     assert page.links
     assert all(link.startswith(("data:", "#")) for link in page.links)
-    assert page.tags.count("img") == 4
+    assert page.tags.count("img") == 3
     assert "script" not in page.tags
     assert len(page.folds) >= 2 * len(results)
     assert all("</html>" in fold and "<script" in fold for fold in page.folds)
@@ -124,6 +123,7 @@ def test_an_outcome_says_what_was_asked_for_and_where_the_joints_are() -> None:
     assert outcome.scene is not None
     assert outcome.choice.sequence == outcome.scene.sequence == baseline.sequence
     assert set(outcome.choice.speeds) <= set(env.actions.speeds.tolist())
+    assert outcome.scene.speeds == pytest.approx(np.full(6, baseline.speed), rel=0.05)
     assert outcome.joints == tuple(simulate(outcome.scene).joint_angles.tolist())
     assert outcome.reward == pytest.approx(outcome.score - baseline.score)
 
@@ -146,13 +146,7 @@ def test_a_chain_that_is_not_simulated_has_no_motion_to_show(
     )
     assert capsys.readouterr().out.startswith(played)
     assert played in text
-    assert not (tmp_path / "folds.gif").exists()
     assert results["random"][0][0].built is None
-
-
-def test_settings_of_the_environment_can_be_changed() -> None:
-    changed = env_settings("ppo-tube-feed", ["randomisation=strong", "targets=[LRLLL]"])
-    assert (changed.randomisation, changed.targets) == ("strong", ("LRLLL",))
 
 
 def test_rewards_are_the_environments_own() -> None:

@@ -5,13 +5,11 @@ import pytest
 from scipy import stats
 
 from agents.evaluation.intervals import (
-    THRESHOLDS,
     difference,
     estimate,
     interquartile_mean,
     mean,
     percent,
-    profile,
 )
 from magfold_env.shapes import mirror
 
@@ -59,12 +57,6 @@ def test_the_middle_half_leaves_out_the_best_and_the_worst_quarter() -> None:
     np.testing.assert_allclose(
         interquartile_mean(stacked), [interquartile_mean(each) for each in stacked]
     )
-
-
-def test_a_profile_counts_what_lies_above() -> None:
-    scores = np.array([[0.0, 0.5], [0.505, 1.0]])
-    shares = dict(zip(THRESHOLDS.round(2).tolist(), profile(scores), strict=True))
-    assert [shares[tau] for tau in (0.0, 0.4, 0.5, 0.6, 1.0)] == [0.75, 0.75, 0.5, 0.25, 0.0]
 
 
 def test_a_difference_is_paired() -> None:

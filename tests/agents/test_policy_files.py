@@ -129,27 +129,16 @@ def test_what_is_not_trusted_runs_no_code(evil: tuple[Path, Path], tmp_path: Pat
     renamed = tmp_path / "evil.safetensors"
     renamed.write_bytes(path.read_bytes())
     for each in (path, renamed):
-        with pytest.raises(ValueError, match=r"evil\..*: is a zip file.* or.* --trust-pickle"):
+        with pytest.raises(ValueError, match=r"evil\..*: is a zip file.*policy_files\.save"):
             make_policy(str(each))
     app = typer.Typer()
     app.command()(evaluate.main)
     refused = CliRunner().invoke(app, [str(path), "--output", str(tmp_path / "out")])
     assert refused.exit_code == 2
-    assert "--trust-pickle" in refused.stderr
+    assert "policy_files.save" in refused.stderr
     assert not written.exists()
-    make_policy(str(path), trust_pickle=True)
+    stable_baselines3.PPO.load(path)
     assert written.exists()
-
-
-def test_a_trusted_model_acts_as_before(model: Any, tmp_path: Path) -> None:
-    model.save(tmp_path / "own.zip")
-    saved = policy_files.load(tmp_path / "own.zip", trust_pickle=True)
-    own = model.policy.state_dict()
-    assert all(torch.equal(own[name], each) for name, each in saved.policy.state_dict().items())
-    with zipfile.ZipFile(tmp_path / "other.zip", "w") as archive:
-        archive.writestr("data", json.dumps({"policy_class": {"__module__": "somewhere.else"}}))
-    with pytest.raises(ValueError, match=r"'somewhere\.else'; must be of one of ppo, maskable-ppo"):
-        policy_files.load(tmp_path / "other.zip", trust_pickle=True)
 
 
 def changed(file: Path, settings: dict[str, Any], **weights: Any) -> None:

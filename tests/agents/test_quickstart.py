@@ -14,5 +14,5 @@ def test_the_main_job_trains_and_compares(tmp_path: Path, monkeypatch: pytest.Mo
     results = Results.read(tmp_path / "results.json", "evaluation")
     assert list(results.rows) == ["PPO", "PPO, no motion", "random", "minimiser"]
     assert "reward" not in results.env
-    for file in ("policy.safetensors", "report.html", "folds.gif"):
+    for file in ("policy.safetensors", "report.html"):
         assert (tmp_path / file).is_file()

@@ -7,10 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sb3_contrib
-import stable_baselines3
 from rich.console import Console
-from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.commands import text_table
 from agents.evaluation.episodes import Method, Outcome, parse_methods, play
@@ -34,9 +31,7 @@ from agents.evaluation.report import (
     targets_rows,
 )
 from agents.settings import EnvSettings
-from agents.training import policy_files
 from magfold_env.envs.tube_feed import TubeFeedEnv
-from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
 from magfold_env.reporting.intervals import share
 from magfold_env.scoring.results import Results
 from magfold_env.shapes import word_to_angles
@@ -44,41 +39,12 @@ from magfold_env.shapes import word_to_angles
 TARGET = "LRL"
 QUASI: dict[str, Any] = {"components": 4, "fidelity": "quasistatic"}
 
-CASES: dict[str, tuple[type[BaseAlgorithm], Any, dict[str, Any]]] = {
-    "PPO": (stable_baselines3.PPO, TubeFeedEnv, {}),
-    "MaskablePPO": (sb3_contrib.MaskablePPO, TubeFeedEnv, {"catalogue": ["NSNS", "NNSS"]}),
-    "SAC": (stable_baselines3.SAC, TubeFeedEnv, {"actions": "box"}),
-    "TQC": (sb3_contrib.TQC, TubeFeedGoalEnv, {"actions": "box"}),
-}
-
-
-@pytest.fixture(params=CASES, scope="module")
-def trained(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory):
-    algorithm, env_class, options = CASES[request.param]
-    env = env_class(**QUASI, **options)
-    kind = "MultiInputPolicy" if env_class is TubeFeedGoalEnv else "MlpPolicy"
-    buffer: dict[str, Any] = {} if "PPO" in request.param else {"buffer_size": 10}
-    small: dict[str, Any] = {"policy_kwargs": {"net_arch": [8]}, "device": "cpu", "seed": 0}
-    path = tmp_path_factory.mktemp("policy") / f"{request.param}.safetensors"
-    policy_files.save(algorithm(kind, env, **small, **buffer), path)
-    return algorithm, env, path
-
-
-def test_a_policy_of_any_algorithm_is_loaded_and_plays(trained: Any) -> None:
-    algorithm, env, path = trained
-    policy = make_policy(str(path))
-    outcomes = [play(policy, env, TARGET, 0) for _ in range(2)]
-    assert outcomes[0] == outcomes[1]
-    if algorithm is sb3_contrib.MaskablePPO:
-        assert outcomes[0].choice is not None
-        assert set(outcomes[0].choice.sequence) <= {"NSNS", "NNSS"}
-
 
 def test_random_actions_lie_in_any_space() -> None:
     for kind in ("multidiscrete", "discrete", "box"):
         env = TubeFeedEnv(**QUASI, actions=kind)
         outcomes = [play(at_random, env, TARGET, seed) for seed in (1, 2, 1)]
-        assert outcomes[0] == outcomes[2]
+        assert outcomes[0] == outcomes[2] != outcomes[1]
 
 
 def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:

@@ -19,18 +19,17 @@ from tests.agents.training import tiny
 FLOOR = "MagFold/UnknownFloor-v0"
 
 
-def both(stepping: str, **shown: Any) -> tuple[Any, Any]:
+def both(**shown: Any) -> tuple[Any, Any]:
     """Return the same environments, of two chains, as they are and as networks are shown them."""
-    one, other = (tiny(own=each, stepping=stepping, envs=2) for each in ({}, shown))
+    one, other = (tiny(own=each, envs=2) for each in ({}, shown))
     return make_training_envs(one, 0), make_training_envs(other, 0)
 
 
-@pytest.mark.parametrize("stepping", ["native", "serial"])
 @pytest.mark.parametrize("blinded", [False, True])
 def test_the_last_observations_are_shown_and_the_first_stands_for_those_before(
-    stepping: str, blinded: bool
+    blinded: bool,
 ) -> None:
-    plain, shown = both(stepping, frames=3, blind=blinded)
+    plain, shown = both(frames=3, blind=blinded)
     layout = plain.get_attr("layout")[0]
     seen = plain.reset()
     frames = [[each] * 3 for each in seen]
@@ -56,7 +55,7 @@ def test_the_last_observations_are_shown_and_the_first_stands_for_those_before(
 
 
 def test_what_was_shown_belongs_to_the_state() -> None:
-    _, shown = both("native", frames=3)
+    _, shown = both(frames=3)
     shown.reset()
     actions = np.array([shown.action_space.sample() for _ in range(2)])
     shown.step(actions)
@@ -124,11 +123,6 @@ def test_a_policy_trained_blind_plays_blind(tmp_path: Path) -> None:
         (tiny("sac", True), {"learner.frames": 2}, "learner.frames: 2 is not allowed; must be 1"),
         (tiny("sac", True), {"learner.blind": True}, "learner.blind: True .* with hindsight"),
         (tiny(), {"learner.blind": True, "env.id": "MagFold/SequenceDesign-v0"}, "learner.blind"),
-        (
-            tiny(curriculum={"stages": [{"difficulty": 0.5}]}),
-            {"learner.blind": True},
-            "learner.blind: True is not allowed; must be false with a curriculum",
-        ),
     ],
 )
 def test_what_cannot_be_shown_is_refused(

@@ -1,13 +1,11 @@
 from pathlib import Path
 
-import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 from stable_baselines3 import PPO
 
 from agents.evaluate import evaluate
-from agents.evaluation.episodes import Method, make_env, play, warm_up
-from agents.evaluation.policies import at_random, designs, make_policy
+from agents.evaluation.episodes import Method, make_env, warm_up
 from agents.settings import TrainSettings
 from agents.training import policy_files
 from agents.training.run import train
@@ -62,29 +60,6 @@ def test_a_trained_policy_plays_the_same_in_any_number_of_processes(run: Path) -
     assert [(each.target, each.seed) for each in alone["own"][0]] == [
         (target, seed) for target in ("LRLLL", "RLRRR")
     ]
-
-
-def test_a_policy_for_other_spaces_is_refused(run: Path) -> None:
-    env = make_env(SETTINGS.env.model_copy(update={"speeds": 4}))
-    policy = make_policy(str(run / "policy.safetensors"))
-    with pytest.raises(ValueError, match=r"policy: its spaces .* are not the environment's"):
-        play(policy, env, "LRLLL", 0)
-
-
-def test_the_design_policy_feeds_the_design_at_its_speed() -> None:
-    env = make_env(SETTINGS.env)
-    outcome = play(designs, env, "LRLLL", 0)
-    baseline = env.baseline_of("LRLLL")
-    assert outcome.scene is not None
-    assert outcome.scene.sequence == baseline.sequence
-    assert baseline.speed is not None
-    np.testing.assert_allclose(outcome.scene.speeds, baseline.speed, rtol=0.05)
-
-
-def test_random_play_depends_on_the_seed_alone() -> None:
-    env = make_env(SETTINGS.env)
-    outcomes = [play(at_random, env, "LRLLL", seed) for seed in (1, 2, 1)]
-    assert outcomes[0] == outcomes[2] != outcomes[1]
 
 
 def test_an_interrupted_save_leaves_the_old_policy(

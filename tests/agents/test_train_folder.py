@@ -1,10 +1,7 @@
 """A run begins or goes on only where it belongs, and from what is whole."""
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 import typer
@@ -13,10 +10,10 @@ from typer.testing import CliRunner
 from agents.settings import SettingsError, TrainSettings, save_settings
 from agents.train import main
 from agents.training import policy_files
-from agents.training.folder import RunInfo, cut_events, event_sizes, file_digest, import_wandb
+from agents.training.folder import RunInfo, cut_events, event_sizes, file_digest
 from agents.training.run import BoundaryCallback, train
 from magfold_env.checkpoint import CheckpointError, alone_in
-from tests.agents.training import records, same_weights, tiny
+from tests.agents.training import same_weights, tiny
 
 pytestmark = pytest.mark.train
 
@@ -150,50 +147,3 @@ def test_events_are_cut_to_what_they_were(tmp_path: Path) -> None:
     assert old.read_bytes() == b"1234"
     assert not new.exists()
     assert (tmp_path / "other").exists()
-
-
-def test_weights_and_biases_is_named_where_it_is_missing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "wandb", None)
-    with pytest.raises(SettingsError, match="--wandb: needs the package wandb"):
-        import_wandb()
-    save_settings(tiny(), tmp_path / "run.yaml")
-    arguments = [str(tmp_path / "run.yaml"), "--wandb", "--output", str(tmp_path / "run")]
-    result = runner.invoke(app, arguments)
-    assert result.exit_code == 2
-    assert not (tmp_path / "run").exists()
-
-
-def test_weights_and_biases_gets_what_tensorboard_gets(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    class Run:
-        ended = False
-
-        def __init__(self) -> None:
-            self.logged: list[tuple[int, dict[str, float]]] = []
-
-        def log(self, numbers: dict[str, float], step: int) -> None:
-            self.logged.append((step, numbers))
-
-        def finish(self) -> None:
-            self.ended = True
-
-    run, given = Run(), {}
-
-    def init(**options: Any) -> Run:
-        given.update(options)
-        return run
-
-    monkeypatch.setitem(sys.modules, "wandb", SimpleNamespace(init=init))
-    train(tiny(timesteps=150), tmp_path, wandb=True)
-    info = RunInfo.read(tmp_path)
-    assert info is not None
-    assert info.wandb_id == given["id"]
-    assert given["config"]["learner"]["algorithm"] == "ppo"
-    assert run.ended
-    for name, series in records(tmp_path).items():
-        sent = [(step, numbers[name]) for step, numbers in run.logged if name in numbers]
-        assert [step for step, _ in sent] == [step for step, _ in series]
-        assert [value for _, value in sent] == pytest.approx([value for _, value in series])

@@ -9,16 +9,13 @@ import sys
 import time
 import zipfile
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 
 from agents.settings import SettingsError, TrainSettings, save_settings
-from agents.training.envs import Processes
 from agents.training.folder import RunInfo
 from agents.training.models import REST
 from agents.training.run import BoundaryCallback, train
@@ -65,21 +62,11 @@ SLOW = pytest.mark.slow
 RUNS = [
     pytest.param(tiny("ppo", envs=2), id="ppo"),
     pytest.param(tiny("ppo", own={"frames": 3, "blind": True}, envs=2), id="ppo, frames, blind"),
-    pytest.param(
-        tiny("sac", own={"frames": 3}, timesteps=200, stepping="serial"),
-        id="sac, frames, serial",
-        marks=SLOW,
-    ),
+    pytest.param(tiny("sac", own={"frames": 3}, timesteps=200), id="sac, frames", marks=SLOW),
     pytest.param(tiny("recurrent-ppo", envs=2), id="recurrent-ppo"),
     pytest.param(tiny("recurrent-ppo", **PRETRAINED), id="recurrent-ppo in two phases", marks=SLOW),
     pytest.param(tiny("tqc", True, **PRETRAINED), id="tqc with hindsight in two phases"),
     pytest.param(tiny("ppo", **PRETRAINED), id="ppo in two phases", marks=SLOW),
-    pytest.param(
-        tiny("ppo", curriculum={"stages": [{"difficulty": 0.5}], "threshold": 0.01}),
-        id="ppo with a curriculum",
-        marks=SLOW,
-    ),
-    pytest.param(tiny("ppo", envs=2, stepping="serial"), id="ppo, serial", marks=SLOW),
     pytest.param(tiny("maskable-ppo"), id="maskable-ppo", marks=SLOW),
     pytest.param(tiny("sac", timesteps=200), id="sac", marks=SLOW),
     pytest.param(tiny("tqc", timesteps=200), id="tqc", marks=SLOW),
@@ -104,16 +91,6 @@ def test_a_killed_run_goes_on_bit_for_bit(settings: TrainSettings, tmp_path: Pat
     assert info is not None
     assert info.finished
     assert info.resumed_at == sorted(info.resumed_at) != []
-
-
-@pytest.mark.medium
-def test_how_environments_are_stepped_changes_nothing(tmp_path: Path) -> None:
-    for stepping in ("native", "serial"):
-        train(tiny("ppo", stepping=stepping), tmp_path / stepping)
-    assert same_weights(
-        tmp_path / "native" / "policy.safetensors", tmp_path / "serial" / "policy.safetensors"
-    )
-    assert records(tmp_path / "native") == records(tmp_path / "serial")
 
 
 @pytest.mark.medium
@@ -194,19 +171,6 @@ def test_a_run_that_a_full_disk_broke_off_goes_on(tmp_path: Path) -> None:
     assert records(tmp_path / "whole") == records(broken)
 
 
-@pytest.mark.medium
-def test_environments_leave_ctrl_c_to_the_run_and_end_amid_a_step() -> None:
-    make = partial(gymnasium.make, "Pendulum-v1")
-    envs = Processes([make, make])
-    envs.reset()
-    for process in envs.processes:
-        os.kill(process.pid, signal.SIGINT)
-    envs.step_async(np.zeros((2, 1)))
-    envs.remotes[0].recv()  # that of the other has not come when the run is broken off
-    envs.close()
-    assert not any(process.is_alive() for process in envs.processes)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("sent", "code"), [(signal.SIGKILL, -signal.SIGKILL), (signal.SIGINT, 130)]
@@ -214,8 +178,7 @@ def test_environments_leave_ctrl_c_to_the_run_and_end_amid_a_step() -> None:
 def test_a_signal_at_any_moment_changes_nothing(
     sent: signal.Signals, code: int, tmp_path: Path
 ) -> None:
-    # With processes of their own for the environments, which get it too.
-    settings = tiny("ppo", envs=2, stepping="processes", timesteps=6_000, checkpoint_every=200)
+    settings = tiny("ppo", envs=2, timesteps=6_000, checkpoint_every=200)
     train(settings, tmp_path / "whole")
     save_settings(settings, tmp_path / "run.yaml")
     broken = tmp_path / "broken"
