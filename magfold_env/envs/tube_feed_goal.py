@@ -22,10 +22,10 @@ GoalObservation = dict[str, NDArray[np.float32]]
 
 
 class GoalEpisodes(FoldEpisodes):
-    """Episodes whose goals lie apart from their observations, and whose every step is judged."""
+    """Episodes with goals separate from the observations, and with a reward in every step."""
 
     def allocate(self) -> None:
-        """Make the arrays that episodes keep."""
+        """Allocate the arrays of the episodes."""
         super().allocate()
         self._layout = replace(self.world.layout, words=())
 
@@ -36,7 +36,7 @@ class GoalEpisodes(FoldEpisodes):
         return {"observation": seen, "achieved_goal": achieved, "desired_goal": wanted}
 
     def _goals(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return what is achieved and what is wanted, (m, n) each."""
+        """Return the achieved and the desired goals, (m, n) each."""
         status = self.arrays.status
         achieved = achieved_goals(self.arrays.angles, (status == FOLDED) | (status == MISFOLDED))
         wanted = np.ones_like(achieved)
@@ -49,12 +49,12 @@ class GoalEpisodes(FoldEpisodes):
         return np.asarray(compute_reward(achieved[rows], wanted[rows], self.world.match))
 
     def end_rewards(self, ends: Columns) -> Floats:
-        """Return 0: the end is worth nothing besides."""
+        """Return 0: the end has no additional reward."""
         return np.zeros(len(ends["score"]))
 
 
 class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
-    """`magfold_env.envs.tube_feed.TubeFeedEnv` with the goal apart from the observation.
+    """`magfold_env.envs.tube_feed.TubeFeedEnv` with the goal separate from the observation.
 
     **Action**, horizon and info are the same.
 
@@ -88,7 +88,7 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
 
     @property
     def layout(self) -> ObservationLayout:
-        """Where each group of entries lies in ``observation``."""
+        """The slice of each group of entries in ``observation``."""
         return replace(self.task.layout, words=())
 
     def _space(self) -> spaces.Dict:
@@ -104,18 +104,18 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
     def compute_reward(
         self, achieved_goal: NDArray[Any], desired_goal: NDArray[Any], info: object
     ) -> NDArray[np.float64] | float:
-        """Return the reward of having `achieved_goal` where `desired_goal` was wanted.
+        """Return the reward for `achieved_goal` given `desired_goal`.
 
-        It is 0 if every joint is within 0.05 rad of the one wanted, or, with ``match="outline"``,
-        both lie within 0.05 rad of fully folded words with one outline, and if the chain has
-        settled where it is wanted to. Otherwise it is −1.
+        It is 0 if every joint is within 0.05 rad of the desired angle and the chain has settled
+        where the goal requires it. With ``match="outline"``, both goals must instead be within 0.05
+        rad of fully folded words with the same outline. Otherwise the reward is −1.
 
         Parameters
         ----------
         achieved_goal, desired_goal : array, shape (n,) or (m, n)
             One goal, or a batch of them.
         info : object
-            Not looked at.
+            Ignored.
 
         Returns
         -------
@@ -126,7 +126,7 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
 
 
 class TubeFeedGoalVectorEnv(FoldVectorEnv[GoalObservation]):
-    """Many of `TubeFeedGoalEnv`."""
+    """The vector form of `TubeFeedGoalEnv`."""
 
     single = TubeFeedGoalEnv
 
@@ -140,7 +140,7 @@ class TubeFeedGoalVectorEnv(FoldVectorEnv[GoalObservation]):
 def compute_reward(
     achieved_goal: NDArray[Any], desired_goal: NDArray[Any], match: Match
 ) -> NDArray[np.float64] | float:
-    """Return `TubeFeedGoalEnv.compute_reward` for goals that are met as `match` says."""
+    """Return `TubeFeedGoalEnv.compute_reward` for goals that `match` compares."""
     achieved, desired = np.asarray(achieved_goal), np.asarray(desired_goal)
     apart = np.abs(achieved[..., :-1] - desired[..., :-1])
     alike = (apart <= SUCCESS_TOLERANCE).all(axis=-1)
@@ -157,7 +157,7 @@ def compute_reward(
 
 
 def achieved_goals(angles: NDArray[np.float64], settled: Any) -> NDArray[np.float32]:
-    """Return what chains achieve: their joint angles, from −π to π, and 1 if they have settled.
+    """Return the achieved goals: joint angles from −π to π, then 1 for a settled chain.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""The best constant speed of a chain that is given: b where nothing but the speed is free.
+"""The best constant speed of a given chain: the baseline b where only the speed is free.
 
-Of `SPEEDS` the one that scores best on the draws of the stream ``selection`` is taken, the slowest
-of equally good ones, and b is its mean score on those of the stream ``scoring``. Neither are draws
-that results are reported on, nor such that anything is trained on.
+The baseline takes the speed of `SPEEDS` that scores best on the draws of the stream ``selection``,
+and the slowest of equally good ones. b is its mean score on the draws of the stream ``scoring``.
+Neither reported results nor training use these draws.
 """
 
 from abc import abstractmethod
@@ -21,13 +21,13 @@ from magfold_env.envs.tasks.feed_tasks import TaskWorld
 from magfold_env.envs.tasks.reward import RewardRule
 
 SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, 13), 12).tolist())
-"""The speeds that are tried [m/s]."""
+"""Candidate speeds [m/s]."""
 
 SELECTION_DRAWS = 64
 SCORING_DRAWS = 128
 
 Plan = Callable[[Any, Ints], Any]
-"""Chooses what some rows of episodes do in the next step, as `World.actions` reads it."""
+"""Returns the next actions of some rows of episodes, in the form that `World.actions` returns."""
 
 
 class TaskStore(Store):
@@ -36,11 +36,11 @@ class TaskStore(Store):
     Parameters
     ----------
     make_episodes : callable
-        Makes so many episodes of the world.
+        Makes a given number of episodes of the world.
     world : TaskWorld
-        What they share; tasks are told apart by name.
+        What the episodes share; task names are unique.
     protocol : sequence
-        What else they depend on.
+        What else the baselines depend on.
     """
 
     def __init__(
@@ -48,21 +48,21 @@ class TaskStore(Store):
     ) -> None:
         super().__init__(baseline_key(world.scene, world.match, protocol))
         self._make, self._world = make_episodes, copy(world)
-        self._world.rule = RewardRule("score")  # or trials would ask for what they find
+        self._world.rule = RewardRule("score")  # trials need no baselines
         self.names = [task.name for task in world.tasks]
-        """What the tasks are kept under."""
+        """Cache keys of the tasks."""
 
     def plan(self, numbers: Sequence[int]) -> Plan:
-        """Return what plays the schedules that set the baselines of tasks, each in its own row."""
+        """Return a player of the schedules that set the tasks' baselines, one row per task."""
         found = {number: self.get(self.names[number]) for number in set(numbers)}
         return self._plan([(number, found[number]) for number in numbers])
 
     @abstractmethod
     def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
-        """Return what plays the schedules of tasks, by number, that set baselines."""
+        """Return a player of the schedules that set the baselines of tasks, given by number."""
 
     def _trial(self, number: int, plan: Plan, stream: str, draws: int) -> dict[str, Any]:
-        """Return all infos of episodes of a task, played by a plan on draws of a stream."""
+        """Play a plan for a task on the draws of a stream; return the infos of all episodes."""
         episodes = self._make(self._world, draws)
         seeds = episode_seeds(stream, draws)
         ends = episodes.play(seeds, [number] * draws, partial(plan, episodes))
@@ -70,7 +70,7 @@ class TaskStore(Store):
 
 
 class ConstantSpeedStore(TaskStore):
-    """The baselines that constant speeds set; arguments are those of `TaskStore`."""
+    """Baselines set by constant speeds; the arguments are those of `TaskStore`."""
 
     def __init__(
         self, make_episodes: Callable[..., Any], world: TaskWorld, protocol: Sequence[Any]
@@ -79,7 +79,7 @@ class ConstantSpeedStore(TaskStore):
         super().__init__(make_episodes, world, protocol)
 
     def compute(self, name: str) -> Baseline:
-        """Return the baseline of a task, computed anew."""
+        """Compute the baseline of a task."""
         number = self.names.index(name)
         means = [
             self._trial(number, _always(speed), "selection", SELECTION_DRAWS)["score"].mean()

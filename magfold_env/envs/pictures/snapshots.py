@@ -1,4 +1,4 @@
-"""What a picture of an episode shows: the chain, its energies, and what the minimiser predicts."""
+"""The content of a picture: the chain, its energies and the prediction of the minimiser."""
 
 import math
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ class Forecast:
     Attributes
     ----------
     word : str
-        As far as components are fed; straight from there on.
+        The fold word so far, with the joints of unfed components straight.
     energy : float
-        Magnetic energy of those components [J].
+        Magnetic energy of the fed components [J].
     target_energy : float
-        The same if they lay as the target wants them.
+        Their energy in the shape of the target.
     is_stuck : bool
         Whether every letter of a joint overlaps.
     """
@@ -36,16 +36,16 @@ class Forecast:
 
 
 def forecast(rules: LatticeFeed, arrays: ChainArrays, row: int, target: str) -> Forecast:
-    """Return what `rules` make of the components of a chain that are fed so far.
+    """Return the prediction of `rules` for the components of a chain fed so far.
 
     Parameters
     ----------
     rules : LatticeFeed
-        Those of the scene.
+        The rules of the scene.
     arrays : ChainArrays
         The chains.
     row : int
-        Which of them.
+        Index of the chain.
     target : str
         The wanted fold word.
     """
@@ -64,8 +64,8 @@ def forecast(rules: LatticeFeed, arrays: ChainArrays, row: int, target: str) -> 
 def forecast_of(episodes: Episodes[Any], row: int) -> Forecast | None:
     """Return the forecast of an episode's chain.
 
-    None where there is none: before a component has magnets, in an external field, and where
-    energy minimisation itself decides what happens.
+    None if there is no forecast: before a component has magnets, in an external field, and with
+    ``fidelity="quasistatic"``.
     """
     world = episodes.world
     if episodes.arrays.fed[row] == 0 or world.in_field or world.fidelity == "quasistatic":
@@ -74,7 +74,7 @@ def forecast_of(episodes: Episodes[Any], row: int) -> Forecast | None:
 
 
 def snapshot_of(episodes: Episodes[Any], row: int) -> "Snapshot":
-    """Return what a picture of an episode shows."""
+    """Return the content of a picture of an episode."""
     from magfold_env.render.snapshot import Snapshot  # noqa: PLC0415 - needs the extra
 
     one, arrays = episodes.rows[row : row + 1], episodes.arrays
@@ -108,7 +108,7 @@ def snapshot_of(episodes: Episodes[Any], row: int) -> "Snapshot":
 
 
 def energy_lines(energy: float, found: Forecast | None) -> Lines:
-    """Return what is to be read of energies [J]: the chain's, and what is predicted and wanted."""
+    """Return the energies [J] as text: the chain's, the predicted one and the target's."""
     lines = [("energy", or_dash(energy, "mJ"))]
     if found is not None:
         stuck = ", stuck" if found.is_stuck else ""
@@ -118,5 +118,5 @@ def energy_lines(energy: float, found: Forecast | None) -> Lines:
 
 
 def or_dash(value: float, unit: str) -> str:
-    """Return a value in thousandths of its SI unit; a dash for no number."""
+    """Return a value in thousandths of its SI unit, or a dash for NaN."""
     return f"{1e3 * value:.2f} {unit}" if math.isfinite(value) else "–"

@@ -1,4 +1,4 @@
-"""What users give to environments, checked."""
+"""Checks of the arguments of environments."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -55,7 +55,7 @@ def share_of(key: str, value: float) -> float:
 
 
 def refuse_unknown(options: Mapping[str, Any], known: type) -> None:
-    """Refuse options that the typed dictionary `known` does not have.
+    """Refuse options that the typed dictionary `known` does not contain.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def check_count(num_envs: int, render_mode: str | None) -> None:
 
 
 def threads_of(threads: int | None) -> int:
-    """Return how many threads to use; None stands for as many as the process may use cores.
+    """Return the number of threads to use; None means one per core that the process may use.
 
     Raises
     ------
@@ -116,12 +116,12 @@ def threads_of(threads: int | None) -> int:
 
 
 def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:
-    """Return a seed for each environment: one number is the first's, and the others follow on.
+    """Return a seed for each environment; a single number seeds the first, and the rest count up.
 
     Raises
     ------
     ValueError
-        If there are not as many as environments.
+        If the number of seeds is not the number of environments.
     """
     if seed is None:
         return [None] * count
@@ -136,12 +136,12 @@ def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | 
 
 
 def mask_of(options: Mapping[str, Any], count: int) -> NDArray[np.bool_]:
-    """Return which environments `reset` is to reset.
+    """Return the mask of the environments that `reset` resets.
 
     Raises
     ------
     ValueError
-        If the mask says of too few or too many, or of none.
+        If the mask has the wrong length or selects no environment.
     TypeError
         If it is not an array of bool.
     """
@@ -162,18 +162,18 @@ def mask_of(options: Mapping[str, Any], count: int) -> NDArray[np.bool_]:
 def given_for_each(
     options: Mapping[str, Any], keys: Sequence[str], count: int, kind: type
 ) -> list[Any] | None:
-    """Return what the options of `reset` want of each environment; None where it is to draw.
+    """Return the value that the options of `reset` set for each environment; None to draw it.
 
     Parameters
     ----------
     options : mapping
-        Those of `reset`.
+        The options of `reset`.
     keys : sequence of str
-        What they may be; the first is meant.
+        The allowed options; the first one is read.
     count : int
         Number of environments.
     kind : type
-        Of a single value, which counts for all; else there must be one for each.
+        Type of a single value, which applies to all; otherwise there must be one per environment.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Chains, or components, that are given, and the folds that are to come about."""
+"""Tasks with a given chain or given components, and the folds to reach."""
 
 import math
 from abc import abstractmethod
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Task(Part):
-    """How a chain is fed, and the fold to reach."""
+    """The direction of feed and the fold to reach."""
 
     direction: Literal["forward", "backward"]
     """Direction of feed."""
@@ -44,13 +44,13 @@ class Task(Part):
         return len(self.target) + 1
 
     def as_fed(self, chain: Any) -> Any:
-        """Return what is given by component, 1 first, in the order of feed; or back again."""
+        """Convert an array from component order to the order of feed, or back."""
         return chain if self.direction == "forward" else chain[::-1]
 
     @property
     @abstractmethod
     def parts(self) -> tuple[str, ...]:
-        """The components that there are."""
+        """The available components."""
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -59,17 +59,17 @@ class Task(Part):
 
     @property
     def aim(self) -> str:
-        """What is to be reached, in a word."""
+        """The goal as one string."""
         return "-".join(self.words)
 
     @property
     def name(self) -> str:
-        """What its baseline is kept under."""
+        """Cache key of the baseline."""
         return chain_name(self.parts, self.direction, self.aim)
 
 
 class FeedTask(Task):
-    """The same, of a chain that is given."""
+    """A task with a given chain."""
 
     sequence: tuple[Component, ...]
     """The components, component 1 first."""
@@ -81,12 +81,12 @@ class FeedTask(Task):
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """The components that there are."""
+        """The available components."""
         return self.sequence
 
 
 class RefoldTask(FeedTask):
-    """The same, with two folds to reach."""
+    """A task with a given chain and two folds to reach."""
 
     first: str
     """Word to reach before the target."""
@@ -105,14 +105,14 @@ def task_list_names() -> list[str]:
 def read_tasks(
     tasks: str | Path | Sequence[Task | Mapping[str, Any]], kind: type[Task] = FeedTask
 ) -> tuple[Any, ...]:
-    """Return the tasks of a shipped list, the easiest first, of a YAML file, or those given.
+    """Return the given tasks, or those of a shipped list (the easiest first) or of a YAML file.
 
     Raises
     ------
     ValueError
         If there is no such list or file, it is empty, or its chains have different lengths.
     SceneError
-        If a file is no list of tasks, or a task is not valid; one line per problem.
+        If a file is not a list of tasks, or a task is not valid; one line per problem.
     """
     if not isinstance(tasks, (str, Path)):
         return _checked(tasks, kind)
@@ -129,7 +129,7 @@ def read_tasks(
 
 
 def _checked(tasks: Sequence[Task | Mapping[str, Any]], kind: type[Task]) -> tuple[Any, ...]:
-    """Return tasks as models; refuse what are none, and chains of different lengths."""
+    """Return tasks as models; refuse invalid tasks and chains of different lengths."""
     if not (isinstance(tasks, (list, tuple)) and all(map(_is_task, tasks))):
         raise _no_tasks(tasks)
     found = tuple(each if isinstance(each, kind) else kind(**dict(each)) for each in tasks)
@@ -159,7 +159,7 @@ def _is_task(value: object) -> bool:
 
 
 class FeedOptions(TypedDict, total=False):
-    """Options where tasks are given; every one may be left out."""
+    """Options of environments with given tasks; all are optional."""
 
     tasks: str | Path | Sequence[Task | Mapping[str, Any]]
     """Name of a shipped list of tasks, path of a YAML file, or the tasks themselves; by default the
@@ -181,7 +181,7 @@ class FeedOptions(TypedDict, total=False):
     actions: ActionKind
     """How actions are written. ``box`` (default): a number from −1 to 1. ``discrete``: the number
     of a speed level. ``multidiscrete``: that in a list. With a tray ``multidiscrete`` (default):
-    component, way to lie, speed level and way to go; or ``discrete``: these as one number."""
+    component, orientation, speed level and kind of step; or ``discrete``: these as one number."""
     reward: RewardKind
     """``score`` (default), ``relative`` or ``sparse``; see `magfold_env.envs.tasks.reward`."""
     shaping: bool | Shaping
@@ -191,13 +191,12 @@ class FeedOptions(TypedDict, total=False):
 
 
 class TaskWorld(World):
-    """Tasks and the world they are set in.
+    """Tasks and their world.
 
     Parameters
     ----------
     episodes : type
-        The class of the episodes: it says what a task is, how actions are written and what is
-        observed.
+        The class of the episodes: it defines the type of a task, the actions and the observations.
     scene : str, Path or Scene
         A tube scene; sequence, direction and speeds come from the tasks and the agent.
     **options
@@ -206,7 +205,7 @@ class TaskWorld(World):
     Raises
     ------
     ValueError
-        For any option that is not allowed; the message names it and what is.
+        If an option is not allowed; the message names it and the allowed values.
     """
 
     option = ("task", int)
@@ -237,18 +236,18 @@ class TaskWorld(World):
         self.templates: tuple[Scene, ...] = tuple(
             self.scene.replace(feed={"direction": direction}) for direction in directions
         )
-        """What episodes are drawn from: a scene for each direction of feed."""
+        """The templates of episodes: a scene for each direction of feed."""
         self.kinds: tuple[int, ...] = tuple(
             list(directions).index(task.direction) for task in self.tasks
         )
-        """Which of the templates each task has."""
+        """Index of the template of each task."""
         # No functools.cache: environments are pickled.
         self._lattices: dict[int, LatticeFeed] = {}
         self.actions, self.layout = episodes.spaces(self, options)
 
     @cached_property
     def patterns(self) -> NDArray[np.int64]:
-        """Numbers of the patterns of the components that there are, (tasks, parts)."""
+        """Pattern numbers of the available components, (tasks, parts)."""
         return np.array([[PATTERNS.index(faces) for faces in task.parts] for task in self.tasks])
 
     def number_of(self, value: int) -> int:
@@ -260,7 +259,7 @@ class TaskWorld(World):
         return int(value)
 
     def lattice_of(self, number: int) -> LatticeFeed:
-        """Return what energy minimisation needs to know of the chain of a task."""
+        """Return the rules by which energy minimisation folds the chain of a task."""
         kind = self.kinds[number]
         if kind not in self._lattices:
             self._lattices[kind] = LatticeFeed(self.templates[kind])
