@@ -1,4 +1,4 @@
-"""`magfold ensemble`: release a chain many times, and show and write what came of it."""
+"""`magfold ensemble`: release a chain many times, and show and write the results."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -53,7 +53,7 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
 
 
 def check_pictures(out: Path | None, png: Path | None) -> None:
-    """Fail before the long work if pictures or files are wanted that cannot be written."""
+    """Fail before the long work if a requested picture or file cannot be written."""
     options.check_outputs({"--png": png})
     options.check_folder("--out", out)
     if out is not None or png is not None:
@@ -68,16 +68,16 @@ def changed_scene(
     friction: float | None = None,
     spreads: Sequence[str] = (),
 ) -> Scene:
-    """Return the scene that the options of `ensemble` ask for; None leaves it as it is.
+    """Return the scene with the changes that the options request; None changes nothing.
 
-    A spread of ``start_angles`` also takes back given start angles.
+    A spread of ``start_angles`` also removes given start angles.
 
     Raises
     ------
     SceneError
         If an option is not allowed.
     ValueError
-        If there is a speed and no tube.
+        If a speed is given and there is no tube.
     """
     if mode is not None:
         scene = releases.release(scene, cast("Any", mode))
@@ -93,7 +93,7 @@ def changed_scene(
 
 
 def show(made: releases.Ensemble) -> None:
-    """Print the probabilities, and which searches of the minimiser name each word."""
+    """Print the probabilities and the searches of the minimiser that predict each word."""
     named: dict[str, list[str]] = {}
     for search, word in releases.predictions(made.scene).items():
         named.setdefault(word, []).append(search.removesuffix(" search"))
@@ -114,7 +114,7 @@ def show(made: releases.Ensemble) -> None:
 
 
 def write(made: releases.Ensemble, out: Path | None, png: Path | None) -> list[Path]:
-    """Write the files that are wanted and return their paths."""
+    """Write the requested files and return their paths."""
     written: list[Path] = []
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
@@ -131,7 +131,7 @@ def write(made: releases.Ensemble, out: Path | None, png: Path | None) -> list[P
 
 
 def cells(found: Share) -> tuple[str, str, str]:
-    """Return how often, the share and its interval, as tables show them."""
+    """Return the count, the share and its interval as table cells."""
     return str(found.successes), f"{found.rate:.1%}", f"{found.low:.1%} to {found.high:.1%}"
 
 

@@ -1,4 +1,4 @@
-"""`magfold hold`: what a fold withstands before its joints open, or a pull takes it apart."""
+"""`magfold hold`: the loads that a fold withstands before it opens or a pull takes it apart."""
 
 from pathlib import Path
 from typing import Annotated
@@ -63,12 +63,12 @@ def hold(  # noqa: PLR0913 - one parameter an option
 
 
 def read_fold(name: str, changes: tuple[object, ...]) -> Fold | None:
-    """Return the fold in a JSON file, None if the name is not one.
+    """Return the fold in a JSON file, or None if the name is not that of a JSON file.
 
     Raises
     ------
     SceneError
-        If its scene is to be changed.
+        If options change its scene.
     """
     path = Path(name)
     if path.suffix.lower() != ".json":
@@ -80,7 +80,7 @@ def read_fold(name: str, changes: tuple[object, ...]) -> Fold | None:
 
 
 def show(found: limit_loads.Holding) -> None:
-    """Print the moments joint by joint, and the pull by its direction."""
+    """Print the moments by joint and the pull by direction."""
     columns = {"joint": True, "letter": False, "left, mN·m": True, "right, mN·m": True}
     joints = options.table(
         f"Moments that open the joints of {found.fold.word or '(one component)'}",
