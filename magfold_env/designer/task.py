@@ -56,8 +56,7 @@ class Task:
 
     @property
     def enough(self) -> float:
-        """Share of successes that ends the search, above the goal: selected choices do worse
-        later."""
+        """Share of successes that ends the search; selected choices do worse later."""
         return 0.5 * (1.0 + self.goal)
 
     @property

@@ -1,6 +1,6 @@
 """Local descent of the energy over continuous joint angles: `descend`.
 
-Casings that overlap are pushed apart by springs, whose energy counts as the magnets' does.
+Springs push overlapping casings apart; their energy counts like the magnets'.
 """
 
 from dataclasses import dataclass
@@ -19,14 +19,15 @@ from magfold_env.simulation.pack import charges, pack_magnets
 from magfold_env.simulation.simulate import checked
 
 STIFFNESS: Final = 2e4
-"""Of the springs between casings, in the energy unit over side²: overlaps stay below 1e-3 side."""
+"""Stiffness of the springs between casings in energy units per side²: overlaps stay below 1e-3
+side."""
 TOLERANCE: Final = 1e-6
-"""Torques on free joints up to this part of the energy unit are none."""
+"""Torques on free joints below this part of the energy unit count as zero."""
 APART = 4
-"""Components nearer along the chain cannot overlap while the stops between them hold."""
+"""Components closer along the chain cannot overlap while the stops between them hold."""
 
 _LONGEST_STEP = 0.1  # of a joint [rad]
-_SHORTEST_SHARE = 1e-12  # of a step, when it is shortened
+_SHORTEST_SHARE = 1e-12  # factor by which a step is shortened
 _SUFFICIENT = 1e-4  # share of the slope that a step must realise
 _DIFFERENCE = 1e-6  # of a joint, for second derivatives [rad]
 _FLATTEST = 1e-6  # least curvature that a step trusts, relative to the largest
@@ -39,39 +40,39 @@ class Descent:
     """The result of `descend`."""
 
     angles: Array
-    """Headings [rad], component 1's as it was given, shape (n,)."""
+    """Headings [rad], shape (n,); that of component 1 is unchanged."""
     word: str
     """The nearest letters."""
     energy: float
     """`mf.energy` at the angles [J]."""
     torques: Array
-    """The magnets' on the joints, -∂U/∂θ [N·m], shape (n-1,); where the chain rests they are nil,
-    or held by a stop or by casings that touch."""
+    """Torques of the magnets on the joints, -∂U/∂θ [N·m], shape (n-1,); in a chain at rest they are
+    zero or balanced by stops or touching casings."""
     overlap: float
-    """How deep the casings overlap that press on each other most [m]."""
+    """Largest overlap of casings that press on each other [m]."""
     steps: int
     """Number of steps taken."""
     converged: bool
-    """Whether no free joint is turned any more."""
+    """Whether no torque turns a free joint any more."""
 
 
 def descend(scene: Scene, angles: ArrayLike, *, max_steps: int = 500) -> Descent:
-    """Follow the magnets' energy downhill from any state to a local minimum.
+    """Follow the magnetic energy downhill from any state to a local minimum.
 
-    Joints stay within their stops. Casings four or more apart that overlap are pushed apart by a
-    stiff spring, so that where they are pressed together they keep a small overlap, which is
-    reported; a state that begins with overlapping casings is first freed of it. Without `contact`
-    in the scene there are neither stops nor springs. There is no inertia and no friction. A state
-    in which no joint is turned stays, even on a ridge.
+    Joints stay within their stops. Stiff springs push apart overlapping casings that are four or
+    more places apart. Casings that are pressed together therefore keep a small overlap, which the
+    result reports; overlaps of the initial state are removed first. Without `contact` in the scene
+    there are neither stops nor springs. There is no inertia and no friction. A state in which no
+    torque turns a joint does not change, even on a ridge.
 
     Parameters
     ----------
     scene
         Its sequence, casing, magnets and contact count.
     angles : (n,) array
-        Headings to start from [rad]; joints beyond their stops are set back to them.
+        Initial headings [rad]; joints beyond their stops are set to them.
     max_steps
-        Steps after which to give up.
+        Largest number of steps.
 
     Raises
     ------
@@ -82,9 +83,9 @@ def descend(scene: Scene, angles: ArrayLike, *, max_steps: int = 500) -> Descent
 
     Notes
     -----
-    Projected Newton steps (Bertsekas, SIAM J. Control Optim. 20, 1982) with second derivatives
-    from differences of the torques, of which the magnitudes of the curvatures are taken: on a
-    ridge a step goes down, too.
+    The method takes projected Newton steps (Bertsekas, SIAM J. Control Optim. 20, 1982). Second
+    derivatives are differences of the torques, and curvatures enter by their magnitudes, so that a
+    step also goes down from a ridge.
     """
     start = checked("angles", angles, scene)
     errors.refuse(errors.unless_whole("max_steps", max_steps, 1))
@@ -121,7 +122,7 @@ def descend(scene: Scene, angles: ArrayLike, *, max_steps: int = 500) -> Descent
 
 
 class _Potential:
-    """The energy of a chain by its joint angles, springs between casings included."""
+    """The energy of a chain by its joint angles, including the springs between casings."""
 
     def __init__(self, scene: Scene, first: float) -> None:
         pinned = scene.alone()
@@ -137,14 +138,14 @@ class _Potential:
     ) -> tuple[float, Array]:
         """Return the energy [J] and the torques on the joints (n-1,) [N·m].
 
-        The torques alone, without the magnets' energy, take half the time.
+        The torques without the magnetic energy take half the time.
         """
         headings, places = self.place(joints)
         energy, force, moment = self._magnetic(headings, places, with_energy=with_energy)
         if springs and self._scene.contact:
             found = overlaps(places, headings, self._scene.casing.side)
             energy += push(found, self._stiffness, force, moment)
-        # Moments about each hinge of what acts on the components behind it.
+        # Moments about each hinge of the forces on the components behind it.
         half = 0.5 * self._scene.casing.diagonal
         hinges = places - half * np.stack([np.cos(headings), np.sin(headings)], axis=1)
         beyond = np.cumsum(force[::-1], axis=0)[::-1]
@@ -180,8 +181,9 @@ class _Potential:
 def _step(potential: _Potential, joints: Array, torques: Array, limit: float) -> Array:
     """Return a step downhill (n-1,) [rad].
 
-    Joints that are driven towards a stop nearby go there; the others' step leads to the minimum of
-    a quadratic form. If all took the latter, to cut some short at their stops could turn it uphill.
+    Joints that are driven towards a nearby stop move to it; the step of the others leads to the
+    minimum of a quadratic form. If all joints took the latter step, cutting it short at stops could
+    make it lead uphill.
     """
     room = np.where(torques > 0.0, limit - joints, -limit - joints)
     stopping = np.abs(room) < _LONGEST_STEP
@@ -195,7 +197,7 @@ def _step(potential: _Potential, joints: Array, torques: Array, limit: float) ->
 def _newton_step(
     potential: _Potential, joints: Array, torques: Array, free: NDArray[np.intp]
 ) -> Array:
-    """Return the free joints' step to the minimum of the quadratic form they make [rad]."""
+    """Return the step of the free joints to the minimum of their quadratic form [rad]."""
     curvature = np.empty((free.size, free.size))
     for k, joint in enumerate(free):
         moved = joints.copy()
@@ -212,7 +214,7 @@ def _newton_step(
 def _line_search(
     potential: _Potential, joints: Array, energy: float, torques: Array, step: Array, limit: float
 ) -> tuple[Array, float, Array] | None:
-    """Shorten a step until the energy falls enough; None if it does not fall."""
+    """Shorten a step until the energy falls enough; return None if it never falls."""
     share = 1.0
     while share > _SHORTEST_SHARE:
         moved = np.clip(joints + share * step, -limit, limit)
@@ -231,20 +233,20 @@ class Overlap(NamedTuple):
     second: int
     """The casing with the corner."""
     depth: float
-    """How far the corner lies behind the face [m]."""
+    """Depth of the corner behind the face [m]."""
     normal: Array
-    """Of the face, towards the second casing, shape (2,)."""
+    """Normal of the face towards the second casing, shape (2,)."""
     corner: Array
-    """Where it is [m], shape (2,)."""
+    """Place of the corner [m], shape (2,)."""
 
 
 def overlaps(centres: Array, headings: Array, side: float) -> list[Overlap]:
-    """Return which corners have passed which faces where casings overlap.
+    """Return the corners of overlapping casings that have passed a face.
 
-    Two squares are apart if a face of one of them separates them. Else the face that comes nearest
-    to it is the one to push at, and all corners behind it are to be pushed: squares that lie flush
-    press on each other with two. ``centres`` (n, 2) and ``side`` are in metres,
-    ``headings`` (n,) in radians.
+    Two squares are apart if a face of one of them separates them. Otherwise the face that comes
+    closest to separating them is pushed, together with all corners behind it: flush squares press
+    on each other with two corners. ``centres`` (n, 2) and ``side`` are in metres, ``headings`` (n,)
+    in radians.
     """
     found: list[Overlap] = []
     distance = np.hypot(*(centres[:, None] - centres[None, :]).transpose(2, 0, 1))
@@ -261,8 +263,8 @@ def overlaps(centres: Array, headings: Array, side: float) -> list[Overlap]:
 def push(found: list[Overlap], stiffness: float, force: Array, moment: Array) -> float:
     """Add the forces (n, 2) [N] that push overlapping casings apart, and their moments (n,) [N·m].
 
-    ``stiffness`` is the force by depth [N/m]; moments are about the origin. Returns the energy
-    whose gradient they are, half of stiffness times depth² for each corner found [J].
+    ``stiffness`` is the force by depth [N/m]; moments are about the origin. Returns the
+    corresponding energy, half of stiffness times depth² for each corner [J].
     """
     for first, second, depth, normal, corner in found:
         strength = stiffness * depth * normal
@@ -275,7 +277,7 @@ def push(found: list[Overlap], stiffness: float, force: Array, moment: Array) ->
 
 
 def _behind_face(a: int, b: int, centres: Array, headings: Array, half: float) -> list[Overlap]:
-    """Return how far b's corners lie behind the face of a that comes nearest to separating them."""
+    """Return the depths of b's corners behind the face of a that nearly separates them."""
     axes, others = _axes(headings[a]), _axes(headings[b])
     gap = axes @ (centres[b] - centres[a])
     k = int(np.argmin(half * np.abs(axes @ others.T).sum(axis=1) - np.abs(gap)))
@@ -289,6 +291,6 @@ def _behind_face(a: int, b: int, centres: Array, headings: Array, half: float) -
 
 
 def _axes(heading: float) -> Array:
-    """Return two normals of a casing's faces, one a row."""
+    """Return two normals of a casing's faces, one per row."""
     cos, sin = np.cos(heading + 0.25 * np.pi), np.sin(heading + 0.25 * np.pi)
     return np.array([[cos, sin], [-sin, cos]])

@@ -19,20 +19,20 @@ Words = Literal["all", "folded"]
 Components = Sequence[str]
 
 PRESSING = 1e-9
-"""Torques up to this part of the largest are none: symmetries cancel but for rounding."""
+"""Torques below this part of the largest count as zero: symmetric ones cancel up to rounding."""
 
 
 class Landscape:
-    """All words of a chain without overlap, and what the magnets make of them.
+    """All words of a chain without overlap, with their energies and torques.
 
-    Energies are those of `mf.energy`: each pair of components once, pairs inside a component left
-    out. Everything is evaluated from tables of face pairs on the lattice.
+    Energies are those of `mf.energy`: each pair of components counts once, without pairs inside a
+    component. All values come from tables of face pairs on the lattice.
 
     Parameters
     ----------
     scene
-        Its casing and magnets count, and its sequence where no other is given; mount, friction
-        and contact do not.
+        The scene; its casing and magnets are used, and its sequence unless another is given. Mount,
+        friction and contact are ignored.
     among
         `all` words, or only the `folded` ones (no S).
 
@@ -44,7 +44,7 @@ class Landscape:
     Raises
     ------
     ValueError
-        If the chain is too long to list its words, or `among` is neither of the two.
+        If the chain is too long to list its words, or `among` is not one of these.
 
     Examples
     --------
@@ -65,7 +65,7 @@ class Landscape:
         lattice = all_words(scene.n)
         self._lattice = lattice[lattice.fully_folded()] if among == "folded" else lattice
         self.scene = scene
-        """The scene it was made of."""
+        """The scene of the landscape."""
         self.words = self._lattice.words
 
     def energies(self, sequences: Sequence[Components] | Array | None = None) -> Array:
@@ -92,7 +92,7 @@ class Landscape:
         return out[0] if sequences is None else out
 
     def coulomb_scores(self) -> Array:
-        """Return the paper's score of each word [J]: its energy and the pairs inside components."""
+        """Return the paper's score of each word [J]: energy plus the pairs inside components."""
         return self.energies() + energies.internal_energy(self.scene)
 
     def torques(self) -> Array:
@@ -116,7 +116,7 @@ class Landscape:
             for j in range(i + 1, lattice.n):
                 own_x, own_y, torque = value[:, poses.row[pair]]
                 force_x, force_y = cos * own_x - sin * own_y, sin * own_x + cos * own_y
-                # The moment about each hinge between them of what i does to j.
+                # The moment about each hinge between them of the force of i on j.
                 for k in range(i + 1, j + 1):
                     x, y = (centre[:, j] - hinge[:, k]).T
                     out[:, k - 1] += torque + x * force_y - y * force_x
@@ -126,8 +126,8 @@ class Landscape:
     def mechanically_stable(self) -> NDArray[np.bool_]:
         """Whether the magnets press every joint of each word against its stop, shape (words,).
 
-        Such a word stays when it is let go: it is a local minimum of the energy. A word that is
-        not may still be held by friction, or by casings that touch. A straight joint has no stop.
+        Such a word stays when it is released: it is a local minimum of the energy. Friction or
+        touching casings may also hold other words. A straight joint has no stop.
         """
         direction = np.zeros(len(ORDER))
         direction[ORDER.index("L")], direction[ORDER.index("R")] = 1.0, -1.0
@@ -150,7 +150,7 @@ class Landscape:
         Raises
         ------
         ValueError
-            If the word is none of `words`, or there are too many sequences.
+            If the word is not in `words`, or there are too many sequences.
         """
         if parse_word(word, self.scene.n) not in self.words:
             raise ValueError(f"word: {word!r} is not allowed; must be one of the landscape's words")
@@ -162,7 +162,7 @@ class Landscape:
         Parameters
         ----------
         progress
-            Called with the share of the work that is done, from 0 to 1.
+            Called with the completed share of the work, from 0 to 1.
 
         Raises
         ------
