@@ -1,1 +1,1 @@
-"""What reports are made of: pages, tables, timing, intervals, the machine."""
+"""Parts of reports: pages, tables, timing, intervals and the machine."""

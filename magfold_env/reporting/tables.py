@@ -1,4 +1,4 @@
-"""Rows of what was measured: columns of them, and how they are shown, written and judged."""
+"""Rows of measurements: their columns, output and assessment."""
 
 import csv
 import io
@@ -21,20 +21,20 @@ from magfold_env.files import write_text
 Cell = str | int | float
 Row = dict[str, Cell]
 
-WHOLE = 1000.0  # larger numbers are shown without decimals
+WHOLE = 1000.0  # larger numbers have no decimals
 
 Progress = Callable[[float, str], None]
-"""Is told the finished share of a part, 0 to 1, and what is going on."""
+"""Called with the finished share of a part, 0 to 1, and a description of the current work."""
 
 Tick = Callable[[float], None]
-"""Is told the finished share of one of a part's cases, 0 to 1."""
+"""Called with the finished share of one case of a part, 0 to 1."""
 
 Case = TypeVar("Case")
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows for the console or a page, all with the same keys, which head the columns."""
+    """Rows for the console or a page, all with the same keys, which are the column headings."""
 
     title: str
     rows: list[Row]
@@ -42,20 +42,20 @@ class Table:
 
 @dataclass(frozen=True)
 class Measurement:
-    """What one part of a benchmark found."""
+    """The results of one part of a benchmark."""
 
     rows: list[Row] = field(default_factory=list[Row])
     """Everything measured, for CSV and JSON."""
     tables: list[Table] = field(default_factory=list[Table])
-    """What of it is worth reading."""
+    """Tables for readers."""
     findings: list[str] = field(default_factory=list[str])
-    """Requirements and how they are met, a sentence each."""
+    """Requirements and whether they are met, one sentence each."""
 
 
 def each_case(
     progress: Progress, cases: Sequence[Case], name: Callable[[Case], str] = str
 ) -> Iterator[tuple[Case, Tick]]:
-    """Yield cases one after another, each with what takes its progress, and tell its name."""
+    """Yield each case with a function for its progress, and report its name."""
     for k, case in enumerate(cases):
 
         def tick(share: float, k: int = k, what: str = name(case)) -> None:
@@ -74,18 +74,18 @@ def numbers(rows: Sequence[Row], name: str) -> Any:
 
 
 def distinct(rows: Sequence[Row], name: str) -> list[Any]:
-    """Return the cells of a column, each once, in order."""
+    """Return the distinct cells of a column, in order."""
     return list(dict.fromkeys(row[name] for row in rows))
 
 
 def select(rows: Sequence[Row], cells: Mapping[str, Any] | None = None, **more: Any) -> list[Row]:
-    """Return the rows that have certain cells."""
+    """Return the rows with given cells."""
     wanted = {**(cells or {}), **more}
     return [row for row in rows if all(row[name] == cell for name, cell in wanted.items())]
 
 
 def without_quartiles(rows: Sequence[Row], *hidden: str) -> list[Row]:
-    """Return rows without their quartiles, and without some more columns."""
+    """Return rows without their quartiles and without some other columns."""
     return [
         {name: cell for name, cell in row.items() if "quartile" not in name and name not in hidden}
         for row in rows
@@ -93,7 +93,7 @@ def without_quartiles(rows: Sequence[Row], *hidden: str) -> list[Row]:
 
 
 def power(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
-    """Return with which power of x y grows, by least squares; nan of fewer than two points."""
+    """Return the power of x with which y grows, by least squares; NaN for fewer than two points."""
     if np.size(x) < 2:
         return math.nan
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])
@@ -102,7 +102,7 @@ def power(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
 def growth(
     rows: Sequence[Row], since: int, until: float = math.inf, time: str = "time [µs]"
 ) -> float:
-    """Return with which power of "n" a time grows between two lengths; nan if too few."""
+    """Return the power of "n" with which a time grows between two lengths; NaN if too few."""
     mine = [row for row in rows if since <= float(row["n"]) <= until]
     return power(numbers(mine, "n"), numbers(mine, time))
 
@@ -114,12 +114,12 @@ def letters(index: int) -> str:
 
 
 def joined_pairs(pairs: Iterable[tuple[int, int]]) -> str:
-    """Return pairs of components as a text like "1-2, 3-6"."""
+    """Return pairs of components as text such as "1-2, 3-6"."""
     return ", ".join(f"{first}-{second}" for first, second in pairs)
 
 
 def verdict(held: object) -> str:
-    """Return the word for whether something that was asked for is met."""
+    """Return the word for whether a requirement is met."""
     return "holds" if held else "FAILS"
 
 
@@ -136,7 +136,7 @@ def cell_text(cell: Cell) -> str:
 
 
 def show(console: Console, machine: Mapping[str, str], measured: Mapping[str, Measurement]) -> None:
-    """Print the tables, then what follows from them."""
+    """Print the tables, then the findings."""
     for each in measured.values():
         for table in each.tables:
             console.print(rich_table(table))
@@ -154,7 +154,7 @@ def rich_table(table: Table) -> RichTable:
     texts = [[escape(cell_text(cell)) for cell in row.values()] for row in table.rows]
     for k, (name, cell) in enumerate(table.rows[0].items()):
         justify = "left" if isinstance(cell, str) else "right"
-        # Headings may be broken, cells not.
+        # Headings may break into lines; cells may not.
         shown.add_column(escape(name), justify=justify, min_width=max(len(row[k]) for row in texts))
     for row in texts:
         shown.add_row(*row)
@@ -164,7 +164,7 @@ def rich_table(table: Table) -> RichTable:
 def write(
     folder: Path, name: str, machine: Mapping[str, str], measured: Mapping[str, Measurement]
 ) -> list[Path]:
-    """Write a CSV file a part and one JSON file, ``name``, with everything; return the files."""
+    """Write a CSV file per part and one JSON file, ``name``, with everything; return the files."""
     written: list[Path] = []
     for part, each in measured.items():
         if each.rows:
@@ -186,7 +186,7 @@ def to_csv(rows: Sequence[Row]) -> str:
 
 
 def to_json(machine: Mapping[str, str], measured: Mapping[str, Measurement]) -> str:
-    """Return everything as JSON text; numbers that JSON cannot hold are null."""
+    """Return everything as JSON text; numbers that are not finite become null."""
     data = {
         "machine": dict(machine),
         "parts": {
@@ -201,9 +201,9 @@ def to_json(machine: Mapping[str, str], measured: Mapping[str, Measurement]) -> 
 
 
 def plain(cell: Cell) -> Cell | None:
-    """Return a cell as JSON has it, null where it is no number.
+    """Return a cell as a JSON value, null for NaN.
 
-    NumPy's integers are numbers too, but none that JSON knows.
+    NumPy's integers are converted, because JSON does not accept them.
     """
     if isinstance(cell, str):
         return cell
