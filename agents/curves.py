@@ -1,9 +1,8 @@
 """Learning curves of training runs: ``python -m agents.curves NAME=RUN,RUN,... ...``.
 
-Runs of one name differ in the seed. What is drawn is the success of episodes in training, which
-choose actions at random, averaged over parts of the run, and that of validations, which choose the
-most probable ones. Lines are medians over the seeds, bands and bars reach from the poorest to the
-best.
+Runs of one name differ in the seed. The curves show the success of training episodes, with random
+actions and averaged over parts of the run, and of validations, with the most probable actions.
+Lines are medians over the seeds; bands and bars extend from the worst to the best.
 """
 
 import json
@@ -26,7 +25,7 @@ from magfold_env.reporting.plotting import COLOURS, legend_below, panels, save_f
 
 TRAINING, VALIDATION = "rollout/success_rate", "validation/success_rate"
 PARTS = 30
-"""Parts of a run over which success in training is averaged."""
+"""Number of parts of a run over which success in training is averaged."""
 
 MILLION = 1_000_000
 
@@ -38,11 +37,11 @@ class Curve:
     steps: Floats
     """Environment steps, (k,)."""
     success: Floats
-    """Of each run, (runs, k)."""
+    """Success of each run, (runs, k)."""
 
     @property
     def spread(self) -> tuple[Floats, Floats, Floats]:
-        """The poorest, the median and the best run, (k,) each."""
+        """The worst, the median and the best run, (k,) each."""
         low, high = self.success.min(axis=0), self.success.max(axis=0)
         return low, np.median(self.success, axis=0), high
 
@@ -53,7 +52,7 @@ def series(run: Path) -> dict[str, Floats]:
     Raises
     ------
     ValueError
-        If it is not the folder of a training run, or nothing was written yet.
+        If it is not the folder of a training run, or contains no values yet.
     """
     if RunInfo.read(run) is None:
         raise ValueError(f"{run}: is not the folder of a training run")
@@ -69,7 +68,7 @@ def series(run: Path) -> dict[str, Floats]:
 
 
 def training_curve(found: Sequence[Floats]) -> Curve:
-    """Return success in training, averaged over equal parts of the steps that all runs have."""
+    """Return success in training, averaged over equal parts of the common steps of all runs."""
     edges = np.linspace(0.0, min(table[-1, 0] for table in found), PARTS + 1)
     means = [
         [
@@ -82,13 +81,13 @@ def training_curve(found: Sequence[Floats]) -> Curve:
 
 
 def validation_curve(found: Sequence[Floats]) -> Curve:
-    """Return success of the validations that all runs have."""
+    """Return the success of the common validations of all runs."""
     count = min(map(len, found))
     return Curve(found[0][:count, 0], np.array([table[:count, 1] for table in found]))
 
 
 def _filled(table: Floats, edges: Floats) -> Floats:
-    """Return a series with a value at the end of every part: the last one before it."""
+    """Return a series with one value at the end of every part: the last one before it."""
     at = np.maximum(np.searchsorted(table[:, 0], edges[1:], side="right") - 1, 0)
     return np.concatenate([table, np.stack([edges[1:], table[at, 1]], axis=1)])
 
@@ -116,12 +115,12 @@ def draw(path: Path, found: Mapping[str, tuple[Curve, Curve]]) -> None:
 
 
 def parse(text: str) -> tuple[str, list[Path]]:
-    """Return the name and the runs that ``NAME=RUN,RUN,...`` stands for.
+    """Return the name and the runs in ``NAME=RUN,RUN,...``.
 
     Raises
     ------
     ValueError
-        If it is something else.
+        If the text has a different form.
     """
     name, separator, runs = text.partition("=")
     if not (name and separator and all(runs.split(","))):

@@ -21,7 +21,7 @@ from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import physics_digest
 
 SHOWN = 4
-"""Targets whose folds the report plays."""
+"""Number of targets whose folds the report plays."""
 
 
 def evaluate(
@@ -33,12 +33,12 @@ def evaluate(
     trust_pickle: bool = False,
     folder: Path | None = None,
 ) -> report.Played:
-    """Play every policy on every target with the same draws, none of which training sees.
+    """Play every policy on every target with the same draws, which training never uses.
 
-    Each policy has so many `draws` on each target, so many `processes` play at a time, and every
-    choice is folded once more `built` beforehand if wanted. The runs come by the methods' names.
-    What `trust_pickle` allows says `agents.training.policy_files.load`. Episodes that are kept in a
-    `folder` are not played again, and their choices and scenes are not told.
+    Each policy plays `draws` episodes on each target, on `processes` processes. With `built`, every
+    choice is also folded in a chain built beforehand. The runs are returned by the names of the
+    methods. `agents.training.policy_files.load` explains `trust_pickle`. Episodes stored in
+    `folder` are not played again, and are returned without choices and scenes.
     """
     seeds = evaluation_seeds(draws)
     wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]
@@ -65,8 +65,8 @@ def compare(
 ) -> report.Played:
     """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
 
-    Random actions and the energy minimiser's designs are compared with, the latter unless one of
-    the targets has none. What is given comes first. The rest is as for `evaluate`.
+    The comparison includes random actions and the energy minimiser's designs, the latter unless a
+    target has none. Given methods come first. The other arguments are those of `evaluate`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     typer.echo(page.conditions(settings, draws))
@@ -92,7 +92,7 @@ def compare(
 
 
 def _usual(given: Sequence[episodes.Method], settings: EnvSettings) -> list[episodes.Method]:
-    """Return what is compared with, unless it is given."""
+    """Return the methods for comparison that are not given."""
     env = episodes.make_env(settings)
     names = [report.RANDOM]
     missing = [target for target in env.targets if env.baseline_of(target).flagged]
@@ -117,7 +117,7 @@ def main(
     draws: Annotated[int, typer.Option(min=1, help="Episodes per target.")] = 20,
     processes: Annotated[int, typer.Option(min=1, help="Episodes played at a time.")] = 2,
     built: Annotated[
-        bool, typer.Option(help="Fold every choice once more, built beforehand (preloaded).")
+        bool, typer.Option(help="Also fold every choice in a chain built beforehand (preloaded).")
     ] = True,
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/evaluation"),
     trust_pickle: Annotated[
