@@ -1,8 +1,8 @@
 """PPO in one file, to copy and change: ``python agents/one_file_ppo.py``.
 
-It needs magfold_env and torch, and nothing else of this folder. It trains on tube feed, all targets
-of six components: first by energy alone, where steps cost next to nothing, then with dynamics. At
-the end the greedy policy plays draws that no training sees.
+It needs magfold_env and torch, and nothing else from this folder. It trains on tube feed with all
+targets of six components: first by energy alone, where steps cost almost nothing, then with
+dynamics. At the end, the greedy policy plays draws that training never uses.
 """
 
 import time
@@ -26,28 +26,28 @@ from magfold_env.envs.wrappers.vector import MouthOrderObservation
 from magfold_env.reporting.intervals import Share, share
 
 ENVS = 64
-"""Environments side by side."""
+"""Number of parallel environments."""
 
 ROLLOUT = 48
-"""Steps of each between two updates: eight episodes."""
+"""Steps per environment between two updates: eight episodes."""
 
 EPOCHS, BATCH = 4, 512
 """Passes over the steps in an update, and steps in a minibatch."""
 
 LEARNING_RATE = 1.5e-3
-"""Of Adam; falls linearly to zero over each phase."""
+"""Learning rate of Adam, which falls linearly to zero over each phase."""
 
 LAMBDA = 0.95
 """Trade-off of bias and variance in the advantages; the discount is 1."""
 
 CLIP = 0.2
-"""How far an update may change the probability of an action, as a ratio."""
+"""Largest change of an action's probability in an update, as a ratio."""
 
 ENTROPY, VALUE = 0.01, 0.5
 """Weights of the entropy and of the value loss."""
 
 LARGEST_GRADIENT = 0.5
-"""Longer gradients are shortened to it."""
+"""Largest norm of the gradient."""
 
 WIDTH = 256
 """Units of the two hidden layers of actor and critic."""
@@ -62,7 +62,7 @@ class Agent(nn.Module):
         self.actor, self.critic = network(entries, sum(choices), 0.01), network(entries, 1, 1.0)
 
     def distributions(self, seen: torch.Tensor) -> list[Categorical]:
-        """Return how each part of the action is distributed: magnets and speed."""
+        """Return the distributions of the parts of the action: magnets and speed."""
         logits = self.actor(seen).split(self.choices, dim=1)
         return [Categorical(logits=each) for each in logits]
 
@@ -91,10 +91,10 @@ def log_probability(distributions: list[Categorical], actions: torch.Tensor) -> 
 
 
 def make_envs(count: int, **options: Any) -> MouthOrderObservation:
-    """Return environments that begin the next episode in the step that ends one.
+    """Return environments that begin the next episode in the same step that ends one.
 
-    What they show lies within ±1. A running normalisation would do harm: by energy alone much of
-    it never varies, and would be shown far out of scale when dynamics begin.
+    Observations are within ±1. A running normalisation would do harm: by energy alone, many entries
+    never vary, and would be far out of scale when dynamics begin.
     """
     envs = gymnasium.make_vec(
         "MagFold/TubeFeed-v0",
@@ -107,7 +107,7 @@ def make_envs(count: int, **options: Any) -> MouthOrderObservation:
 
 
 class Steps(NamedTuple):
-    """What an update learns from, (steps, …)."""
+    """Data of an update, (steps, …)."""
 
     seen: torch.Tensor
     actions: torch.Tensor
@@ -124,10 +124,10 @@ def train(
     deadline: float,
     report: Callable[[int, float], None],
 ) -> int:
-    """Train for so many environment steps, or until `deadline`; return how many were made.
+    """Train for a number of environment steps, or until `deadline`; return the steps made.
 
-    After each update `report` is told the steps so far and the share of its episodes that
-    succeeded.
+    After each update, `report` is called with the steps so far and the share of successful
+    episodes.
     """
     optimizer = torch.optim.Adam(agent.parameters(), LEARNING_RATE, eps=1e-5)
     seen = torch.from_numpy(envs.reset(seed=seed)[0])
@@ -146,7 +146,7 @@ def train(
 def roll_out(
     agent: Agent, envs: MouthOrderObservation, seen: torch.Tensor
 ) -> tuple[torch.Tensor, Steps, float]:
-    """Return what is seen next, the steps made, and the share of episodes that succeeded."""
+    """Return the next observations, the data of the steps, and the share of successful episodes."""
     observations: list[torch.Tensor] = []
     chosen: list[torch.Tensor] = []
     probabilities: list[torch.Tensor] = []
@@ -162,8 +162,8 @@ def roll_out(
         values[step] = agent.value(seen)
         observation, reward, terminated, _, infos = envs.step(actions.numpy())
         seen = torch.from_numpy(observation)
-        # Every episode ends by itself; with a limit from outside, the value of `final_obs` of
-        # those that are truncated would have to be added to their reward here.
+        # Every episode terminates; with an external time limit, the value of `final_obs` of
+        # truncated episodes would have to be added to their rewards here.
         rewards[step], over[step] = torch.from_numpy(reward), torch.from_numpy(terminated)
         if terminated.any():
             successes += infos["final_info"]["is_success"][terminated].tolist()
@@ -180,7 +180,7 @@ def roll_out(
 
 
 def update(agent: Agent, optimizer: torch.optim.Optimizer, steps: Steps) -> None:
-    """Make actions that did better than expected more probable."""
+    """Increase the probability of actions that did better than expected."""
     for _ in range(EPOCHS):
         for rows in torch.randperm(len(steps.seen)).split(BATCH):
             batch = Steps(*(each[rows] for each in steps))
@@ -206,7 +206,7 @@ def evaluate(agent: Agent, draws: int) -> Share:
     words = [word for word in targets for _ in range(draws)]
     seeds = evaluation_seeds(draws) * len(targets)
     observation, _ = envs.reset(seed=seeds, options={"target": words})
-    # An episode may end early, and be followed by another, which does not count.
+    # An episode may end early; the one that follows it does not count.
     success: NDArray[np.bool_] = np.zeros(len(words), dtype=np.bool_)
     playing = ~success
     while playing.any():
@@ -229,8 +229,8 @@ def main(
     draws: Annotated[int, typer.Option(min=1, help="Evaluation episodes per target.")] = 20,
     output: Annotated[Path | None, typer.Option(help="File for the weights.")] = None,
 ) -> None:
-    """Train a policy for tube feed, and say how often it folds what is wanted."""
-    # Two threads on networks as small as these are no faster, and far slower on a busy machine.
+    """Train a policy for tube feed and print its rate of success."""
+    # Two threads on such small networks are no faster, and far slower on a busy machine.
     torch.set_num_threads(1)
     torch.manual_seed(seed)
     began = time.monotonic()
@@ -250,7 +250,7 @@ def main(
             def report(done: int, success: float, task: progress.TaskID = task) -> None:
                 bar.update(task, completed=done, note=f"success {100 * success:.0f} %")
 
-            # Each phase has draws of its own.
+            # Each phase has its own draws.
             made[name] = train(agent, envs, count, 2 * seed + number, deadline, report)
             envs.close()
     spent = time.monotonic() - began

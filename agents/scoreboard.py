@@ -1,7 +1,7 @@
 """Make ``agents/SCOREBOARD.md`` from files: ``python -m agents.scoreboard``.
 
-The files, in ``agents/scores``, are what ``magfold score --json`` and `agents.admission` have
-written; of the latter, one a track, random actions, always forward and the oracle are taken.
+The files in ``agents/scores`` are the results of ``magfold score --json`` and `agents.admission`;
+of the latter, one per track, the rows random actions, always forward and oracle are used.
 """
 
 from collections.abc import Iterator, Sequence
@@ -65,27 +65,27 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Row:
-    """How somebody does in a track."""
+    """The results of a player in a track."""
 
     name: str
     success: Estimate
     score: float
-    """Mean."""
+    """Mean score."""
     episodes: int
     physics: str
     privileged: bool = False
-    """Whether the draws, or what is hidden of them, may be known."""
+    """Whether the player may know the draws or their hidden values."""
     seed: str = "admission"
     sha256: str = "–"
 
     @classmethod
     def of(cls, results: Results, name: str) -> Self:
-        """Return that of a row of results.
+        """Return the score of a row of results.
 
         Raises
         ------
         ValueError
-            If they have no such row, with a score.
+            If there is no such row with a score.
         """
         row = results.rows.get(name)
         if row is None or row.score is None:
@@ -106,7 +106,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Track:
-    """What is known of a track."""
+    """The results of a track."""
 
     rows: Sequence[Row]
     random: Row | None = None
@@ -115,21 +115,21 @@ class Track:
 
     @property
     def floor(self) -> str:
-        """The failure floor, as it is shown."""
+        """The failure floor as text."""
         if self.oracle is None:
             return "no oracle yet"
         value, low, high = self.oracle.success
         return str(Estimate(1.0 - value, 1.0 - high, 1.0 - low))
 
     def normalised(self, row: Row) -> str:
-        """Return the normalised score, as it is shown."""
+        """Return the normalised score as text."""
         if self.random is None or self.oracle is None:
             return "no oracle yet"
         low, high = self.random.score, self.oracle.score
         return f"{(row.score - low) / (high - low):.3f}" if high > low else "–"
 
     def table(self) -> Iterator[str]:
-        """Yield the lines of the table: what sets the scale, then the best first."""
+        """Yield the lines of the table: the rows that set the scale, then the others by score."""
         yield f"| {' | '.join(COLUMNS)} |"
         yield f"|{'---|' * len(COLUMNS)}"
         for name, row in ((RANDOM, self.random), (FORWARD, self.forward), (ORACLE, self.oracle)):
@@ -157,12 +157,12 @@ class Track:
 
 
 def tracks(folder: Path) -> dict[str, Track]:
-    """Return what the files in a folder tell of every track, by its ID.
+    """Return the results of every track in the files of a folder, by ID.
 
     Raises
     ------
     ValueError
-        If a file is none of those that are understood, or is a track's second admission.
+        If a file is of an unknown kind, or is a second admission of a track.
     """
     admitted: dict[str, list[Row]] = {}
     handed_in: dict[str, list[Row]] = {name: [] for name in TRACKS}
@@ -192,7 +192,7 @@ def page(folder: Path) -> str:
     Raises
     ------
     ValueError
-        If one of them is not understood.
+        If one of them is of an unknown kind.
     """
     parts = [HEAD]
     for name, track in tracks(folder).items():
@@ -205,7 +205,7 @@ def main(
     scores: Annotated[Path, typer.Option(help="Folder of the files.")] = SCORES,
     output: Annotated[Path, typer.Option(help="The page.")] = PAGE,
 ) -> None:
-    """Make the scoreboard from files."""
+    """Write the scoreboard from the files."""
     with reported_errors(ValueError, OSError):
         write_text(output, page(scores))
     typer.echo(f"written: {output}")

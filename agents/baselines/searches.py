@@ -262,8 +262,8 @@ class RobustSearch:
     """The search of `magfold_env.designer` on perturbed runs of the environment.
 
     Sequences that are good by energy (for long chains, those whose only stable word is the target)
-    are raced on releases at one speed after another until one succeeds; if none, the cross-entropy
-    method goes on from the best.
+    are raced on releases at one speed after another until one succeeds; if none does, the
+    cross-entropy method continues from the best.
     """
 
     goal: float

@@ -314,7 +314,7 @@ class Table:
     Parameters
     ----------
     bar : rich.progress.Progress
-        Shows how far every row is.
+        Shows the progress of every row.
     processes : int
         How many.
     folder : Path, optional

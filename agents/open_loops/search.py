@@ -1,8 +1,8 @@
-"""The search for the best open loop of a task: episodes in which all play the same draws.
+"""The search for the best open loop of a task: all candidates play the same draws.
 
-Which of many do best, within a budget of episodes, is found by successive halving: the better half
-goes on and plays more (Jamieson and Talwalkar, *Non-stochastic best arm identification*, 2016).
-Every round has about the same share of the budget.
+Successive halving finds the best candidates within a budget of episodes: the better half continues
+and plays more (Jamieson and Talwalkar, *Non-stochastic best arm identification*, 2016). Every round
+has about the same share of the budget.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,28 +20,28 @@ from magfold_env.scene import Scene
 from magfold_env.scoring.player import play
 
 Trial = Callable[[Ints, int, int], Floats]
-"""From some candidates, the first draw and the draw after the last to success and score of their
+"""Maps some candidates, the first draw and the draw after the last to success and score of their
 episodes, (candidates, draws, 2)."""
 
 
 class Ranked(NamedTuple):
-    """One of the candidates."""
+    """The record of a candidate."""
 
     place: int
-    """Among them, from 0."""
+    """Index of the candidate, from 0."""
     successes: int
-    """How many of its episodes succeeded: of the best a flattering share, for it was chosen."""
+    """Number of its successful episodes; for the best candidate the share is optimistic."""
     draws: int
-    """How many episodes it had."""
+    """Number of its episodes."""
 
 
 def rounds(candidates: int, budget: int) -> list[tuple[int, int]]:
-    """Return how many candidates play in each round, and on how many more draws.
+    """Return the number of candidates in each round, and of their further draws.
 
     Raises
     ------
     ValueError
-        If the budget is too small for one more draw a round.
+        If the budget is too small for one more draw per round.
     """
     fields = [candidates]
     while fields[-1] > 2:
@@ -62,8 +62,8 @@ def rounds(candidates: int, budget: int) -> list[tuple[int, int]]:
 def halving(candidates: int, budget: int, trial: Trial) -> list[Ranked]:
     """Return some candidates, the best first, by share of successes, then by mean score.
 
-    Those that went on come before the others; of equally good ones the first is preferred.
-    `budget` is the most episodes, as in `rounds`.
+    Candidates that continued come before the others, and the first of equally good ones is
+    preferred. `budget` is the largest number of episodes, as in `rounds`.
     """
     field, ends = np.arange(candidates), np.zeros((candidates, 0, 2))
     out: list[Ranked] = []
@@ -84,70 +84,71 @@ def _ranked(field: Ints, ends: Floats) -> list[Ranked]:
 
 
 class OpenLoops(Protocol):
-    """What can be chosen before an episode begins; all that differs from track to track.
+    """The open loops of a track, with everything that differs between tracks.
 
-    Open loops are values of a kind of its own, which can be pickled and written in words.
+    Open loops have a type of their own, whose values can be pickled and shown as text.
     """
 
     @property
     def fastest(self) -> Any:
-        """The open loop that always goes forward."""
+        """The open loop that always feeds forward."""
         ...
 
     def candidates(self, count: int, number: int) -> list[Any]:
-        """Return so many open loops that may be tried in a task, by its number."""
+        """Return a number of candidate open loops for a task, given by its number."""
         ...
 
     def following(self, found: Sequence[Any]) -> Plan:
-        """Return what plays open loops, one a row."""
+        """Return a plan that plays open loops, one per row."""
         ...
 
     def drawn(self) -> tuple[Scene, Any]:
-        """Return scene and task of the environment's episode, with all that was drawn of them."""
+        """Return the scene and task of the environment's episode with their draws."""
         ...
 
     def raced(self, best: list[Any], number: int, task: Any) -> list[Any]:
-        """Return as many as came farthest in a task's search, `best`, for the oracle to race.
+        """Return as many open loops for the oracle to race as `best`, those of a task's search.
 
-        `number` is the task's, `task` is it as `drawn` returns it.
+        `number` is that of the task, and `task` is the result of `drawn`.
         """
         ...
 
 
 class Search(NamedTuple):
-    """How much is tried."""
+    """The effort of a search."""
 
     candidates: int
-    """Open loops."""
+    """Number of open loops."""
     budget: int
-    """Episodes."""
+    """Number of episodes."""
 
 
 def open_loops_of(env: Any) -> OpenLoops:
-    """Return the open loops of a track's environment."""
+    """Return the open loops of the environment of a track."""
     return Schedules(env) if isinstance(env, FeedTrackEnv) else Orders(env)
 
 
 class Field:
-    """Room for episodes that are played by plans which see nothing of the chain.
+    """Reusable episodes for plans that do not observe the chain.
 
     Parameters
     ----------
     episodes
-        `CameraEpisodes`, as many as are played side by side.
+        `CameraEpisodes`, as many as are played in parallel.
     open_loops
-        Those of their environment.
+        The open loops of their environment.
     actions
-        How choices are written down, if that is to be told: of speeds the nearest on offer is fed.
+        Form of the actions, if choices are to be expressed as actions: the nearest available speed
+        is fed.
     """
 
     def __init__(self, episodes: Any, open_loops: OpenLoops, actions: Any = None) -> None:
         self._episodes, self._open_loops, self._actions = episodes, open_loops, actions
 
     def search(self, number: int, stream: str, effort: Search) -> list[Ranked]:
-        """Return what was tried in a task, by its number, the best first.
+        """Return the candidates tried in a task, given by its number, the best first.
 
-        Places are those among as many candidates. `stream` is that of the draws.
+        Indices are those among as many candidates. `stream` is that of the draws.
         """
         tried = self._open_loops.candidates(effort.candidates, number)
         return self.race(number, tried, stream, effort.budget)
@@ -160,9 +161,9 @@ class Field:
         budget: int,
         following: Callable[[Sequence[Any]], Plan] | None = None,
     ) -> list[Ranked]:
-        """Return some open loops, tried in a task, the best first; see `halving`.
+        """Try some open loops in a task and return them, the best first; see `halving`.
 
-        They may be something else, if what is `following` them is given.
+        Other objects are possible if `following` returns their plan.
         """
         plan = following or self._open_loops.following
 
@@ -177,20 +178,20 @@ class Field:
         return halving(len(tried), budget, trial)
 
     def follow(self, numbers: Ints, seeds: list[int], found: Sequence[Any]) -> Floats:
-        """Return success and score of episodes that are played by open loops, (m, 2).
+        """Return success and score of episodes played by open loops, (m, 2).
 
-        `numbers` are those of their tasks.
+        `numbers` contains those of their tasks.
         """
         return self.play(numbers, seeds, lambda part: self._open_loops.following(found[part]))
 
     def play(self, numbers: Ints, seeds: list[int], plan: Callable[[slice], Plan]) -> Floats:
-        """Return the same of episodes that are played by what `plan` returns for a part of them."""
+        """Return success and score of episodes played by the plans that `plan` returns."""
         parts = play(self._episodes, numbers, seeds, lambda part: self._written(plan(part)))
         ends = [np.column_stack([part["is_success"], part["score"]]) for part in parts]
         return np.concatenate([np.empty((0, 2)), *ends])
 
     def _written(self, plan: Plan) -> Plan:
-        """Return a plan whose choices are written down as actions, if that is to be."""
+        """Return a plan whose choices are expressed as actions, if requested."""
         actions = self._actions
         if actions is None:
             return plan
