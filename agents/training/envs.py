@@ -23,19 +23,19 @@ from magfold_env.scoring.shown import View, shown_space
 
 
 class Resumable(gymnasium.Wrapper[Any, Any, Any, Any]):
-    """Gives the whole state of an environment as bytes, random numbers and wrappers included."""
+    """Returns the state of an environment as bytes, including random numbers and wrappers."""
 
     def snapshot(self) -> bytes:
-        """Return everything that decides how the environment goes on."""
+        """Return the complete state of the environment."""
         return pickle.dumps(self.env)
 
     def restore(self, snapshot: bytes) -> None:
-        """Go back to where `snapshot` was taken."""
+        """Restore the state at which `snapshot` was taken."""
         self.env = pickle.loads(snapshot)
 
 
 class ShownVecEnv(vec_env.VecEnvWrapper):
-    """Environments of Stable-Baselines3 of which is shown what is wanted."""
+    """Environments of Stable-Baselines3 with observations in the form for networks."""
 
     def __init__(self, venv: vec_env.VecEnv, shown: Shown) -> None:
         layout = venv.get_attr("layout")[0] if shown.blind else None
@@ -44,7 +44,7 @@ class ShownVecEnv(vec_env.VecEnvWrapper):
 
     @property
     def kept(self) -> NDArray[Any] | None:
-        """The observations that are shown again."""
+        """The stacked observations."""
         return self.view.frames.kept if self.view.frames else None
 
     def reset(self) -> Any:
@@ -62,16 +62,17 @@ class ShownVecEnv(vec_env.VecEnvWrapper):
 
 @dataclass(frozen=True)
 class EnvsState:
-    """Where all environments of a run are."""
+    """The states of all environments of a run."""
 
     inner: list[bytes] | EpisodesState
-    """A snapshot of each environment, or the state of all that are stepped natively."""
+    """A snapshot of each environment, or the state of all environments that are stepped
+    natively."""
     returns: NDArray[np.float32]
-    """Reward so far of the episodes that are under way."""
+    """Rewards so far of the running episodes."""
     lengths: NDArray[np.int32]
-    """Their steps so far."""
+    """Steps so far of the running episodes."""
     kept: NDArray[Any] | None = None
-    """The observations that are shown again; None if each is shown once."""
+    """The stacked observations; None if each is shown once."""
 
 
 def make_env(
@@ -79,7 +80,7 @@ def make_env(
     gamma: float | None = None,
     curriculum: CurriculumSettings | None = None,
 ) -> gymnasium.Env[Any, Any]:
-    """Return an environment; `gamma` is the discount of its shaping, where there is any."""
+    """Return an environment; `gamma` is the discount of its shaping, if it has any."""
     options = settings.options(gamma)
     env = gymnasium.make(settings.id, disable_env_checker=True, **options)
     if curriculum is None:
@@ -89,12 +90,12 @@ def make_env(
 
 
 def check_envs(settings: TrainSettings) -> None:
-    """Make every environment of a run once.
+    """Make every environment of a run once, as a check.
 
     Raises
     ------
     SettingsError
-        If an option is not allowed, or the environments of two phases do not go together.
+        If an option is not allowed, or the environments of two phases do not match.
     """
     *before, main = settings.phases
     last = _checked("env", settings, main.env)
@@ -112,13 +113,13 @@ def check_envs(settings: TrainSettings) -> None:
 
 
 class Processes(vec_env.SubprocVecEnv):
-    """A process an environment; Ctrl-C is left to this one, which ends them."""
+    """One process per environment; the main process handles Ctrl-C and ends them."""
 
     def __init__(self, makers: list[Callable[[], gymnasium.Env[Any, Any]]]) -> None:
         super().__init__([partial(_undisturbed, make) for make in makers])
 
     def close(self) -> None:
-        """End the processes, also amid a step, of which some answers may have been taken."""
+        """End the processes, even during a step of which some answers have been read."""
         if self.waiting:
             for process in self.processes:
                 process.kill()
@@ -148,14 +149,14 @@ def make_training_envs(settings: TrainSettings, phase: int) -> vec_env.VecMonito
         envs = vec_env.VecMonitor(Processes(makers) if apart else vec_env.DummyVecEnv(makers))
     if (learner.frames, learner.blind) != (1, False):
         envs = vec_env.VecMonitor(ShownVecEnv(envs.venv, learner))
-    # The first phase has the seed of the run, the others one that follows from it.
+    # The first phase has the seed of the run; the seeds of the others follow from it.
     follow = np.random.SeedSequence(settings.seed, spawn_key=(phase,)).generate_state(1)
     envs.seed(int(follow[0]) if phase else settings.seed)
     return envs
 
 
 def _stepping(settings: TrainSettings, env: EnvSettings) -> str:
-    """Return how the environments of a phase are stepped together, if they can be as wanted."""
+    """Return the method of stepping the environments of a phase; refuse an impossible one."""
     possible = settings.curriculum is None
     if settings.stepping == "native" and not possible:
         raise SettingsError(
@@ -165,12 +166,12 @@ def _stepping(settings: TrainSettings, env: EnvSettings) -> str:
         return settings.stepping
     if possible:
         return "native"
-    # Without dynamics a step is quicker than the way to another process.
+    # Without dynamics, a step is faster than communication with another process.
     return "serial" if env.fidelity == "quasistatic" else "processes"
 
 
 def envs_state(envs: vec_env.VecMonitor) -> EnvsState:
-    """Return where `envs` are."""
+    """Return the state of `envs`."""
     native = _native(envs)
     inner = (
         cast("list[bytes]", envs.env_method("snapshot")) if native is None else native.get_state()
@@ -185,13 +186,13 @@ def envs_state(envs: vec_env.VecMonitor) -> EnvsState:
 
 
 def _native(envs: vec_env.VecMonitor) -> ChainVectorEnv[Any] | None:
-    """Return the native vector environment within; None if there is none."""
+    """Return the native vector environment inside, or None if there is none."""
     inner = envs.venv.venv if isinstance(envs.venv, ShownVecEnv) else envs.venv
     return inner.vector if isinstance(inner, FoldVecEnv) else None
 
 
 def set_envs_state(envs: vec_env.VecMonitor, state: EnvsState) -> None:
-    """Go back to where `envs` were when `state` was taken."""
+    """Restore the state of `envs` at which `state` was taken."""
     native = _native(envs)
     if native is not None and isinstance(state.inner, EpisodesState):
         native.set_state(state.inner)
@@ -205,7 +206,7 @@ def set_envs_state(envs: vec_env.VecMonitor, state: EnvsState) -> None:
 
 
 def _checked(key: str, settings: TrainSettings, env: EnvSettings) -> gymnasium.Env[Any, Any]:
-    """Return an environment; name the key of its settings if they are not allowed."""
+    """Return an environment; errors name the key of its settings."""
     try:
         return make_env(env, settings.learner.gamma, settings.curriculum)
     except ValueError as error:

@@ -1,14 +1,13 @@
-"""Imitating what plays a task fairly well, before a learner goes on from there by itself.
+"""Imitation of a fairly good player of a task, before a learner continues by itself.
 
-Where success is rare, as where two folds are to be reached one after the other, chance finds
-nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.baselines`, searched
-ones more often, see `agents.training.open_loops`, and what sees a failure mends it: what folds
-wrong is let out anew, see `agents.training.drawing_back`, or a chain is built anew, see
-`agents.training.mending`. They are cloned from what they do: the networks come to choose their
-actions, and to expect what these earn.
-Entries of some of the actions are replaced by others at random, so that more is seen than they
-would meet (Laskey et al., *DART: noise injection for robust imitation learning*, 2017); what is
-cloned is what they would have done.
+Where success is rare, as with two folds one after the other, random actions find nothing to learn
+from. Simple schedules succeed now and then (see `magfold_env.envs.baselines`), searched ones more
+often (see `agents.training.open_loops`). Players that observe a failure repair it: they retract a
+wrong fold and release it again (see `agents.training.drawing_back`), or rebuild a chain (see
+`agents.training.mending`). Imitation clones these players: networks learn to choose their actions
+and to predict their returns. Random entries replace some entries of the actions, so that the
+episodes contain more states than the players alone would reach (Laskey et al., *DART: noise
+injection for robust imitation learning*, 2017); the cloned actions are the players' own.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -39,7 +38,7 @@ from magfold_env.envs.episodes import Episodes
 from magfold_env.scoring.shown import View
 
 BLOCK = 128
-"""Episodes that are played at a time."""
+"""Number of episodes played in parallel."""
 
 
 class Steps(NamedTuple):
@@ -48,13 +47,13 @@ class Steps(NamedTuple):
     Attributes
     ----------
     seen : array, shape (steps, …)
-        What networks are shown.
+        Observations in the form for networks.
     actions : array, shape (steps, …)
-        What was meant to be done.
+        The intended actions.
     returns : array, shape (steps,)
-        What was earned from there to the end.
+        Returns from each step to the end.
     episodes : array of int, shape (steps,)
-        Numbers of their episodes, whose steps lie in the order of time.
+        Numbers of their episodes, with steps in the order of time.
     """
 
     seen: NDArray[Any]
@@ -65,10 +64,10 @@ class Steps(NamedTuple):
     def batches(
         self, size: int, rng: np.random.Generator, by_episode: bool
     ) -> Iterator[NDArray[Any]]:
-        """Yield the places of all steps once, about `size` at a time, in random order.
+        """Yield the indices of all steps once, about `size` at a time, in random order.
 
-        They are of shape (size,), or (episodes, longest) with whole episodes in rows `by_episode`,
-        behind whose ends are −1s.
+        Their shape is (size,), or with `by_episode` (episodes, longest) with whole episodes in
+        rows, padded with −1.
         """
         count = len(self.returns)
         if not by_episode:
@@ -86,7 +85,7 @@ class Steps(NamedTuple):
 
 
 class Demonstrations:
-    """Episodes of all tasks in turn, played as is imitated; arguments are those of `imitate`."""
+    """Episodes of all tasks in turn, by the imitated player; arguments are those of `imitate`."""
 
     def __init__(self, settings: TrainSettings, folder: Path) -> None:
         assert settings.imitate is not None
@@ -109,7 +108,7 @@ class Demonstrations:
             self._plan = lambda numbers, _: env.plan_of(numbers)
 
     def block(self, seeds: Sequence[int], first: int = 0) -> Steps:
-        """Return the steps of episodes of such seeds, numbered from `first`."""
+        """Return the steps of episodes with given seeds, numbered from `first`."""
         count = len(seeds)
         episodes: Episodes[Any] = self._env.make_episodes(self._world, count)
         numbers: list[int] = (np.arange(first, first + count) % len(self._env.tasks)).tolist()
@@ -135,7 +134,7 @@ class Demonstrations:
         return Steps(*map(np.concatenate, (seen, actions, returns[::-1], numbers_of)))
 
     def _disturbed(self, actions: NDArray[Any]) -> NDArray[Any]:
-        """Return actions of some of which chance replaces an entry."""
+        """Return actions with a random entry replaced in some of them."""
         actions = actions.copy()
         entries = actions.reshape(len(actions), -1)
         for row in np.flatnonzero(self._rng.random(len(actions)) < self._given.random).tolist():
@@ -145,18 +144,18 @@ class Demonstrations:
 
 
 def imitate(model: PPO | RecurrentPPO, settings: TrainSettings, folder: Path) -> None:
-    """Let a new model imitate what plays its tasks, as settings ask for.
+    """Let a new model imitate a player of its tasks, according to the settings.
 
-    One that remembers learns from whole episodes.
+    A recurrent model learns from whole episodes.
 
     Parameters
     ----------
     model : PPO or RecurrentPPO
-        A model of those `settings`.
+        A model with these `settings`.
     settings : TrainSettings
-        Those of a run, ``imitate`` among them.
+        Settings of a run, including ``imitate``.
     folder : Path
-        Where what is searched is kept, for other runs too.
+        Folder that stores searches, also for other runs.
     """
     given = settings.imitate
     assert given is not None
@@ -187,9 +186,9 @@ def imitate(model: PPO | RecurrentPPO, settings: TrainSettings, folder: Path) ->
 def evaluated(
     policy: Any, steps: Steps, batch: NDArray[Any]
 ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Return what a policy expects, the logarithms of what it would do, and what was earned.
+    """Return a policy's values, the log-probabilities of the actions, and the returns.
 
-    Of a `batch` of steps, as `Steps.batches` yields it, without what is behind episodes' ends.
+    They belong to a `batch` of steps from `Steps.batches`, without the padding after the ends.
     """
     flat = batch.ravel()
     seen, actions, returns = (
@@ -206,7 +205,7 @@ def evaluated(
 
 
 def _steps(settings: TrainSettings, episodes: int, folder: Path) -> Steps:
-    """Return the steps of so many episodes."""
+    """Return the steps of a number of episodes."""
     shown = Demonstrations(settings, folder)
     # Below 2³², as seeds of training are.
     numbers = np.random.SeedSequence(settings.seed, spawn_key=(0,)).generate_state(episodes)

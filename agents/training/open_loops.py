@@ -1,11 +1,11 @@
-"""What the best open loops do: they are searched for each task, and shown where they succeed.
+"""Demonstrations by the best open loops, which are searched for each task.
 
-In every episode the one that came farthest in the task's search is played, or where that fails the
-next that does not, as can be known of an episode of training, which can be played again. So what
-is shown is mostly one schedule, and how episodes look in which another is better.
+Every episode is played by the best open loop of the task's search that succeeds in it; this is
+known because training episodes can be repeated. The demonstrations are therefore mostly one
+schedule, and episodes in which another is better.
 
-The search is long. It lies beside the runs, in ``open-loops-ID-KEY``, for all that imitate the same
-with the same scene, tasks and actions, and goes on where it was broken off.
+The search is long. It is stored beside the runs in ``open-loops-ID-KEY``, for all runs with the
+same imitation, scene, tasks and actions, and an interrupted search continues.
 """
 
 import hashlib
@@ -28,25 +28,25 @@ from magfold_env.files import physics_digest
 from magfold_env.scoring.track import WIDTH
 
 STREAM = "imitation"
-"""Of the draws that open loops are searched on."""
+"""Stream of the draws of the search for open loops."""
 
 SHOWN = 16
-"""Open loops of a task of which one is shown."""
+"""Number of open loops of a task from which one is demonstrated."""
 
 
 class BestOpenLoops:
     """Plays in each episode the best open loop of its task that succeeds in it.
 
-    Where none does it is the best of the task.
+    If none succeeds, the best of the task plays.
 
     Parameters
     ----------
     settings : EnvSettings
-        Those of the environment; open loops do what its actions can say.
+        Settings of the environment; open loops use its actions.
     effort : Search
-        How much is tried for every task.
+        Effort of the search for every task.
     folder : Path
-        Where folders of searches lie.
+        Folder that contains the folders of searches.
     """
 
     def __init__(self, settings: EnvSettings, effort: Search, folder: Path) -> None:
@@ -55,7 +55,7 @@ class BestOpenLoops:
         self._best = best_open_loops(settings, effort, folder)
 
     def plan(self, numbers: Sequence[int], seeds: Sequence[int]) -> Plan:
-        """Return what plays episodes of tasks, by number, with such seeds, one a row."""
+        """Return a plan that plays episodes of tasks, by number, with given seeds, one per row."""
         ranks = np.zeros(len(seeds), dtype=np.int64)
         left = np.arange(len(seeds))
         for rank in range(max(map(len, self._best))):
@@ -71,14 +71,14 @@ class BestOpenLoops:
     def _succeeds(
         self, numbers: Sequence[int], seeds: Sequence[int], rows: Sequence[int], rank: int
     ) -> Bools:
-        """Return where the open loops of some rank do."""
+        """Return where the open loops of a rank succeed."""
         own = np.array([numbers[row] for row in rows])
         found = [self._best[number][rank] for number in own.tolist()]
         return self._field.follow(own, [seeds[row] for row in rows], found)[:, 0] > 0.0
 
 
 def best_open_loops(settings: EnvSettings, effort: Search, folder: Path) -> list[list[Any]]:
-    """Return for every task of an environment its best open loops, the best first.
+    """Return the best open loops of every task of an environment, the best first.
 
     Arguments are those of `BestOpenLoops`.
     """
@@ -100,22 +100,22 @@ def kept_search(
     search: Callable[..., Any],
     jobs: Sequence[tuple[Any, ...]],
 ) -> list[Any]:
-    """Return what is searched for every task of an environment, which is kept beside runs.
+    """Return the results of a search for every task of an environment, stored beside runs.
 
     Parameters
     ----------
     title : str
-        What it is.
+        Name of the search.
     settings : EnvSettings
         Those of the environment.
     effort : dict
-        What the results depend on besides.
+        Further values that the results depend on.
     folder : Path
-        Where folders of searches lie.
+        Folder that contains the folders of searches.
     search
-        Returns the result of a task, as JSON can hold it, from a job; is called in processes.
+        Returns the result of a task from a job, as JSON values; it is called in processes.
     jobs
-        Its arguments for every task.
+        The arguments of `search` for every task.
     """
     env: Any = make_env(settings).unwrapped
     key: dict[str, Any] = {
@@ -128,7 +128,7 @@ def kept_search(
     digest = hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:8]
     name = f"{title.replace(' ', '-')}-{settings.id.rpartition('/')[2]}-{digest}"
     with progress_bar() as bar:
-        # Runs that begin together share one search: the first makes it, the others wait.
+        # Runs that begin together share one search: the first runs it and the others wait.
         table = Table(bar, len(os.sched_getaffinity(0)), folder, key, wait=True)
         return table.row(name, len(jobs), lambda at, _: (search, *jobs[at]), _searched)
 
@@ -144,5 +144,5 @@ def _search(settings: EnvSettings, number: int, effort: Search) -> list[int]:
 
 
 def field_of(env: Any) -> Field:
-    """Return room for episodes in which choices are written down as the actions can say them."""
+    """Return reusable episodes in which choices are expressed as actions."""
     return Field(env.make_episodes(env.world, WIDTH), open_loops_of(env), env.world.actions)
