@@ -1,8 +1,7 @@
-"""What a fold did inside its steps, judged on the integrator's dense output.
+"""The states of a fold inside its steps, from the integrator's dense output.
 
-Two states that are looked at one after the other are at most 0.1 ms apart, and no casing near a
-solid moves by more than a small share of the thinnest solid from one to the next. States that
-hardly differ count as one.
+Consecutive states are at most 0.1 ms apart, and no casing near a solid moves by more than a small
+share of the thinnest solid between them. States that hardly differ count as one.
 """
 
 from __future__ import annotations
@@ -49,14 +48,14 @@ class States(NamedTuple):
     """Components that are out of the tube, shape (m,)."""
 
     def of(self, kept: npt.NDArray[np.intp] | Bools) -> States:
-        """Return some of the states."""
+        """Return the states of some rows."""
         moving = self.base[kept], self.base_velocity[kept]
         return States(self.angles[kept], self.rates[kept], *moving, self.released[kept])
 
 
 @dataclass
 class Inside:
-    """The worst values among the states of one fold that were looked at."""
+    """The worst values among the inspected states of one fold."""
 
     casings: float = 0.0
     """Deepest overlap of two casings, as a share of the side."""
@@ -65,11 +64,12 @@ class Inside:
     thin: float = 0.0
     """The same as a share of the solid's thickness."""
     crossings: int = 0
-    """How often a casing's centre was on the other side of a solid at the next look."""
+    """Number of times that a casing's centre was on the other side of a solid in the next state."""
     past_stop: float = 0.0
-    """How far a joint was beyond a right angle [rad]."""
+    """Largest angle of a joint beyond a right angle [rad]."""
     beyond_bore: float = 0.0
-    """How far what the tube held reached beyond its inner wall, as a share of the side."""
+    """Largest distance of held casings beyond the inner wall of the tube, as a share of the
+    side."""
     speed: float = 0.0
     """Speed of the fastest point of a casing near a solid [m/s]."""
     looks: int = 0

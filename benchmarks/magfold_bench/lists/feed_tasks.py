@@ -1,4 +1,4 @@
-"""Find chains whose folds the feed decides.
+"""Find chains whose folds depend on the feed.
 
 **Two folds.** Random chains are fed out at constant speeds. Kept are those that fold into one word
 at one speed and into another at another, each in at least three of four draws of the nominal
@@ -35,7 +35,7 @@ RELIABLE = 0.75
 """Share of the draws in which some speed must lead to a word, of a chain with two folds."""
 
 AT_ONCE = 20
-"""Chains that are tried in chambers side by side."""
+"""Number of chains tried in chambers in parallel."""
 
 LEAST = 6
 """Of the draws of chambers, in how many some speed must lead to a word."""
@@ -50,7 +50,7 @@ Found = tuple[float, FeedTask]
 
 
 def find_two_folds(seed: int = 0) -> Iterator[Found]:
-    """Yield tasks without end, two for each chain, and the shares of runs that end in them."""
+    """Yield tasks endlessly, two for each chain, with the shares of runs that end in them."""
     rng, scene = np.random.default_rng(seed), load_scene("tube-built")
     for direction in cycle(("forward", "backward")):
         found: list[Found] = []
@@ -82,7 +82,7 @@ def _task(scene: Scene, counts: Mapping[float, Counter[str]], target: str) -> Fo
 
 
 def _is_reliable(counts: Mapping[float, Counter[str]], word: str) -> bool:
-    """Return whether some speed brings a fold about."""
+    """Return whether some speed produces a fold."""
     return bool(word) and max(count[word] for count in counts.values()) >= RELIABLE * DRAWS
 
 
@@ -93,17 +93,17 @@ def count_words(scene: Scene, speed: float) -> Counter[str]:
 
 
 def _fold(scene: Scene) -> str:
-    """Return the word that a scene folds into; the empty one if it misfolds."""
+    """Return the word that a scene folds into, or an empty one if it misfolds."""
     fold = simulate(scene)
     return fold.word if fold.status is FoldStatus.FOLDED else ""
 
 
 def find_chambers(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[Found]:
-    """Yield tasks without end, and the shares of runs that end in their targets."""
+    """Yield tasks endlessly, with the shares of runs that end in their targets."""
     rng = np.random.default_rng([seed, direction == "forward"])
     while True:
         chains = random_faces(rng, (AT_ONCE, 6))
-        # What they are asked for does not matter yet.
+        # Their targets do not matter yet.
         tasks = [FeedTask(sequence=each, direction=direction, target="LRLRL") for each in chains]
         for task, words in zip(tasks, words_at_speeds(tasks, threads), strict=True):
             had = [

@@ -36,7 +36,7 @@ Found = tuple[int, RefoldTask]
 
 
 def find_refolds(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Found]:
-    """Yield tasks without end, and how often both of their words came about."""
+    """Yield tasks endlessly, with the number of times that both words occurred."""
     rng = np.random.default_rng([seed, direction == "forward"])
     while True:
         tasks = [_blank(each, direction) for each in random_faces(rng, (AT_ONCE, 6))]
@@ -68,7 +68,7 @@ def _task(chain: RefoldTask, threads: int) -> list[Found]:
 def words_in_turn(
     tasks: Sequence[RefoldTask], speeds: Sequence[Speeds], seeds: Sequence[int], threads: int = 1
 ) -> list[tuple[str, str]]:
-    """Return the two words that chains fold into, whatever their tasks ask for; "" for none.
+    """Return the two words that chains fold into, regardless of their tasks; "" for none.
 
     There is no second word where there is no first one or the chain is not drawn in.
     """
@@ -105,7 +105,7 @@ def _is_folded(episodes: Any, rows: Ints) -> Bools:
 
 
 def _blank(sequence: list[str], direction: Any) -> RefoldTask:
-    """Return a task that asks for nothing in particular."""
+    """Return a task with an arbitrary goal."""
     words = {"first": "LRLRL", "target": "LRLRL"}
     return RefoldTask(sequence=tuple(sequence), direction=direction, **words)
 
