@@ -1,6 +1,6 @@
 """The parts of every benchmark: what measures each, what draws it, and how they are run.
 
-What is said about them stands in `descriptions.toml`.
+Their descriptions are in `descriptions.toml`.
 """
 
 from collections.abc import Callable, Sequence
@@ -70,20 +70,20 @@ def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
     Parameters
     ----------
     name
-        Of the benchmark, and of its JSON file.
+        Name of the benchmark and of its JSON file.
     only
         Names of the parts to measure; all if empty.
     quick
-        Whether to measure less, with fewer repeats: to see that it works, not to quote.
+        Whether to measure less, with fewer repeats, as a trial whose results are not quotable.
     out
-        Folder for CSV, JSON and PNG files, made if need be; None writes nothing.
+        Folder for CSV, JSON and PNG files, created if needed; None writes nothing.
 
     Raises
     ------
     ValueError
         If a part is not known.
     ImportError
-        If diagrams are wanted and matplotlib is not installed.
+        If diagrams are requested and matplotlib is not installed.
     """
     parts = BENCHMARKS[name]
     unknown = [each for each in only if each not in parts]
