@@ -1,4 +1,4 @@
-"""The parts of every benchmark: what measures each, what draws it, and how they are run.
+"""The parts of every benchmark: their measurement, drawing and execution.
 
 Their descriptions are in `descriptions.toml`.
 """
@@ -28,10 +28,10 @@ from magfold_env.reporting.tables import Measurement, Progress, Row
 
 @dataclass(frozen=True)
 class Part:
-    """What can be measured by itself."""
+    """A part that can be measured on its own."""
 
     measure: Callable[[bool, Progress], Measurement]
-    """Takes whether to measure less, and what is told how far it is."""
+    """Measures the part; the arguments are whether to measure less, and a function for progress."""
     draw: Callable[[list[Row]], Any] | None = None
     """Turns the rows into a matplotlib figure."""
 

@@ -46,7 +46,7 @@ def design(  # noqa: PLR0913 - one parameter an option
     address: options.Address = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder for JSON and the scene; a killed command goes on in it."),
+        typer.Option(help="Folder for JSON and the scene; an interrupted command continues there."),
     ] = None,
     json: options.Json = None,
 ) -> None:

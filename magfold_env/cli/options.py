@@ -50,11 +50,13 @@ BackendName = Annotated[
 Address = Annotated[str | None, typer.Option(help="Address of a Ray cluster.")]
 Out = Annotated[
     Path | None,
-    typer.Option(help="Folder for JSON, CSV and PNG files; a killed command goes on in it."),
+    typer.Option(
+        help="Folder for JSON, CSV and PNG files; an interrupted command continues there."
+    ),
 ]
 Quick = Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")]
 Results = Annotated[
-    Path, typer.Option(help="Folder of the results; a killed command goes on in it.")
+    Path, typer.Option(help="Folder of the results; an interrupted command continues there.")
 ]
 
 SUFFIXES = {"--gif": ".gif", "--png": ".png", "--html": ".html", "--json": ".json"}
