@@ -1,15 +1,16 @@
 """Find chains whose folds depend on the feed.
 
-**Two folds.** Random chains are fed out at constant speeds. Kept are those that fold into one word
-at one speed and into another at another, each in at least three of four draws of the nominal
-physics: the feed speed decides, and both folds can be had. Every such chain makes two tasks, that
-are as easy as the share of all runs, over the speeds on offer, that end in the target.
+**Two folds.** Random chains are fed out at constant speeds. The search keeps those that fold into
+one word at one speed and into another word at another speed, each in at least three of four draws
+of the nominal physics, so that the feed speed decides between two reachable folds. Every such chain
+makes two tasks. The ease of a task is the share of all runs, over the available speeds, that end in
+the target.
 
-**Chambers.** Random chains are fed at constant speeds on draws of a stream of their own, each of
-another chamber, floor and strength of magnets. A word makes a task if it can be had, in at least
-six draws of eight at one speed or another, and if what is hidden decides at which: no speed leads
-to it in more than five. Of a chain's words the one that most runs end in is taken. A task is as
-easy as the share of all runs that end in the target.
+**Chambers.** Random chains are fed at constant speeds on draws of their own stream, each with a
+different chamber, floor and strength of magnets. A word makes a task if some speed reaches it in at
+least six of eight draws, and if the hidden draws decide which speed: no single speed reaches it in
+more than five. The search takes the most frequent of such words of a chain. The ease of a task is
+the share of all runs that end in the target.
 """
 
 from collections import Counter
@@ -32,19 +33,19 @@ from magfold_env.simulation.simulate import simulate
 
 DRAWS = 8
 RELIABLE = 0.75
-"""Share of the draws in which some speed must lead to a word, of a chain with two folds."""
+"""Share of the draws in which some speed must lead to a word, for chains with two folds."""
 
 AT_ONCE = 20
 """Number of chains tried in chambers in parallel."""
 
 LEAST = 6
-"""Of the draws of chambers, in how many some speed must lead to a word."""
+"""Least number of draws of chambers in which some speed must lead to a word."""
 
 MOST = 5
-"""Of the draws of chambers, in how many one speed may."""
+"""Largest number of draws of chambers in which a single speed may lead to a word."""
 
 NARROW_TUBE = {"bore": None, "loading": "preloaded", "force_limit": 1.0}
-"""The feed that the shipped chains were chosen in; the track's tube has been widened since."""
+"""The feed used to select the shipped chains; the track's tube has been widened since."""
 
 Found = tuple[float, FeedTask]
 

@@ -1,9 +1,9 @@
 """Find chains that fold into two words, one after the other.
 
-Random chains are pushed out, pulled in and pushed out again at constant speeds. A chain for which
-that ends in two different words, on draws of a stream of its own, is tried at all speeds on offer;
-the two words that come about most often at some of them make a task if on other draws they do so
-again. A task is as easy as that was often.
+Random chains are pushed out, pulled in and pushed out again at constant speeds. A chain that
+reaches two different words, on draws of its own stream, is tried at all available speeds. The two
+words that occur most often at some of these speeds make a task if they occur again on other draws.
+The ease of a task is the frequency of both words.
 """
 
 from collections import Counter
@@ -25,12 +25,12 @@ from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
 
 SCENE = "reprogram"
 AT_ONCE = 250
-"""Chains that are tried side by side."""
+"""Number of chains tried in parallel."""
 
 DRAWS = 6
 OTHER_DRAWS = 24
 LEAST = 3
-"""Of the other draws, how many must end in both words."""
+"""Least number of the other draws that must end in both words."""
 
 Found = tuple[int, RefoldTask]
 
@@ -70,7 +70,7 @@ def words_in_turn(
 ) -> list[tuple[str, str]]:
     """Return the two words that chains fold into, regardless of their tasks; "" for none.
 
-    There is no second word where there is no first one or the chain is not drawn in.
+    There is no second word if there is no first one or the chain is not drawn in.
     """
     world = ReprogramEnv.make_world(SCENE, tasks=tasks)
     episodes = ReprogramEpisodes(world, len(tasks), threads)

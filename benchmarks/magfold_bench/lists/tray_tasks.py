@@ -1,16 +1,17 @@
 """Find trays from which words can be folded, and pulls that folds can bear.
 
-**Trays** of random components, and words, are drawn. Kept are those from which, whichever component
-is left out, the minimiser has a chain whose only ground state is the word, and whose best chain,
-with sound magnets, folds into it at some constant speed in at least three of four draws. A task is
-as easy as the share of all such runs, over the speeds on offer, that end in the word.
+**Trays** of random components, and words, are drawn. The search keeps those for which the minimiser
+has a chain with the word as its only ground state without any one of the components, and whose best
+chain, with sound magnets, folds into the word at some constant speed in at least three of four
+draws. The ease of a task is the share of all such runs, over the available speeds, that end in the
+word.
 
-**Pulls** are drawn with trays: 0.2 to 1 N, evenly on a scale of powers, towards any direction
-within a right angle of straight away from the tube. For every word the minimiser's chain from the
-tray is fed at the middle speed, with all that an episode draws; of the word whose chain bears the
-pull most often, every speed is tried. Kept are those that bear it at the best speed in a quarter to
-three quarters of the draws: the pull is neither out of reach nor borne by any fold. A task is as
-easy as that share.
+**Pulls** are drawn with trays: 0.2 to 1 N, log-uniform, in any direction within a right angle of
+straight away from the tube. For every word, the minimiser's chain from the tray is fed at the
+middle speed, with all draws of an episode. For the word whose chain bears the pull most often,
+every speed is tried. The search keeps the pulls that the chain bears at its best speed in a quarter
+to three quarters of the draws, so that a pull is neither out of reach nor borne by any fold. The
+ease of a task is that share.
 """
 
 from collections.abc import Iterator, Sequence

@@ -606,6 +606,6 @@ class TrayTable(Actions):
         most = [size - 1 for size in self.sizes]
         ways = "0 or 1, to draw back" if self.ways == PULL else "0, 1, to draw back, or 2, to pull"
         return (
-            f"four integers, component 0..{most[0]}, way to lie 0..{most[1]}, speed level "
+            f"four integers, component 0..{most[0]}, orientation 0..{most[1]}, speed level "
             f"0..{most[2]} and {ways}"
         )
