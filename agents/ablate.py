@@ -1,10 +1,11 @@
-"""What of a trained policy earns its score: ``python -m agents.ablate POLICY``.
+"""Ablation of a trained policy: ``python -m agents.ablate POLICY``.
 
-The policy plays tube feed as it is, and with parts of it taken away, see
-`agents.evaluation.episodes`, on the same targets and draws; what it does when it is frozen is also
-built beforehand, all magnets acting inside the tube too. Intervals are 95 %, by the bootstrap over
-training seeds and targets together; those of differences are paired, by seed, target and draws.
-Killed, the command goes on where it was when called again; finished, it prints its table again.
+The policy plays tube feed unchanged and with parts of it removed (see
+`agents.evaluation.episodes`), on the same targets and draws. The choices of the frozen policy are
+also played with chains built beforehand, whose magnets also act inside the tube. Intervals are 95
+%, by the bootstrap over training seeds and targets together; those of differences are paired by
+seed, target and draws. An interrupted command continues when it is called again; a finished one
+prints its table again.
 """
 
 from collections.abc import Mapping
@@ -32,15 +33,15 @@ SEEING, BUILT = "seeing", "built beforehand"
 def measure(
     method: Method, settings: EnvSettings, draws: int, processes: int, folder: Path
 ) -> dict[str, Row]:
-    """Play every ablation on every target with the same draws, none of which training sees.
+    """Play every ablation on every target with the same draws, which training never uses.
 
-    Episodes are kept in `folder`, and those that are there are not played again. So many
-    `processes` play at a time.
+    `folder` stores episodes, and stored episodes are not played again. The number of parallel
+    processes is `processes`.
 
     Raises
     ------
     ValueError
-        If chains are chosen as a whole, with nothing to see on the way; if `folder` is of other
+        If chains are chosen as a whole, without observations in between; if `folder` contains other
         episodes; or if a policy cannot play these.
     """
     env = episodes.make_env(settings)
@@ -67,9 +68,9 @@ def measure(
 
 
 def summarise(results: Played, built: bool = False) -> dict[str, Row]:
-    """Return a row for each ablation, and for what is frozen when it is `built` beforehand.
+    """Return a row for each ablation, and for the frozen policy with chains `built` beforehand.
 
-    What it succeeds above the policy as it is, is its ``difference``.
+    ``difference`` is the success minus that of the unchanged policy.
     """
     targets, seeing = targets_of(results), by_target(results[SEEING])
     tried = {name: (runs, "success", "score") for name, runs in results.items()}
@@ -88,7 +89,7 @@ def summarise(results: Played, built: bool = False) -> dict[str, Row]:
 
 
 def best_speed(rows: Mapping[str, Row]) -> str:
-    """Return the best of the fixed speeds, by success, then score."""
+    """Return the best fixed speed, by success, then score."""
     fixed = [name for name in rows if name.endswith(" m/s")]
     return max(fixed, key=lambda name: (rows[name].success[0], rows[name].score or 0.0))
 
@@ -124,17 +125,17 @@ def main(
         ),
     ],
     seeds: Annotated[
-        int | None, typer.Option(min=1, help="Of so many training seeds; all by default.")
+        int | None, typer.Option(min=1, help="Number of training seeds; all by default.")
     ] = None,
     config: EnvConfig = "ppo-tube-feed",
     env: EnvChanges = None,
     draws: Annotated[int, typer.Option(min=1, help="Episodes per target.")] = 20,
-    processes: Annotated[int, typer.Option(min=1, help="Episodes played at a time.")] = 2,
+    processes: Annotated[int, typer.Option(min=1, help="Number of parallel processes.")] = 2,
     output: Annotated[
         Path | None, typer.Option(help="Folder of the results; runs/ablation-POLICY by default.")
     ] = None,
 ) -> None:
-    """Compare a trained policy with what is left of it when a part is taken away."""
+    """Compare a trained policy with itself without some of its parts."""
     with reported_errors(ValueError):
         settings = env_settings(config, env or [])
         parsed = Method.parse(policy)

@@ -11,7 +11,7 @@ from rich import box, console, progress, table
 from magfold_env.cli import options
 from magfold_env.files import pip_install
 
-EnvConfig = Annotated[str, typer.Option(help="Training settings that give the environment.")]
+EnvConfig = Annotated[str, typer.Option(help="Training settings that define the environment.")]
 EnvChanges = Annotated[
     list[str] | None,
     typer.Option(help="Change of an environment setting, KEY=VALUE, such as targets=n8."),
@@ -23,7 +23,7 @@ Assignments = Annotated[
 
 
 def run_command(main: Callable[..., None]) -> None:
-    """Run a command; its help and its messages are as those of `magfold`."""
+    """Run a command; its help and messages have the form of those of `magfold`."""
     threading.excepthook = _leave_to_the_command
     command = options.Application()
     command.command()(main)
@@ -31,17 +31,17 @@ def run_command(main: Callable[..., None]) -> None:
 
 
 def _leave_to_the_command(ended: threading.ExceptHookArgs) -> None:
-    """Tell why a thread ended, but for files that the command cannot write either."""
+    """Print why a thread ended, except for files that the command cannot write either."""
     if not issubclass(ended.exc_type, OSError):
         threading.__excepthook__(ended)
 
 
 @contextmanager
 def reported_errors(*kinds: type[Exception], extras: str = "") -> Generator[None]:
-    """Tell what the user got wrong on one line of stderr and end with exit code 2.
+    """Print a user error on one line of stderr and end with exit code 2.
 
-    The `kinds` of errors are the user's to mend, and so are files and missing modules, which come
-    with `extras` if these are given; all others pass.
+    These are the `kinds` of errors, file errors, and missing modules, with a hint to `extras` if
+    given; all other errors pass.
     """
     with options.errors_in_one_line((*kinds, OSError, ImportError)):
         try:
@@ -52,7 +52,7 @@ def reported_errors(*kinds: type[Exception], extras: str = "") -> Generator[None
 
 
 def progress_bar() -> progress.Progress:
-    """Return a bar on stderr that has room for a rate of success."""
+    """Return a progress bar on stderr with a field for a success rate."""
     return progress.Progress(
         progress.TextColumn("{task.description}"),
         progress.BarColumn(),
@@ -65,13 +65,13 @@ def progress_bar() -> progress.Progress:
 
 
 def text_table(title: str, rows: Sequence[Mapping[str, str]]) -> table.Table:
-    """Return a table of rows with the same keys, which head the columns; intervals have a line."""
+    """Return a table of rows with equal keys, the headings; intervals have their own line."""
     shown = table.Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
     cells = [[cell.replace(" (", "\n(") for cell in row.values()] for row in rows]
     first, *others = rows[0]
     shown.add_column(first)
     for k, name in enumerate(others, start=1):
-        # Headings may be broken, cells not.
+        # Headings may break into lines; cells may not.
         width = max(len(line) for row in cells for line in row[k].splitlines() or [""])
         shown.add_column(name, justify="right", min_width=width)
     for row in cells:

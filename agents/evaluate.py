@@ -21,7 +21,7 @@ from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import physics_digest
 
 SHOWN = 4
-"""Targets whose folds the report plays."""
+"""Number of targets whose folds the report plays."""
 
 
 def evaluate(
@@ -32,7 +32,7 @@ def evaluate(
     built: bool = False,
     folder: Path | None = None,
 ) -> report.Played:
-    """Play every policy on every target with the same draws, none of which training sees.
+    """Play every policy on every target with the same draws, which training never uses.
 
     Each policy has so many `draws` on each target, so many `processes` play at a time, and every
     choice is folded once more `built` beforehand if wanted. The runs come by the methods' names.
@@ -63,8 +63,8 @@ def compare(
 ) -> report.Played:
     """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
 
-    Random actions and the energy minimiser's designs are compared with, the latter unless one of
-    the targets has none. What is given comes first. The rest is as for `evaluate`.
+    The comparison includes random actions and the energy minimiser's designs, the latter unless a
+    target has none. Given methods come first. The other arguments are those of `evaluate`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     typer.echo(page.conditions(settings, draws))
@@ -86,7 +86,7 @@ def compare(
 
 
 def _usual(given: Sequence[episodes.Method], settings: EnvSettings) -> list[episodes.Method]:
-    """Return what is compared with, unless it is given."""
+    """Return the methods for comparison that are not given."""
     env = episodes.make_env(settings)
     names = [report.RANDOM]
     missing = [target for target in env.targets if env.baseline_of(target).flagged]
@@ -111,7 +111,7 @@ def main(
     draws: Annotated[int, typer.Option(min=1, help="Episodes per target.")] = 20,
     processes: Annotated[int, typer.Option(min=1, help="Episodes played at a time.")] = 2,
     built: Annotated[
-        bool, typer.Option(help="Fold every choice once more, built beforehand (preloaded).")
+        bool, typer.Option(help="Also fold every choice in a chain built beforehand (preloaded).")
     ] = True,
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/evaluation"),
 ) -> None:

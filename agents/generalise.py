@@ -1,8 +1,9 @@
-"""How much is lost on words never trained on: ``python -m agents.generalise CONFIG``.
+"""Loss of success on words excluded from training: ``python -m agents.generalise CONFIG``.
 
-All fully folded words are dealt to some folds. For each fold a policy is trained on the words of
-the others, then plays its own, held out, and theirs, seen. Another method, chosen for every word
-by itself, may play them all beside. Killed, the command goes on where it was when called again.
+All fully folded words are divided into folds. For each fold, a policy is trained on the words of
+the other folds; it then plays the held-out words of its fold and the seen words of the others.
+Another method with separate choices for every word may play all words for comparison. An
+interrupted command continues when it is called again.
 """
 
 from collections.abc import Sequence
@@ -24,27 +25,27 @@ from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.shapes import folded_words, mirror
 
 DIFFERENCES = ("lost", "ahead of it, held out")
-"""Rows of the summary that are not rates."""
+"""Columns of the summary that are not rates."""
 DEAL = 0
-"""Seed of the deal, so that one length has one deal for all methods."""
+"""Seed of the division, which is equal for all methods at one length."""
 
 
 @dataclass(frozen=True)
 class Fold:
-    """One fold, and how its policy did."""
+    """One fold and the results of its policy."""
 
     held: dict[str, float]
-    """Rate of success by word that was held out."""
+    """Rate of success by held-out word."""
     seen: dict[str, float]
-    """The same by word that was not."""
+    """Rate of success by seen word."""
     policy: str
     """SHA-256 of the policy's file."""
 
 
 def deal(words: Sequence[str], folds: int) -> list[list[str]]:
-    """Return the words of each fold, dealt at random, always alike.
+    """Return the words of each fold, divided randomly with a fixed seed.
 
-    A word and its mirror image, which a device that is its own image makes alike, stay together.
+    A word and its mirror image stay together, because a symmetric device makes both alike.
     """
     pairs = sorted({tuple(sorted({word, mirror(word)} & set(words))) for word in words})
     order = np.random.default_rng(DEAL).permutation(len(pairs))
@@ -54,7 +55,7 @@ def deal(words: Sequence[str], folds: int) -> list[list[str]]:
 def settings_of(
     config: str, assignments: Sequence[str], components: int, held: Sequence[str], fold: int
 ) -> TrainSettings:
-    """Return the training on all words but those held out."""
+    """Return the training on all words except the held-out ones."""
     seen = [word for word in folded_words(components) if word not in held]
     own = [f"env.components={components}", f"env.targets=[{', '.join(seen)}]"]
     return load_settings(config, [*assignments, *own], seed=fold)
@@ -83,11 +84,11 @@ def measure(
     folder: Path,
     processes: int = 1,
 ) -> list[Fold]:
-    """Train a policy for each fold, and let it play all words in `env`.
+    """Train a policy for each fold and let it play all words in `env`.
 
-    `folds` are the words of each fold and `settings` its training, `draws` the episodes of each
-    word that was held out, and of each that was seen. `folder` is that of the training runs,
-    ``fold-0`` and so on, and of the episodes that were played.
+    `folds` contains the words of each fold, `settings` its training, and `draws` the numbers of
+    episodes per held-out word and per seen word. `folder` contains the training runs, ``fold-0``
+    and so on, and the played episodes.
     """
     found: list[Fold] = []
     words = [word for fold in folds for word in fold]
@@ -105,9 +106,9 @@ def measure(
 def summary(
     found: Sequence[Fold], other: dict[str, float] | None = None
 ) -> dict[str, intervals.Estimate]:
-    """Return what the folds come to; intervals are from the bootstrap over words.
+    """Return the summary of the folds; intervals are from the bootstrap over words.
 
-    Each word was held out once and seen by the policies of all other folds, whose mean is taken.
+    Each word is held out once and seen by the policies of all other folds, which are averaged.
     """
     words = [word for fold in found for word in fold.held]
     held = np.array([[rate for fold in found for rate in fold.held.values()]])
@@ -132,12 +133,13 @@ def main(
     draws: Annotated[
         int,
         typer.Option(
-            min=1, help="Episodes of each word held out; of each seen, a quarter for each policy."
+            min=1,
+            help="Episodes per held-out word; each policy plays a quarter as many per seen word.",
         ),
     ] = 20,
     against: Annotated[
         str | None,
-        typer.Option(help="Choices of agents.baselines (.json) for all words, to play beside."),
+        typer.Option(help="Choices of agents.baselines (.json) for all words, for comparison."),
     ] = None,
     assignments: Assignments = None,
     processes: Annotated[int, typer.Option(min=1, help="Episodes at a time.")] = 2,
@@ -145,7 +147,7 @@ def main(
         Path | None, typer.Option(help="Folder; runs/generalise-COMPONENTS by default.")
     ] = None,
 ) -> None:
-    """Train on all fully folded words but some, and play these."""
+    """Train on all fully folded words except some, and play these."""
     folder = output or Path("runs") / f"generalise-{components}"
     with reported_errors(ValueError):
         dealt = deal(list(folded_words(components)), folds)

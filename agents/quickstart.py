@@ -25,7 +25,7 @@ def main(
 ) -> None:
     """Train a policy briefly and compare it with random actions and the energy minimiser.
 
-    It also plays without seeing motion: what that costs is what it owes to seeing the chain.
+    It also plays without motion: the difference shows the benefit of observing the chain.
     """
     with reported_errors(SettingsError):
         options.need_render(charts=True)

@@ -1,8 +1,8 @@
 """Episodes as a dataset in Minari's format: ``python -m agents.record ENV``.
 
-For learners that see no environment. What is told of an episode at its end (its target, success and
-score) lies in its metadata, with the seed, from which the environment repeats it bit for bit. Every
-episode's draws are from a training seed: none is one that results are reported on.
+The dataset is for learners without an environment. The infos at the end of an episode (target,
+success and score) are in its metadata, with the seed, from which the environment repeats the
+episode bit for bit. All draws are from training seeds, none of which is used for reported results.
 """
 
 # pyright: reportMissingImports=false
@@ -25,17 +25,17 @@ from magfold_env.envs.fold_env import FoldEnv
 
 EXTRAS = "agents,minari"
 TOLD = ("target", "is_success", "score")
-"""What is kept of the info at the end of an episode."""
+"""The stored keys of the info at the end of an episode."""
 
 
 def record(settings: EnvSettings, policy: str, episodes: int, seed: int, name: str) -> Any:
-    """Play so many episodes and return them as a dataset of Minari's, which keeps it on disk.
+    """Play a number of episodes and return them as a Minari dataset, which is stored on disk.
 
     Raises
     ------
     ValueError
-        If there is no such policy, or it knows other environments; if there is a dataset of that
-        name, or none can be called so.
+        If there is no such policy, or it belongs to other environments; if there is a dataset of
+        that name, or the name is not allowed.
     """
     import minari  # noqa: PLC0415 (an extra of its own)
 
@@ -52,7 +52,7 @@ def record(settings: EnvSettings, policy: str, episodes: int, seed: int, name: s
         task = bar.add_task(settings.id, total=episodes, note="")
         played = [_play(env, player, each) for each in bar.track(seeds, task_id=task)]
     with warnings.catch_warnings():
-        # Who made it, and that it is evaluated where it was recorded.
+        # Author, and evaluation in the recorded environment.
         warnings.filterwarnings("ignore", "`.*` is set to None", UserWarning)
         dataset = minari.create_dataset_from_buffers(
             name,
@@ -109,7 +109,7 @@ def _play(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tuple[Any,
 
 
 def _columns(space: gymnasium.Space[Any], values: list[Any]) -> Any:
-    """Return values of a space as Minari wants them: each part of them as one array."""
+    """Return values of a space in Minari's form: one array for each part."""
     if isinstance(space, gymnasium.spaces.Dict):
         return {key: _columns(part, [v[key] for v in values]) for key, part in space.items()}
     return np.stack([np.asarray(value, dtype=space.dtype) for value in values])
@@ -129,10 +129,10 @@ def main(
     seed: Annotated[int, typer.Option(min=0, help="Of all draws.")] = 0,
     dataset: Annotated[
         str | None,
-        typer.Option(help="Minari's name of it; magfold/ENV/POLICY-v0 by default."),
+        typer.Option(help="Minari's name of the dataset; magfold/ENV/POLICY-v0 by default."),
     ] = None,
 ) -> None:
-    """Record episodes; MINARI_DATASETS_PATH says where, by default it is ~/.minari/datasets."""
+    """Record episodes in the folder MINARI_DATASETS_PATH, by default ~/.minari/datasets."""
     with reported_errors(ValueError, extras=EXTRAS):
         content: dict[str, Any] = {"id": env_id}
         for change in env or []:

@@ -1,7 +1,7 @@
 """Make ``agents/SCOREBOARD.md`` from files: ``python -m agents.scoreboard``.
 
-The files, in ``agents/scores``, are what ``magfold score --json`` and `agents.admission` have
-written; of the latter, one a track, random actions, always forward and the oracle are taken.
+The files in ``agents/scores`` are the results of ``magfold score --json`` and `agents.admission`;
+of the latter, one per track, the rows random actions, always forward and oracle are used.
 """
 
 from collections.abc import Iterator, Sequence
@@ -145,7 +145,7 @@ def main(
     scores: Annotated[Path, typer.Option(help="Folder of the files.")] = SCORES,
     output: Annotated[Path, typer.Option(help="The page.")] = PAGE,
 ) -> None:
-    """Make the scoreboard from files."""
+    """Write the scoreboard from the files."""
     with reported_errors(ValueError, OSError):
         write_text(output, page(scores))
     typer.echo(f"written: {output}")

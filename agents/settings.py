@@ -1,4 +1,4 @@
-"""What is trained, where and how: settings typed, checked and read from YAML."""
+"""Settings of training: typed, checked and read from YAML."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,8 +21,8 @@ from magfold_env.scoring.policy_file import Algorithm, Count, Features, LSTMSett
 from magfold_env.scoring.track import FEED_TRACKS, TRACKS
 
 MAX_TRAINING_SEED = 2**31 - 1
-"""Training seeds are small numbers given by hand, up to this one; those of other purposes are in
-`magfold_env.envs.tasks.draws`."""
+"""Largest training seed. Training seeds are small numbers given by hand; seeds for other purposes
+are in `magfold_env.envs.tasks.draws`."""
 
 Unit = Annotated[float, Field(ge=0, le=1)]
 Positive = Annotated[float, Field(gt=0)]
@@ -32,7 +32,7 @@ ALGORITHMS = get_args(Algorithm)
 
 
 def word_or_other(value: Any) -> str:
-    """Tell the branches of a union apart: a word, or the one other kind that is allowed."""
+    """Distinguish the branches of a union: a word, or the one other allowed kind."""
     return "<word>" if isinstance(value, str) else "<other>"
 
 
@@ -40,7 +40,7 @@ AutoOr = Annotated[
     Annotated[Literal["auto"], Tag("<word>")] | Annotated[float, Tag("<other>")],
     Discriminator(word_or_other),
 ]
-"""A number, or ``auto`` to let the learner find it."""
+"""A number, or ``auto`` to let the learner adapt it."""
 
 
 class SettingsError(SceneError):
@@ -80,10 +80,10 @@ ShapingOption = Annotated[
 
 
 class EnvOptions(Group, frozen=True):
-    """Options of an environment; None is what holds without.
+    """Options of an environment; None means the default.
 
-    `magfold_env.envs.tasks.world` says what those mean that have no words here. Which environment
-    takes which option is for the environment to say.
+    `magfold_env.envs.tasks.world` describes the options without description here. The environment
+    decides which options it accepts.
     """
 
     scene: str | None = None
@@ -102,19 +102,19 @@ class EnvOptions(Group, frozen=True):
     baseline: bool | None = None
     """False: nothing is subtracted from the score."""
     tasks: str | None = None
-    """Name, or path, of a list of chains that are given, with the folds they are to reach."""
+    """Name or path of a list of given chains with the folds to reach."""
 
 
 class EnvSettings(EnvOptions, frozen=True):
     """The environment to train in."""
 
     id: EnvId = TUBE_FEED
-    """Its name with Gymnasium."""
+    """Its Gymnasium id."""
 
     def options(self, gamma: float | None = None) -> dict[str, Any]:
-        """Return the keyword arguments that the environment is made with.
+        """Return the keyword arguments for making the environment.
 
-        The discount `gamma` is that of its shaping, which the goal environment does not have.
+        `gamma` is the discount of its shaping, which the goal environment does not have.
         """
         given = self.model_dump(exclude={"id"}, exclude_none=True)
         if given.pop("baseline", True) is False:
@@ -128,28 +128,28 @@ class EnvSettings(EnvOptions, frozen=True):
         return self.model_copy(update=options.model_dump(exclude_none=True))
 
     def unshaped(self) -> Self:
-        """Return these settings without shaping, which changes rewards and no fold."""
+        """Return these settings without shaping, which changes rewards but not folds."""
         return self.model_copy(update={"shaping": None})
 
 
 class _Learner(Shown):
-    """What all learners have."""
+    """Settings of all learners."""
 
     learning_rate: Positive = 3e-4
     """Step size of Adam at the start."""
     anneal: bool = False
     """Whether the learning rate falls linearly to zero over each phase of the run."""
     gamma: Unit = 1.0
-    """Discount, of the agent and of the shaping."""
+    """Discount of the agent and of the shaping."""
     batch_size: Annotated[int, Field(ge=2)] = 256
     """Steps in a minibatch."""
     hidden: Widths = (64, 64)
     """Widths of the hidden layers of every network."""
     features: Features = "chain"
-    """Whether networks see the chain from its first component to its last, or from the tube's mouth
-    outward, see `agents.training.features.FromTheMouth`, or so and always from one side, see
-    `agents.training.symmetry`; the latter two for tube feed alone, the last for PPO and
-    MaskablePPO."""
+    """Order in which networks see the chain: from its first component to its last; from the tube's
+    mouth outward (see `agents.training.features.FromTheMouth`); or from the mouth and always from
+    one side (see `agents.training.symmetry`). The latter two are for tube feed only, and the last
+    for PPO and MaskablePPO."""
 
 
 class PPOSettings(_Learner):
@@ -164,12 +164,12 @@ class PPOSettings(_Learner):
     gae_lambda: Unit = 0.95
     """Trade-off of bias and variance in the advantages."""
     clip_range: Positive = 0.2
-    """How far an update may change the probability of an action, as a ratio."""
+    """Largest change of an action's probability in an update, as a ratio."""
     ent_coef: NonNegative = 0.01
     """Weight of the entropy bonus."""
     anneal_entropy: bool = False
-    """Whether it falls linearly to zero over each phase: in the end the most probable action is to
-    be as good as one that is drawn."""
+    """Whether it falls linearly to zero over each phase, so that in the end the most probable
+    action is as good as a drawn one."""
     vf_coef: NonNegative = 0.5
     """Weight of the value loss."""
 
@@ -185,18 +185,18 @@ class RecurrentPPOSettings(PPOSettings):
     """Hyper-parameters of sb3-contrib's RecurrentPPO."""
 
     algorithm: Literal["recurrent-ppo"] = "recurrent-ppo"  # pyright: ignore[reportIncompatibleVariableOverride]
-    """PPO whose networks remember."""
+    """PPO with recurrent networks."""
     lstm: LSTMSettings = LSTMSettings()
-    """What they remember by."""
+    """Memory of the networks."""
 
 
 class HindsightSettings(Group, frozen=True):
-    """Replay with the goals that were achieved in place of those that were wanted."""
+    """Replay with the achieved goals in place of the desired ones."""
 
     n_sampled_goal: Count = 4
     """Relabelled steps for every true one."""
     goal_selection_strategy: Literal["future", "final", "episode"] = "future"
-    """Which moment of the episode gives the goal."""
+    """Moment of the episode that sets the goal."""
 
 
 class SACSettings(_Learner):
@@ -205,22 +205,22 @@ class SACSettings(_Learner):
     algorithm: Literal["sac"] = "sac"
     """Soft actor-critic."""
     buffer_size: Count = 200_000
-    """Steps that the replay buffer holds."""
+    """Number of steps in the replay buffer."""
     learning_starts: Count = 1_000
     """Steps with random actions before learning begins."""
     train_freq: Count = 1
     """Steps of each environment between two updates."""
     gradient_steps: Annotated[int, Field(ge=-1)] = 1
-    """Minibatches in an update; −1: as many as steps were made since the last, all environments
-    together."""
+    """Minibatches in an update; −1: as many as the steps since the last update in all
+    environments."""
     tau: Annotated[float, Field(gt=0, le=1)] = 0.005
     """Share of the critics that the target critics take over in an update."""
     ent_coef: AutoOr = "auto"
     """Weight of the entropy."""
     target_entropy: AutoOr = "auto"
-    """The entropy that ``ent_coef: auto`` steers to; ``auto`` is minus the number of actions."""
+    """Target entropy of ``ent_coef: auto``; ``auto`` is minus the number of actions."""
     hindsight: HindsightSettings | None = None
-    """Hindsight replay, for the goal environment; None replays what was."""
+    """Hindsight replay for the goal environment; None replays steps unchanged."""
 
 
 class TQCSettings(SACSettings):
@@ -229,11 +229,11 @@ class TQCSettings(SACSettings):
     algorithm: Literal["tqc"] = "tqc"  # pyright: ignore[reportIncompatibleVariableOverride]
     """Truncated quantile critics."""
     top_quantiles_to_drop_per_net: Annotated[int, Field(ge=0)] = 2
-    """Highest quantiles of each critic, of 25, that the target leaves out."""
+    """Number of the highest of 25 quantiles of each critic that the target omits."""
 
 
 def _branch(value: Any) -> str | None:
-    """Return the tag of the learner that `value` describes; None if it names no known one."""
+    """Return the tag of the learner that `value` describes, or None if it is unknown."""
     given = value.get("algorithm") if isinstance(value, dict) else None
     name = getattr(value, "algorithm", given)
     return f"<{name}>" if name in ALGORITHMS else None
@@ -255,10 +255,10 @@ LearnerSettings = Annotated[
 
 
 class StopSettings(Group, frozen=True):
-    """When a phase ends before its steps are made, as the validations say; None: not for that."""
+    """Conditions on validations that end a phase early; None: no such condition."""
 
     success: Unit | None = None
-    """Rate of success that is enough."""
+    """Sufficient rate of success."""
     patience: Count | None = None
     """Number of validations in a row without a new best one."""
 
@@ -267,16 +267,16 @@ class PhaseSettings(Group, frozen=True):
     """A phase of training before the main one."""
 
     timesteps: Count
-    """Environment steps in all."""
+    """Total environment steps."""
     env: EnvOptions = EnvOptions()
-    """What is different in the environment."""
+    """Options that differ in the environment."""
     stop: StopSettings = StopSettings()
     """When the phase ends early."""
 
 
 @dataclass(frozen=True)
 class Phase:
-    """A part of the run, with its own environment and its own end."""
+    """A part of the run with its own environment and its own end."""
 
     timesteps: int
     env: EnvSettings
@@ -284,27 +284,27 @@ class Phase:
 
 
 class ImitationSettings(Group, frozen=True):
-    """What a learner imitates at first."""
+    """Imitation before training."""
 
     plan: Literal["baseline", "drawing back", "mending"] = "baseline"
     """What plays: the schedules that set its tasks' baselines, where a chain is given what lets out
     anew what folds wrong, see `agents.training.drawing_back`, or, with an anchor, what tests its
     chains and builds those anew that fail, see `agents.training.mending`."""
     tried: Count = 1000
-    """Open loops of a task that are tried."""
+    """Number of open loops tried per task."""
     trials: Count = 6000
-    """Episodes in which they are."""
+    """Number of episodes in which they are tried."""
     episodes: Count = 1024
-    """Episodes that it is shown, of all tasks in turn."""
+    """Number of imitated episodes, with all tasks in turn."""
     epochs: Count = 8
-    """Passes over their steps."""
+    """Number of passes over the steps of these episodes."""
     batch_size: Count = 512
-    """Steps that are learned from at a time."""
+    """Steps in a minibatch of imitation."""
     learning_rate: Positive = 1e-3
-    """That of the first pass; it falls from pass to pass, in equal steps, towards zero."""
+    """Learning rate of the first pass; it falls towards zero in equal steps from pass to pass."""
     random: Annotated[float, Field(ge=0, lt=1)] = 0.1
-    """Share of the actions in them of which one entry is replaced by another at random, which is
-    not imitated."""
+    """Share of actions in the episodes in which a random entry is replaced; the replacement is not
+    imitated."""
 
 
 class TrainSettings(Group, frozen=True):
@@ -319,11 +319,11 @@ class TrainSettings(Group, frozen=True):
     learner: LearnerSettings = PPOSettings()
     """The learner."""
     start: str | None = None
-    """File of a policy whose weights its networks begin with; None: they are drawn."""
+    """File of a policy with the initial weights of the networks; None: random weights."""
     imitate: ImitationSettings | None = None
-    """What it imitates before it begins; None: nothing."""
+    """Imitation before training; None: none."""
     timesteps: Count = 200_000
-    """Environment steps in all, of the main phase."""
+    """Total environment steps of the main phase."""
     stop: StopSettings = StopSettings()
     """When the main phase ends early."""
     minutes: Positive | None = None
@@ -331,7 +331,7 @@ class TrainSettings(Group, frozen=True):
     seed: Annotated[int, Field(ge=0, le=MAX_TRAINING_SEED)] = 0
     """Seed of networks, actions and episodes."""
     device: Literal["cpu", "cuda", "auto"] = "cpu"
-    """Where the networks live; small ones are fastest on the processor."""
+    """Device of the networks; small ones are fastest on the processor."""
     envs: Count = 2
     """Number of environments that are stepped together."""
     checkpoint_every: Count = 20_000
@@ -339,24 +339,24 @@ class TrainSettings(Group, frozen=True):
     validate_every: Count = 20_000
     """Steps between validations."""
     validation_episodes: Count = 52
-    """Episodes of a validation, spread over the targets."""
+    """Number of episodes in a validation, spread over the targets."""
 
     @property
     def phases(self) -> tuple[Phase, ...]:
-        """What is trained on, in this order."""
+        """The phases in order."""
         before = [Phase(p.timesteps, self.env.changed(p.env), p.stop) for p in self.pretraining]
         return (*before, Phase(self.timesteps, self.env, self.stop))
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        """Refuse a learner that cannot take the environment."""
+        """Refuse a learner that does not support the environment."""
         found = (*self._of_actions(), *self._of_what_is_shown(), *self._of_imitation())
         if found:
             raise SceneError([Problem(key, at, f"must be {allowed}") for key, at, allowed in found])
         return self
 
     def _of_actions(self) -> Iterator[tuple[str, object, str]]:
-        """Yield what the learner does not take: key, value and what is allowed."""
+        """Yield the settings that the learner does not support: key, value and allowed values."""
         learner, env = self.learner, self.env
         if isinstance(learner, SACSettings):
             if env.actions != "box":
@@ -370,7 +370,7 @@ class TrainSettings(Group, frozen=True):
                 yield "env.id", env.id, "one in which magnets are chosen, with maskable-ppo"
 
     def _of_imitation(self) -> Iterator[tuple[str, object, str]]:
-        """Yield likewise who cannot imitate."""
+        """Yield the settings that imitation does not support."""
         if self.imitate is not None:
             if self.learner.algorithm not in {"ppo", "recurrent-ppo"}:
                 yield "learner.algorithm", self.learner.algorithm, "ppo or recurrent-ppo to imitate"
@@ -384,7 +384,7 @@ class TrainSettings(Group, frozen=True):
                 yield "imitate.plan", self.imitate.plan, f"another one but with {ANCHOR_ENV}"
 
     def _of_what_is_shown(self) -> Iterator[tuple[str, object, str]]:
-        """Yield likewise what its networks cannot be shown."""
+        """Yield the settings that the networks' observations do not support."""
         learner, env = self.learner, self.env
         features = learner.features
         if features != "chain" and env.id not in (TUBE_FEED, GOAL_ENV):
@@ -398,7 +398,7 @@ class TrainSettings(Group, frozen=True):
         if learner.frames > 1 and (features != "chain" or env.id == GOAL_ENV):
             allowed = f"1 with {GOAL_ENV} and with features but 'chain'"
             yield "learner.frames", learner.frames, allowed
-        # Achieved goals are motion, and a chain chosen as a whole is not seen to move.
+        # Achieved goals are motion, and the motion of a chain chosen as a whole is not observed.
         hindsight = isinstance(learner, SACSettings) and learner.hindsight is not None
         if learner.blind and (hindsight or env.id == DESIGN_ENV):
             yield "learner.blind", True, f"false with {DESIGN_ENV} and with hindsight"
@@ -421,7 +421,7 @@ def load_settings(
     Raises
     ------
     SettingsError
-        If there is no such file or something in it is not allowed.
+        If there is no such file, or something in it is not allowed.
     """
     file = find_config(path, "agents")
     content = read_mapping(file)
@@ -434,12 +434,14 @@ def load_settings(
 def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:
     """Return the environment of training settings with changes, each ``KEY=VALUE`` in YAML.
 
-    Rewards are its own, whatever the training's were: they say what a policy adds to the minimiser.
+    Rewards are the environment's defaults, not the training's: they measure what a policy adds to
+    the minimiser.
 
     Raises
     ------
     ValueError
-        If there are no such settings, a change is not allowed, or magnets are not chosen there.
+        If there are no such settings, a change is not allowed, or the agent does not choose
+        magnets.
     """
     own = ["reward=null", "shaping=null"]
     settings = load_settings(config, [f"env.{change}" for change in own + list(changes)]).env
@@ -466,12 +468,12 @@ def changed_settings(settings: TrainSettings, changes: Mapping[str, Any]) -> Tra
 
 
 def save_settings(settings: TrainSettings, path: Path) -> None:
-    """Write `settings` as YAML to `path`, every field spelt out."""
+    """Write `settings` with all fields as YAML to `path`."""
     write_text(path, yaml.safe_dump(settings.model_dump(mode="json"), sort_keys=False))
 
 
 def checked(kind: type[Settings], content: Mapping[str, Any], source: str | Path) -> Settings:
-    """Return the settings that `content` holds; it comes from `source`, which errors name."""
+    """Return the settings in `content`; errors name its `source`."""
     try:
         return kind.model_validate(content)
     except pydantic.ValidationError as error:
@@ -489,7 +491,7 @@ def find_config(path: str | Path, kind: str) -> Path:
 
 
 def read_mapping(file: Path) -> dict[str, Any]:
-    """Read a YAML file, which must hold keys and values."""
+    """Read a YAML file, which must contain keys and values."""
     try:
         return io.read_mapping(file, "group of settings")
     except SceneError as error:
@@ -508,7 +510,7 @@ def parse_assignment(assignment: str) -> tuple[str, Any]:
 
 
 def put(content: dict[str, Any], key: str, value: Any) -> None:
-    """Put `value` where the dotted `key` belongs in `content`."""
+    """Set the dotted `key` in `content` to `value`."""
     *groups, last = key.split(".")
     for depth, group in enumerate(groups):
         content = content.setdefault(group, {})

@@ -1,7 +1,7 @@
-"""Make shipped policies of training runs: ``python -m agents.ship policies NAME RUN ...``.
+"""Make shipped policies from training runs: ``python -m agents.ship policies NAME RUN ...``.
 
-``python -m agents.ship results NAME results.json ablation.json admission.json ...`` then writes
-what `agents.evaluate NAME`, `agents.ablate NAME` and `agents.admission` found onto their card.
+``python -m agents.ship results NAME results.json ablation.json admission.json ...`` then adds the
+results of `agents.evaluate NAME`, `agents.ablate NAME` and `agents.admission` to their card.
 """
 
 import shutil
@@ -34,7 +34,7 @@ app = options.Application(help=__doc__, no_args_is_help=True)
 def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
     """Write the policies of training runs and a card without results to `folder`.
 
-    The set is called `name`, and the runs, finished, differ in nothing but the seed.
+    `name` is the name of the set. The runs must be finished and differ only in the seed.
 
     Raises
     ------
@@ -63,9 +63,7 @@ def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
 
 
 def with_results(card: Card, files: list[Path]) -> Card:
-    """Return a card with what `agents.evaluate` found in place of what it had of it.
-
-    So what `agents.ablate` and `agents.admission` found; what there is no file of stays.
+    """Return a card with new results. Results of commands without a new file stay.
 
     Raises
     ------
@@ -84,7 +82,7 @@ def with_results(card: Card, files: list[Path]) -> Card:
 
 
 def _own(card: Card, results: Results) -> Results:
-    """Return what is kept of results: of episodes success, and that of the card's policies."""
+    """Return the stored part of results: the success of episodes of the card's policies."""
     rows = {name: row.model_copy(update={"runs": ()}) for name, row in results.rows.items()}
     if results.view == "evaluation":
         runs = {
@@ -110,13 +108,15 @@ def _runs(letters: Iterable[str]) -> tuple[Run, ...]:
 
 
 Name = Annotated[str, typer.Argument(help="Name of the set.")]
-Folder = Annotated[Path | None, typer.Option(help="Where it lies; configs/policies by default.")]
+Folder = Annotated[
+    Path | None, typer.Option(help="Folder of the set; configs/policies by default.")
+]
 
 
 @app.command("policies")
 def policies_command(
     name: Name,
-    runs: Annotated[list[Path], typer.Argument(help="Folders of training runs, one a seed.")],
+    runs: Annotated[list[Path], typer.Argument(help="Folders of training runs, one per seed.")],
     folder: Folder = None,
 ) -> None:
     """Write the policies of training runs and a card."""
@@ -129,11 +129,11 @@ def results_command(
     name: Name,
     files: Annotated[
         list[Path],
-        typer.Argument(help="What agents.evaluate, agents.ablate or agents.admission wrote."),
+        typer.Argument(help="Files that agents.evaluate, agents.ablate or agents.admission wrote."),
     ],
     folder: Folder = None,
 ) -> None:
-    """Write results onto the card."""
+    """Add results to the card."""
     path = (folder or policies_dir()) / f"{name}.json"
     with reported_errors(ValueError):
         card = with_results(Card.read(path), files)

@@ -15,7 +15,7 @@ from magfold_env.cli import options
 def main(
     config: Annotated[str, typer.Argument(help="A YAML file, or a name in configs/agents.")],
     *,
-    timesteps: Annotated[int | None, typer.Option(help="Environment steps in all.")] = None,
+    timesteps: Annotated[int | None, typer.Option(help="Total environment steps.")] = None,
     minutes: Annotated[float | None, typer.Option(help="Time limit.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the run.")] = None,
     start: Annotated[
@@ -35,7 +35,7 @@ def main(
         ),
     ] = None,
 ) -> None:
-    """Train a policy as CONFIG says; options take precedence over the file."""
+    """Train a policy according to CONFIG; options take precedence over the file."""
     with (
         options.errors_in_one_line((run.DivergedError,), code=1),
         reported_errors(SettingsError, CheckpointError),

@@ -18,7 +18,9 @@ Output = Annotated[Path | None, typer.Option(help="Folder; runs/NAME by default.
 def main(
     config: Config,
     trials: Trials = None,
-    minutes: Annotated[float | None, typer.Option(help="Time after which no trial begins.")] = None,
+    minutes: Annotated[
+        float | None, typer.Option(help="Time after which no new trial begins.")
+    ] = None,
     assignments: Assignments = None,
     output: Output = None,
     storage: Annotated[
@@ -26,7 +28,7 @@ def main(
         typer.Option(help="Database of the study; sqlite:///OUTPUT/study.db by default."),
     ] = None,
 ) -> None:
-    """Train with settings drawn from ranges and tell the best; called again, go on."""
+    """Train with settings drawn from ranges and print the best; an interrupted search continues."""
     with reported_errors(SettingsError, CheckpointError, extras="tune"):
         from agents.tuning.study import search_here  # noqa: PLC0415 (only searches need Optuna)
 

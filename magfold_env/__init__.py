@@ -1,7 +1,7 @@
 """Self-folding chains of magnets: simulation, prediction by energy, and learning.
 
-What is public is loaded when it is first used: importing the package registers its environments
-with Gymnasium and loads neither numba nor the engine. `__init__.pyi` lists it.
+Public names are loaded on first use: importing the package registers its environments with
+Gymnasium and loads neither numba nor the engine. `__init__.pyi` lists the public names.
 """
 
 import ast
@@ -24,7 +24,7 @@ __all__ = list(sorted(_MODULES))  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:
-    """Load what is public, or a package that holds some of it."""
+    """Load a public name, or a package that contains public names."""
     if name == "__version__":
         return version(__name__)
     module = f"{__name__}.{name}"

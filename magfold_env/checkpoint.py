@@ -1,4 +1,4 @@
-"""What a long run has found so far, in a database that a kill cannot break."""
+"""Results of a long run so far, in a database that survives an interruption at any time."""
 
 import json
 import os
@@ -19,26 +19,26 @@ T = TypeVar("T")
 FILE = "records.sqlite"
 
 EVERY = 2.0
-"""Longest time between two transactions [s]: what a kill may lose."""
+"""Longest time between two transactions [s], whose results an interruption may lose."""
 
 _REMEDY = "remove it, and what it held is computed again"
 _UNUSABLE = (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError)
 
 
 class CheckpointError(ValueError):
-    """A file that is damaged, or that another run has written; a folder that another run uses."""
+    """A damaged file, a file of another run, or a folder that another run uses."""
 
 
 @contextmanager
 def alone_in(folder: Path, wait: bool = False) -> Generator[None]:
-    """Let no other run use a folder, which is made if need be.
+    """Lock a folder against other runs; create it first if it does not exist.
 
-    The system ends that with the process, however it ends. `wait` until another run has ended.
+    The system releases the lock when the process ends in any way. `wait` waits for another run.
 
     Raises
     ------
     CheckpointError
-        If another run uses it, and that is not waited for.
+        If another run uses it and `wait` is false.
     """
     folder.mkdir(parents=True, exist_ok=True)
     lock, holder = FileLock(folder / ".lock"), folder / ".lock.txt"
@@ -57,19 +57,19 @@ def alone_in(folder: Path, wait: bool = False) -> Generator[None]:
 
 
 class Checkpoint:
-    """Records of a long run by their number, in a database that is written every few seconds.
+    """Numbered records of a long run, in a database that is written every few seconds.
 
-    No other run may use its folder meanwhile. As a context it ends with what is left written, and
-    the folder free again.
+    No other run may use the folder meanwhile. At the end of the context, remaining records are
+    written and the folder is released.
 
     Parameters
     ----------
     folder
-        Made if need be; None keeps nothing.
+        Folder, which is created if needed; None stores nothing.
     key
-        Everything that a record depends on, as values that JSON can hold.
+        Everything that a record depends on, as JSON values.
     wait
-        Whether another run that uses the folder is waited for, not an error.
+        Whether to wait for another run that uses the folder instead of raising an error.
     """
 
     def __init__(
@@ -95,17 +95,17 @@ class Checkpoint:
                 self.save()
 
     def load(self) -> list[Any]:
-        """Return the records as they are; see `read`."""
+        """Return the records unchanged; see `read`."""
         return self.read(lambda record: record)
 
     def read(self, make: Callable[[Any], T]) -> list[T]:
-        """Return what ``make`` makes of every record that is written, in order of their numbers.
+        """Return the results of ``make`` for all written records, in the order of their numbers.
 
         Raises
         ------
         CheckpointError
-            If the file is damaged or holds another key, if another run uses the folder, or if
-            ``make`` raises a ValueError, a TypeError or the like.
+            If the file is damaged or has another key, if another run uses the folder, or if
+            ``make`` raises an error such as ValueError or TypeError.
         """
         self._open()
         made: list[T] = []
@@ -118,14 +118,14 @@ class Checkpoint:
         return made
 
     def add(self, record: object, number: int | None = None) -> None:
-        """Add a record, of values that JSON can hold; write if the last time is `EVERY` ago.
+        """Add a record of JSON values; write all if the last write is `EVERY` ago.
 
-        It takes the place of the one that has its number; None gives it the next number.
+        It replaces an earlier record with the same number; None gives it the next number.
         """
         if self._folder is None:
             return
         self._open()
-        # Before it is written, so that writing it twice makes no second one.
+        # Numbered before it is written, so that writing it twice does not duplicate it.
         number = self._next if number is None else number
         self._pending[number] = _text(record)
         self._next = max(self._next, number + 1)
@@ -133,12 +133,12 @@ class Checkpoint:
             self.save()
 
     def save(self) -> None:
-        """Write the records that are not yet, all or none.
+        """Write the unwritten records, all or none.
 
         Raises
         ------
         OSError
-            If the file cannot be written: they are kept until it can.
+            If the file cannot be written; the records are kept until it can.
         """
         self._saved = time.monotonic()
         if not self._pending:
@@ -153,7 +153,7 @@ class Checkpoint:
         self._pending = {}
 
     def _open(self) -> None:
-        """Lock the folder and compare the key, the first time."""
+        """Lock the folder and compare the key on first use."""
         if self._folder is None or self._stack is not None:
             return
         with ExitStack() as stack:
@@ -164,11 +164,11 @@ class Checkpoint:
             self._stack = stack.pop_all()
 
     def _rows(self) -> list[tuple[int, str]]:
-        """Return number and text of every record that is written."""
+        """Return the number and text of every written record."""
         if not self._file.is_file():
             return []
         with self._transaction() as database:
-            if not _tables(database):  # a kill came before the first records
+            if not _tables(database):  # interrupted before the first records
                 return []
             damage = database.execute("PRAGMA quick_check(1)").fetchone()[0]
             if damage != "ok":
@@ -176,7 +176,7 @@ class Checkpoint:
             ((text,),) = database.execute("SELECT key FROM run")
             key = json.loads(text)
             rows = database.execute("SELECT number, record FROM records ORDER BY number").fetchall()
-            # Where the table's own description is damaged, its numbers may be anything.
+            # If the table's own description is damaged, its numbers may have any type.
             if wrong := [number for number, _ in rows if not isinstance(number, int)]:
                 raise sqlite3.DatabaseError(f"a record has the number {wrong[0]!r}")
         if where := difference(key, self._key):
@@ -189,7 +189,7 @@ class Checkpoint:
 
     @contextmanager
     def _transaction(self) -> Generator[sqlite3.Connection]:
-        """Offer the database; what is done with it is done as a whole, or not at all."""
+        """Yield the database; all operations on it succeed together or not at all."""
         try:
             with closing(sqlite3.connect(self._file, isolation_level=None)) as database, database:
                 database.execute("BEGIN IMMEDIATE")
@@ -206,12 +206,12 @@ def _tables(database: sqlite3.Connection) -> list[Any]:
 
 
 def _text(content: object) -> str:
-    # In its own order: the columns of a kept row stay in theirs.
+    # In its own order, because the columns of a stored row keep theirs.
     return json.dumps(content, separators=(",", ":"), allow_nan=False)
 
 
 def difference(there: object, here: object, key: str = "") -> str:
-    """Return in words where two keys first differ; empty if they are equal."""
+    """Return a text on the first difference between two keys; empty if they are equal."""
     if isinstance(there, dict) and isinstance(here, dict):
         old, new = cast("dict[str, Any]", there), cast("dict[str, Any]", here)
         for name in sorted({*old, *new}):

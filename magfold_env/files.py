@@ -1,4 +1,4 @@
-"""Files: where shipped settings lie, writing that never leaves half a file, and reading back."""
+"""Files: the folder of shipped settings, writing without partial files, and reading."""
 
 import ast
 import hashlib
@@ -17,7 +17,7 @@ PACKAGE = Path(__file__).resolve().parent
 def configs_dir() -> Path:
     """Return the folder of shipped settings.
 
-    A wheel carries it inside the package, but for what only agents read; in a checkout it lies
+    A wheel contains it inside the package, without the settings of agents; in a checkout it is
     beside the package.
     """
     inside = PACKAGE / "configs"
@@ -27,8 +27,7 @@ def configs_dir() -> Path:
 def pip_install(extra: str) -> str:
     """Return the command that installs an extra.
 
-    In a checkout it names that: no package index has the package, and pip would ask one wherever
-    the package is not installed.
+    In a checkout it names the checkout, because no package index contains the package.
     """
     inside = configs_dir().parent == PACKAGE
     return f"pip install 'magfold_env[{extra}]'" if inside else f"pip install -e '.[{extra}]'"
@@ -36,10 +35,10 @@ def pip_install(extra: str) -> str:
 
 @cache
 def physics_digest() -> str:
-    """Return a hash of the sources on which it depends how a scene folds.
+    """Return a hash of the sources that determine how a scene folds.
 
-    Results that were kept are those of today's physics only if it is the same. What only readers
-    see, docstrings and lines of comment, does not count.
+    Stored results belong to the current physics only if the hash is equal. Docstrings and comment
+    lines do not count.
     """
     return sources_digest("engine/**/*.py", "scene/*.py", "shapes.py", "simulation/*.py")
 
@@ -55,24 +54,24 @@ def sources_digest(*patterns: str, folder: Path | None = None) -> str:
 
 
 def _code(source: str) -> str:
-    """Return the lines of a module but for docstrings, lines of comment and empty ones."""
+    """Return the lines of a module without docstrings, comment lines and empty lines."""
     lines = source.splitlines()
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             first, last = node.lineno - 1, node.end_lineno or node.lineno
-            # Not what stands on a line with something else.
+            # Only strings that are alone on their lines.
             if isinstance(node.value.value, str) and not lines[first][: node.col_offset].strip():
                 lines[first:last] = [""] * (last - first)
     return "\n".join(line for line in lines if line.strip() and not line.lstrip().startswith("#"))
 
 
 def a_path(key: str, value: str | os.PathLike[str]) -> Path:
-    """Return a path, or refuse what is none.
+    """Return a path, or refuse a value that is not one.
 
     Raises
     ------
     ValueError
-        It names ``key``.
+        If it is not a path; the message names ``key``.
     """
     given = cast("object", value)
     if not isinstance(given, str | os.PathLike):
@@ -82,19 +81,19 @@ def a_path(key: str, value: str | os.PathLike[str]) -> Path:
 
 @contextmanager
 def replacing(path: str | Path) -> Generator[Path]:
-    """Offer a temporary name beside `path` and move the file into place on success.
+    """Yield a temporary name beside `path` and move the file into place on success.
 
     Parameters
     ----------
     path
-        Where the file shall be; its folder must exist. The temporary name keeps the suffix.
+        Final path of the file, whose folder must exist. The temporary name keeps the suffix.
 
     Raises
     ------
     FileNotFoundError
         If the folder does not exist.
     OSError
-        If it cannot be written; it names `path`.
+        If it cannot be written; the message names `path`.
     """
     path = a_path("path", path)
     if not path.parent.is_dir():
@@ -104,13 +103,13 @@ def replacing(path: str | Path) -> Generator[Path]:
     temporary = Path(name)
     try:
         yield temporary
-        # mkstemp makes private files; give the result the mode that open() would have.
+        # mkstemp makes private files; give the result the mode that open() would give it.
         mask = os.umask(0)
         os.umask(mask)
         temporary.chmod(0o666 & ~mask)
         temporary.replace(path)
     except OSError as error:
-        if error.errno is not None:  # writing to a full disk tells no name
+        if error.errno is not None:  # an error on a full disk has no file name
             error.filename = error.filename or str(path)
         raise
     finally:
@@ -124,10 +123,7 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def write_json(path: str | Path, data: Mapping[str, Any], listed: str) -> None:
-    """Write a mapping as JSON, under a temporary name first; the list of one key comes last.
-
-    Each entry of that list has a line.
-    """
+    """Write a mapping as JSON, under a temporary name first; the list ``listed`` comes last."""
     lines = ",\n  ".join(json.dumps(each, allow_nan=False) for each in data[listed])
     rest = {key: value for key, value in data.items() if key != listed}
     head = json.dumps(rest, indent=1, allow_nan=False).removesuffix("\n}")
@@ -136,21 +132,22 @@ def write_json(path: str | Path, data: Mapping[str, Any], listed: str) -> None:
 
 @contextmanager
 def reading_json(path: str | Path, what: str, form: str) -> Generator[dict[str, Any]]:
-    """Offer the content of a JSON file; whatever is wrong with it is told with its path.
+    """Yield the content of a JSON file; all errors in it name its path.
 
     Parameters
     ----------
     path
         The file: an object whose key ``format`` is `form`.
     what
-        What it holds, for messages: "a design".
+        Description of the content for messages: "a design".
     form
         Name and version of the format.
 
     Raises
     ------
     ValueError
-        If the file is no such object, or if using it raises one, a `KeyError` or a `TypeError`.
+        If the file is not such an object, or if its use raises a `ValueError`, `KeyError` or
+        `TypeError`.
     """
     path = a_path("path", path)
     try:

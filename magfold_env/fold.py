@@ -1,4 +1,4 @@
-"""Fold: what a simulation ends with; Trajectory: how it got there, and what moved on the way."""
+"""Fold, the result of a simulation, and Trajectory, the motion that led to it."""
 
 import json
 import math
@@ -21,35 +21,35 @@ from magfold_env.shapes import BoolArray, FloatArray, IntArray, centres, parse_w
 FORMAT = "magfold_env fold 1"
 
 MOST_JOINTS = 12
-"""So many joint angles, and four times as many letters, are told in a line."""
+"""Largest number of joint angles shown in one line; four times as many letters are shown."""
 
 
 class FoldStatus(StrEnum):
-    """How a simulation ended."""
+    """The status of a simulation at its end."""
 
     FOLDED = "folded"
     """At rest, every joint within 0.05 rad of ±90°."""
     MISFOLDED = "misfolded"
-    """At rest otherwise."""
+    """At rest in any other shape."""
     HELD = "held"
-    """At rest while a feed that has come to its end keeps components in the tube."""
+    """At rest while a feed that has ended keeps components in the tube."""
     JAMMED = "jammed"
-    """The drive slipped for 0.1 s: the chain took more than it can push or pull with."""
+    """The drive slipped for 0.1 s: the chain needed more than its largest force."""
     UNSETTLED = "unsettled"
     """Out of time or of steps while still moving."""
     FAILED = "failed"
-    """Numbers broke down; the fold's message says where."""
+    """The numbers became invalid; the fold's message describes where."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """A recorded fold: m frames of n components, component 1 first.
 
-    Frames are evenly spaced in time but for the last one, which is how the fold ended.
+    Frames are evenly spaced in time except for the last one, which is the end of the fold.
     """
 
     time: FloatArray
-    """[s], shape (m,)."""
+    """Times [s], shape (m,)."""
     angles: FloatArray
     """Absolute headings [rad], shape (m, n)."""
     base: FloatArray
@@ -57,24 +57,24 @@ class Trajectory:
     rates: FloatArray
     """Rates of the headings [rad/s], shape (m, n)."""
     released: IntArray
-    """Number of components out of the tube, n where there is none, shape (m,)."""
+    """Number of components out of the tube, n without a tube, shape (m,)."""
     base_velocity: FloatArray
     """Velocity of component 1's outer hinge [m/s], shape (m, 2)."""
     push: FloatArray
-    """Mean force of the feed along the tube since the frame before [N], shape (m,); negative where
-    it pulls. The first frame holds the impulse that sets the chain in motion."""
+    """Mean force of the feed along the tube since the previous frame [N], shape (m,); negative
+    where it pulls. The first frame includes the impulse that sets the chain in motion."""
 
     def __len__(self) -> int:
         """Return the number of frames."""
         return len(self.time)
 
     def __repr__(self) -> str:
-        """Return how many frames it has, and of which time."""
+        """Return the number of frames and their time span."""
         span = f", {self.time[0]:.3g} to {self.time[-1]:.3g} s" if len(self) else ""
         return f"<Trajectory: {len(self)} frames of {self.angles.shape[1]} components{span}>"
 
     def finite(self) -> Self:
-        """Return the frames before numbers broke down: all of them, if none did.
+        """Return the frames before the first that is not finite: all of them, if there is none.
 
         Raises
         ------
@@ -96,11 +96,11 @@ class Fold:
     scene: Scene
     """The scene as drawn: simulating it again gives this fold, whatever the seed."""
     status: FoldStatus
-    """How it ended."""
+    """Status of the fold."""
     message: str
-    """The status in words; for a failure, where it happened."""
+    """A message about the status; for a failure, where it happened."""
     word: str
-    """The nearest fold word, component 1 to n; empty where numbers broke down."""
+    """The nearest fold word, component 1 to n; empty if the simulation failed."""
     angles: FloatArray
     """Absolute headings at the end [rad], shape (n,)."""
     base: FloatArray
@@ -110,27 +110,27 @@ class Fold:
     time: float
     """Simulated time [s]."""
     steps: int
-    """Time steps taken."""
+    """Number of time steps."""
     evaluations: int
-    """Evaluations of the accelerations."""
+    """Number of evaluations of the accelerations."""
     push_peak: float = 0.0
     """Largest mean force of the feed along the tube over a whole millisecond [N]. It is positive
     where the feed pushes and negative where it pulls, and 0 without a tube. Impulses of impacts and
-    of changes of speed are included; that of setting the chain in motion at the start is not."""
+    of changes of speed are included; the impulse that sets the chain in motion is not."""
     in_tube: int = 0
-    """How many components the tube holds at the end."""
+    """Number of components in the tube at the end."""
     trajectory: Trajectory | None = None
-    """The recorded motion, if it was asked for."""
+    """The recorded motion, if recording was requested."""
     magnetic_energy: Callable[[Scene, Trajectory], FloatArray] | None = field(
         default=None, repr=False
     )
-    """What finds the magnetic energies of frames [J], shape (m,), when they are asked for.
+    """Function that computes the magnetic energies of frames [J], shape (m,), on request.
 
-    Simulations set it: to find them costs several times as much as the fold.
+    Simulations set it, because computing them costs several times as much as the fold.
     """
 
     def __repr__(self) -> str:
-        """Return how it ended in a line; joint angles are relative, `angles` are headings."""
+        """Return the result in one line; joint angles are relative, `angles` are headings."""
         joints = ", ".join(f"{angle:.1f}" for angle in np.degrees(self.joint_angles[:MOST_JOINTS]))
         more = ", …" if len(self.joint_angles) > MOST_JOINTS else ""
         cut = f"{self.word[: 4 * MOST_JOINTS]}…" if len(self.word) > 4 * MOST_JOINTS else self.word
@@ -158,7 +158,7 @@ class Fold:
         return centres(self.angles, side=self.scene.casing.side, base=self.base)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the fold as plain values that JSON can hold; numbers that broke down are None."""
+        """Return the fold as JSON values; numbers that are not finite become None."""
         data: dict[str, Any] = {
             "format": FORMAT,
             "status": self.status.value,
@@ -191,7 +191,7 @@ class Fold:
         Raises
         ------
         ValueError
-            If the file is no fold.
+            If the file is not a fold.
         """
         with reading_json(path, "a fold", FORMAT) as data:
             scene = Scene(**data["scene"])
@@ -219,18 +219,18 @@ class Fold:
         Raises
         ------
         ValueError
-            If the fold was not recorded, or broke down at once.
+            If the fold was not recorded, or failed at once.
         """
         write_html(recording(self), path)
 
 
 def recording(fold: Fold) -> Recording:
-    """Return what a page needs to play a fold, with its energies along the way.
+    """Return the data that a page needs to play a fold, including energies over time.
 
     Raises
     ------
     ValueError
-        If the fold was not recorded, or broke down at once.
+        If the fold was not recorded, or failed at once.
     """
     if fold.trajectory is None:
         raise ValueError(
@@ -252,7 +252,7 @@ def recording(fold: Fold) -> Recording:
 
 
 def along(scene: Scene, motion: Trajectory) -> dict[str, Any]:
-    """Return what a `Recording` says of the way there, but for magnetic energies."""
+    """Return the motion for a `Recording`, without magnetic energies."""
     return {
         "time": motion.time,
         "angles": motion.angles,
@@ -270,13 +270,13 @@ def loaded(
 ) -> BoolArray:
     """Return which components have their magnets in m states, component 1 first, shape (m, n).
 
-    All, unless the scene loads them at the mouth: then those whose leading hinge would be outside
-    if all between it and what the tube holds were in line.
+    All have them, unless the scene loads them at the mouth. Then those have them whose leading
+    hinge would be outside if all components between it and the tube were in line.
 
     Parameters
     ----------
     scene
-        Whose states they are.
+        The scene of the states.
     angles, base
         Headings [rad], (m, n), and outer hinges of component 1 [m], (m, 2).
     released
@@ -296,7 +296,7 @@ def loaded(
 
 
 def turns(scene: Scene) -> IntArray:
-    """Return how many components leave the tube before each, shape (n,)."""
+    """Return the number of components that leave the tube before each one, shape (n,)."""
     numbers = np.arange(scene.n)
     backward = scene.mount == "tube" and scene.feed.direction == "backward"
     return numbers[::-1] if backward else numbers
@@ -305,18 +305,18 @@ def turns(scene: Scene) -> IntArray:
 def kinetic_energy(scene: Scene, motion: Trajectory) -> FloatArray:
     """Return the kinetic energies of a recorded motion [J], shape (m,).
 
-    Of all components, those in the tube too.
+    They include all components, also those in the tube.
 
     Parameters
     ----------
     scene
-        That was simulated; nothing in it may be left to chance.
+        The simulated scene, which must be concrete.
     motion
-        Its trajectory, all of it finite.
+        Its trajectory, which must be finite.
     """
     lever = scene.casing.diagonal * motion.rates
     turning = np.stack([-lever * np.sin(motion.angles), lever * np.cos(motion.angles)], axis=-1)
-    # A component's centre is moved by those before it over their lengths, by itself over half.
+    # Earlier components move a component's centre over their whole lengths, itself over half.
     velocity = motion.base_velocity[:, None] + np.cumsum(turning, axis=1) - turning / 2.0
     moving = np.einsum("i,mia,mia->m", scene.masses, velocity, velocity)
     return 0.5 * (moving + motion.rates**2 @ scene.inertias)

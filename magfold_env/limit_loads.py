@@ -1,10 +1,11 @@
-"""Limit loads: what a fold at rest withstands before it gives way.
+"""Limit loads: the loads that a fold at rest withstands before it gives way.
 
-Every component is a free body, in balance under the magnets, field and gravity at its pose, hinges,
-joint stops and contacts that can only push, and friction with the floor within its ellipsoid. The
-largest load that forces of this kind can balance is a convex programme: the lower-bound theorem of
-limit analysis. It is exact, since friction is associated (`magfold_env.engine.friction.law`) and
-contacts are frictionless: a fold gives way if and only if the load is larger.
+Every component is a free body in balance. On it act the magnets, the field and gravity at its pose,
+hinges, joint stops and contacts that can only push, and friction with the floor within its
+ellipsoid. The largest load that such forces can balance is a convex programme, by the lower-bound
+theorem of limit analysis. The result is exact, because friction is associated
+(`magfold_env.engine.friction.law`) and contacts are frictionless: a fold gives way if and only if
+the load is larger.
 """
 
 from __future__ import annotations
@@ -32,57 +33,59 @@ from magfold_env.scene import Problem, SceneError, errors
 from magfold_env.shapes import BoolArray, FloatArray, IntArray
 from magfold_env.simulation.pack import pack, pack_obstacles
 
-# Neither comes with types.
+# Neither package has types.
 clarabel: Any = importlib.import_module("clarabel")
 sparse: Any = importlib.import_module("scipy.sparse")
 
 AT_REST = (FoldStatus.FOLDED, FoldStatus.MISFOLDED, FoldStatus.HELD)
 DIRECTIONS = 24
-"""Directions of the pull where none are given, evenly all around."""
+"""Default directions of the pull, evenly spaced."""
 
 # The engine lets casings overlap by `boxes.SHRINK` of the side, so that contacts that only repeat
-# stops never act, and may hold a joint as far off its stop. Here both act: joints nearer to ±90°
-# [rad] are at their stops, and faces that lie flush touch if they are nearer than this, others if
-# they would at their full size.
+# stops never act, and may hold a joint that far from its stop. Here both act: joints closer to ±90°
+# than this [rad] are at their stops. Flush faces touch if they are closer than this, and other
+# faces if they touch at full size.
 NEAR, TOUCH = 3.0 * boxes.SHRINK, boxes.SHRINK + jacobian.TOUCH
 FLUSH = 1e-3  # [rad] between faces that lie on one another
-STEP = 5e-4  # [rad] of the differences that stiffnesses are
-UNBALANCED = 1e-5  # of the largest force: what may be left over in a fold at rest
+STEP = 5e-4  # [rad] of the differences for stiffnesses
+UNBALANCED = 1e-5  # of the largest force: allowed residual in a fold at rest
 EXACT = 1e-10  # of the solver, in units of the largest force and of the casing's side
-LARGEST = 1e6  # and the largest load that is finite
+LARGEST = 1e6  # and the largest finite load
 FOUND, BOUNDLESS = ("Solved", "AlmostSolved"), ("DualInfeasible", "AlmostDualInfeasible")
 
 
 @dataclass(frozen=True, eq=False)
 class Holding:
-    """What a fold at rest withstands.
+    """The loads that a fold at rest withstands.
 
-    It gives way where at its present pose no balance of forces is left; what happens then is a
-    matter of dynamics. A load that nothing finite reaches is `inf`.
+    The fold gives way when no balance of forces exists at its present pose; dynamics decides what
+    happens then. A load that no finite value reaches is `inf`.
     """
 
     fold: Fold
     """The fold at rest."""
     opening: FloatArray
-    """Moment that turns a joint to the left, and to the right [N·m], shape (n-1, 2): the couple of
-    +M on component k+1 and −M on component k, or the other way round, and nothing else."""
+    """Moments that turn a joint to the left and to the right [N·m], shape (n-1, 2): the couple of
+    +M on component k+1 and −M on component k, or the reverse, and nothing else."""
     stiffness: FloatArray
-    """Slope of a joint's moment [N·m/rad], shape (n-1,): by how much the magnets, field and gravity
-    turn the joint back more for a further radian, other joints being as they are. From a stop, that
-    of opening it. Negative where the moment falls: what gives way then snaps open."""
+    """Slope of a joint's moment [N·m/rad], shape (n-1,): the increase per radian of the moment by
+    which the magnets, field and gravity turn the joint back, with all other joints fixed. At a
+    stop, it is the slope for opening. It is negative where the moment falls; a joint that gives way
+    then snaps open."""
     directions: FloatArray
-    """Of the pull, in the plane [rad], 0 along +x, to which a tube points, shape (m,)."""
+    """Directions of the pull in the plane [rad], shape (m,); 0 is along +x, the direction of a
+    tube."""
     pull: FloatArray
     """Force at the centre of component `pulled` at which the fold gives way [N], shape (m,)."""
     pulled: int
-    """Number of the component that is pulled, from 1 on."""
+    """Number of the pulled component, from 1."""
     held: int
-    """Number of the component whose place and heading are held against the pull; 0: the mount and
-    the floor alone hold."""
+    """Number of the component whose place and heading are held against the pull; 0 if only the
+    mount and the floor hold the chain."""
 
     @cached_property
     def opens(self) -> FloatArray:
-        """The lesser of both ways' moments [N·m], shape (n-1,)."""
+        """The smaller of the two moments of each joint [N·m], shape (n-1,)."""
         return self.opening.min(axis=1)
 
     @cached_property
@@ -93,7 +96,7 @@ class Holding:
 
     @cached_property
     def from_front(self) -> FloatArray:
-        """The pull's directions as the pulled component has them [rad], shape (m,).
+        """The directions of the pull in the frame of the pulled component [rad], shape (m,).
 
         0 is towards its front hinge, where the next component is, positive is to the left.
         """
@@ -101,7 +104,7 @@ class Holding:
         return (turned + math.pi) % (2.0 * math.pi) - math.pi
 
     def __str__(self) -> str:
-        """Return the weakest joint and the least pull in words."""
+        """Return the weakest joint and the least pull as text."""
         words: list[str] = []
         if np.isfinite(self.opens).any():
             joint = int(np.argmin(self.opens))
@@ -116,7 +119,7 @@ class Holding:
         return "; ".join(words)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of it as values that JSON can hold; what is infinite is None."""
+        """Return all values as JSON values; infinite ones become None."""
         data = {name: value for name, value in vars(self).items() if name in self._NAMES}
         found = from_json(to_json(data, inf_nan_mode="null", fallback=np.ndarray.tolist))
         return {**found, "fold": self.fold.to_dict()}
@@ -143,20 +146,20 @@ def holding(
     Parameters
     ----------
     fold
-        At rest, see `Fold.status`.
+        A fold at rest; see `Fold.status`.
     directions
-        Of the pull [rad], shape (m,); `DIRECTIONS` all around by default.
+        Directions of the pull [rad], shape (m,); by default `DIRECTIONS`, all around.
     pulled
-        Number of the component that is pulled at its centre. By default component 1, or component n
-        where the mount holds component 1.
+        Number of the component that is pulled at its centre. The default is component 1, or
+        component n if the mount holds component 1.
     held
-        Number of the component that something holds as it lies; 0 is none. By default the chain's
-        end that is not pulled, or none where the tube holds that one.
+        Number of the component that is held in its pose; 0 for none. The default is the end of the
+        chain that is not pulled, or none if the tube holds that end.
 
     Raises
     ------
     SceneError
-        If the fold is not at rest, if nothing balances the forces on it, or an argument is not
+        If the fold is not at rest, if the forces on it are not balanced, or if an argument is not
         allowed.
     """
     errors.refuse(errors.unless_a("fold", fold, Fold, "a Fold, as simulate returns one"))
@@ -205,7 +208,7 @@ def in_tube(fold: Fold) -> BoolArray:
 
 
 def _headings(directions: npt.ArrayLike) -> FloatArray:
-    """Return directions as an array, (m,), or refuse them."""
+    """Return directions as an array (m,), or refuse them."""
     with suppress(TypeError, ValueError):
         headings: FloatArray = np.array(directions, dtype=np.float64)
         if headings.ndim == 1 and headings.size and np.isfinite(headings).all():
@@ -213,15 +216,15 @@ def _headings(directions: npt.ArrayLike) -> FloatArray:
     raise SceneError([Problem("directions", directions, "must be finite numbers, one a direction")])
 
 
-# --- what acts on the components -------------------------------------------------------------
+# --- loads of the components -----------------------------------------------------------------
 
 
 class _Forces:
-    """What acts on a fold's components at any pose: magnets, field and gravity, by the engine."""
+    """Loads on a fold's components at any pose: magnets, field and gravity, from the engine."""
 
     def __init__(self, fold: Fold) -> None:
         n = fold.scene.n
-        # Component 1 comes first in the engine, too, and the walls stay.
+        # Component 1 comes first in the engine too, and the walls do not move.
         model = pack(fold.scene.model_copy(update={"mount": "free"}))
         acts = loaded(fold.scene, fold.angles[None], fold.base[None], [n - fold.in_tube])[0]
         model.charge[~acts] = 0.0
@@ -231,7 +234,7 @@ class _Forces:
         self.work = new_work(self.model)
 
     def at(self, angles: FloatArray, base: FloatArray) -> FloatArray:
-        """Return forces (2) [N] and torques about the centres [N·m], (n, 3); find the pose."""
+        """Compute the pose; return forces (2) [N] and torques about the centres [N·m], (n, 3)."""
         n, work = self.model.n, self.work
         q = np.concatenate([angles, base])
         smooth_accelerations(0, self.model, q, np.zeros(n + 2), work, np.empty(n + 2))
@@ -244,20 +247,20 @@ class _Forces:
 
     @property
     def reach(self) -> FloatArray:
-        """From the centres to the outer hinges, away from component 1 [m], shape (n, 2)."""
+        """Vectors from the centres to the outer hinges, away from component 1 [m], shape (n, 2)."""
         cosines, sines = self.work.pose.cos, self.work.pose.sin
         return self.model.bodies.reach[:, None] * np.stack([cosines, sines], axis=1)
 
 
 def _stiffnesses(forces: _Forces, fold: Fold, *, from_first: bool) -> FloatArray:
-    """Return how fast joints' moments rise as they turn [N·m/rad], shape (n-1,).
+    """Return the slopes of the joints' moments [N·m/rad], shape (n-1,).
 
-    What lies beyond a joint turns, as seen from component 1 if ``from_first``, else from n.
+    The part beyond a joint turns, as seen from component 1 if ``from_first``, else from n.
     """
     found = np.empty(fold.scene.n - 1)
     for joint, angle in enumerate(fold.joint_angles):
         if fold.scene.contact and abs(angle) > 0.5 * math.pi - NEAR:
-            # From the stop on: a difference of second order to one side.
+            # From the stop: a one-sided difference of second order.
             step = -math.copysign(STEP, angle)
             turns, weights = (0.0, step, 2.0 * step), np.array([-1.5, 2.0, -0.5]) / step
         else:
@@ -268,10 +271,10 @@ def _stiffnesses(forces: _Forces, fold: Fold, *, from_first: bool) -> FloatArray
 
 
 def _moment(forces: _Forces, fold: Fold, joint: int, turn: float, from_first: bool) -> float:
-    """Return the moment that turns a joint to the left, once it is turned by so much [rad]."""
+    """Return the moment that turns a joint to the left after it has turned by an angle [rad]."""
     beyond = np.arange(fold.scene.n) > joint
     angles = fold.angles + (np.where(beyond, turn, 0.0) if from_first else beyond * turn - turn)
-    # The hinge stays where it is.
+    # The hinge does not move.
     gone = np.exp(1j * fold.angles[: joint + 1]) - np.exp(1j * angles[: joint + 1])
     shift = fold.scene.casing.diagonal * complex(gone.sum())
     force = forces.at(angles, fold.base + np.array([shift.real, shift.imag]))
@@ -285,15 +288,15 @@ def _cross(arm: FloatArray, force: FloatArray) -> FloatArray:
     return arm[..., 0] * force[..., 1] - arm[..., 1] * force[..., 0]
 
 
-# --- balance, and the largest load that it bears ---------------------------------------------
+# --- balance and the largest load ------------------------------------------------------------
 
 
 class _Balance:
-    """The balance of all components that may move, and all that can take part in it.
+    """The balance of all movable components, with all forces that can contribute.
 
-    A *wrench* is what an unknown number does to the components, forces and torques about their
-    centres, shape (n, 3). Unknown are what acts either way (hinges), then what can only push, then
-    friction. Forces are in units of the largest one, lengths in sides.
+    A *wrench* contains the forces and torques about the centres that an unknown number exerts on
+    the components, shape (n, 3). The unknowns are two-way forces (hinges), then forces that can
+    only push, then friction. Forces are in units of the largest one, lengths in sides.
     """
 
     def __init__(self, fold: Fold, forces: _Forces, fixed: BoolArray) -> None:
@@ -314,7 +317,7 @@ class _Balance:
             clarabel.NonnegativeConeT(len(pushing)),
             *[clarabel.SecondOrderConeT(4)] * len(rubs),
         ]
-        # Balance, then pushes, then for each component the largest size of its friction and it.
+        # Balance, then pushes, then for each component the bound of its friction and the friction.
         below = self._size + len(pushing)
         matrix = np.zeros((below + 4 * len(rubs), len(columns)))
         matrix[: self._size] = np.array(columns).reshape(-1, self._size).T
@@ -331,12 +334,12 @@ class _Balance:
         return (wrench / self._lengths)[self._moves].ravel()
 
     def _make_exact(self) -> None:
-        """Take off what the fold's balance lacks as it lies: next to nothing, if it is at rest.
+        """Subtract the residual of the fold's balance, which is almost zero at rest.
 
         Raises
         ------
         SceneError
-            If it is more.
+            If the residual is larger.
         """
         size = self._size
         found = self._solve(-np.eye(size), np.ones(size), np.zeros(size))
@@ -354,9 +357,9 @@ class _Balance:
         self._right[:size] = balanced
 
     def limit(self, load: FloatArray) -> float:
-        """Return how many times a load, a wrench, can act before no balance is left.
+        """Return the largest multiple of a load, given as a wrench, that can be balanced.
 
-        Infinite where every load is balanced.
+        Infinite if every multiple is balanced.
         """
         column = self._scaled(load)[:, None]
         size = float(np.abs(column).max(initial=0.0))
@@ -370,9 +373,9 @@ class _Balance:
     def _solve(
         self, added: FloatArray, quadratic: FloatArray, linear: FloatArray
     ) -> FloatArray | None:
-        """Minimise x² · quadratic / 2 + x · linear for what is added (size, k) to the balance.
+        """Minimise x² · quadratic / 2 + x · linear with ``added`` (size, k) in the balance.
 
-        Returns x (k) and the unknowns there, or None if there is no minimum.
+        Returns x (k) and the unknowns at the minimum, or None if there is no minimum.
         """
         below = np.zeros((len(self._right) - self._size, len(linear)))
         none = np.zeros(self._matrix.shape[1])
@@ -396,7 +399,7 @@ class _Balance:
 
 
 def _hinge_wrenches(forces: _Forces, *, pinned: bool) -> list[FloatArray]:
-    """Return what hinges can do, along x and along y: push and pull both their components."""
+    """Return the wrenches of hinges along x and y, which push and pull both components."""
     n, reach = forces.model.n, forces.reach
     found: list[FloatArray] = []
     for hinge in range(-1 if pinned else 0, n - 1):
@@ -410,7 +413,7 @@ def _hinge_wrenches(forces: _Forces, *, pinned: bool) -> list[FloatArray]:
 
 
 def _friction_wrenches(forces: _Forces, components: IntArray) -> list[FloatArray]:
-    """Return what the floor can do to components: along x, along y and about the centre."""
+    """Return the wrenches of the floor on components: along x, along y and about the centre."""
     found: list[FloatArray] = []
     for i in components:
         for row in np.diag([1.0, 1.0, forces.model.arm]):
@@ -421,7 +424,7 @@ def _friction_wrenches(forces: _Forces, components: IntArray) -> list[FloatArray
 
 
 def _stop_wrenches(fold: Fold) -> list[FloatArray]:
-    """Return what stops can do: open their joints."""
+    """Return the wrenches of stops, which open their joints."""
     found: list[FloatArray] = []
     for joint, angle in enumerate(fold.joint_angles):
         if fold.scene.contact and abs(angle) > 0.5 * math.pi - NEAR:
@@ -432,9 +435,9 @@ def _stop_wrenches(fold: Fold) -> list[FloatArray]:
 
 
 def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
-    """Return what casings that touch do to each other, and obstacles to them: push them apart.
+    """Return the wrenches of touching casings and obstacles, which push them apart.
 
-    These are the engine's rows, for casings whose rounded edges reach a little farther.
+    These are the engine's rows for casings whose rounded edges reach slightly farther.
     """
     if not fold.scene.contact:
         return []
@@ -458,7 +461,7 @@ def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
         gap = distance - boxes.clearance(model, box, other)
         if gap > (NEAR if flush else TOUCH) * model.side:
             continue
-        # Of faces that lie flush a corner just beyond the other's end is pushed as one on it.
+        # A corner of flush faces just beyond the other's end is pushed like a corner on it.
         if flush and min(abs(ux), abs(uy)) * distance < near:
             ux, uy = (round(ux), 0.0) if abs(ux) > abs(uy) else (0.0, round(uy))
         normal = np.array([c * ux - s * uy, s * ux + c * uy])

@@ -20,38 +20,38 @@ R = TypeVar("R")
 Calls = list[tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]]
 
 MOST_WORKERS = 4096
-"""So many may work at a time; a typing error asks for more."""
+"""Largest number of workers; a larger one is a typing error."""
 
 LOSSES = 3
-"""How often in a row workers may be lost before a result comes."""
+"""Number of consecutive losses of workers without a result before the work fails."""
 
 _FEW_THREADS, _MANY_TASKS = 4, 500
 
 _WAVE = 2.0
-"""Time that a cluster should take for what it is handed at once [s]."""
+"""Target time of a batch of tasks on a cluster [s]."""
 
 
 @dataclass(frozen=True)
 class Workers:
-    """What computes: how many workers, of which kind, and where.
+    """The workers: their number, kind and place.
 
     Raises
     ------
     SceneError
-        If an entry is none of these.
+        If an entry is not allowed.
     """
 
     count: int | None = None
-    """How many work at a time; None takes all cores, or a cluster's CPUs."""
+    """Number of parallel workers; None uses all cores, or all CPUs of a cluster."""
     backend: Backend | None = None
     """Threads of this process, processes of this machine, or a Ray cluster.
 
-    None takes processes where more than four work on many tasks, else threads: outside the
-    kernels, a quarter of a short release, threads wait for each other; but processes take seconds
-    to start.
+    None selects processes for more than four workers on many tasks, else threads. Threads wait for
+    each other outside the kernels, which is a quarter of a short release, but processes take
+    seconds to start.
     """
     address: str | None = None
-    """Of the Ray cluster; None takes the one in ``RAY_ADDRESS``, or starts one here."""
+    """Address of the Ray cluster; None takes the one in ``RAY_ADDRESS``, or starts a local one."""
 
     def __post_init__(self) -> None:
         problems: list[Problem] = []
@@ -65,7 +65,7 @@ class Workers:
         errors.refuse(problems)
 
     def kind(self, tasks: int) -> Backend:
-        """Return the backend for so many tasks."""
+        """Return the backend for a number of tasks."""
         if self.backend is not None:
             return self.backend
         few = tasks < _MANY_TASKS or (self.count or os.cpu_count() or 1) <= _FEW_THREADS
@@ -75,29 +75,29 @@ class Workers:
 def finished(
     function: Callable[[T], R], tasks: Sequence[T], workers: Workers
 ) -> Generator[tuple[int, R]]:
-    """Yield the place and the result of every task, in the order in which they finish.
+    """Yield the index and the result of every task, in the order of completion.
 
-    Tasks of a worker that is lost are run again. An error that `function` raises ends it all.
+    Tasks of a lost worker are run again. An error in `function` ends the work.
 
     Parameters
     ----------
     function
-        Must not depend on anything but its task; picklable unless on threads.
+        The function must depend only on its task, and be picklable unless it runs on threads.
     tasks
-        What to call it with.
+        Arguments of the calls.
     workers
-        Who calls it.
+        The workers that make the calls.
 
     Raises
     ------
     ImportError
-        If Ray is wanted and not installed.
+        If Ray is selected and not installed.
     RuntimeError
         If workers are lost `LOSSES` times in a row before a result comes.
     """
     left = dict(enumerate(tasks))
     backend = workers.kind(len(left))
-    # Processes start once the first task has left compiled kernels in the cache on disk.
+    # Processes start after the first task has written compiled kernels to the cache on disk.
     alone = len(left) if workers.count == 1 and backend != "ray" else 0
     if backend == "processes":
         alone = max(alone, 1)
@@ -128,7 +128,7 @@ def connected(workers: Workers) -> Generator[None]:
     Raises
     ------
     ImportError
-        If Ray is wanted and not installed.
+        If Ray is selected and not installed.
     """
     if workers.backend != "ray":
         yield
@@ -147,13 +147,13 @@ def _numbered(function: Callable[[Any], Any], place: int, task: object) -> tuple
 
 @contextmanager
 def _pool(backend: Backend, workers: Workers) -> Generator[tuple[Runner, Errors]]:
-    """Offer a way to run calls, and the errors that say a worker was lost."""
+    """Yield a function that runs calls, and the errors that mean a lost worker."""
     joblib: Any = importlib.import_module("joblib")  # slow to import
     count = -1 if workers.count is None else workers.count
     if backend == "ray":
 
         def waves(calls: Calls) -> Iterable[tuple[int, Any]]:
-            # Counted every time: the cluster may have lost a node, or got one.
+            # Counted every time, because the cluster may have lost or gained a node.
             cpus = joblib.effective_n_jobs(-1)
             size = min(workers.count or cpus, cpus)
             return _in_waves(joblib.Parallel(size), calls, 2 * size)
@@ -165,7 +165,7 @@ def _pool(backend: Backend, workers: Workers) -> Generator[tuple[Runner, Errors]
     broken: Any = importlib.import_module("concurrent.futures.process")
 
     def streamed(calls: Calls) -> Iterable[tuple[int, Any]]:
-        # A new one every time: results may still reach one that lost a worker.
+        # A new one every time, because results may still reach one that lost a worker.
         parallel = joblib.Parallel(count, backend=name, return_as="generator_unordered")
         return without_warning(parallel(calls))
 
@@ -174,7 +174,7 @@ def _pool(backend: Backend, workers: Workers) -> Generator[tuple[Runner, Errors]
 
 @contextmanager
 def _ray(address: str | None) -> Generator[tuple[dict[str, Any], Errors]]:
-    """Offer joblib's Ray backend: its options, and its errors where a worker is lost."""
+    """Yield joblib's Ray backend: its options, and its errors for a lost worker."""
     try:
         ray: Any = importlib.import_module("ray")
         backend: Any = importlib.import_module("ray.util.joblib")
@@ -186,9 +186,10 @@ def _ray(address: str | None) -> Generator[tuple[dict[str, Any], Errors]]:
     if started:
         ray.init(address=address, logging_level="warning", log_to_driver=False)
     try:
-        # Ray starts a lost worker again, elsewhere if need be, and repeats its tasks. Workers that
-        # claim nothing crowd on one node, and those that claim a whole CPU find none elsewhere.
-        # Ray fills a node to the half before it takes the next: each gets a worker a CPU.
+        # Ray restarts a lost worker, on another node if needed, and repeats its tasks. Workers that
+        # claim nothing crowd on one node, and those that claim a whole CPU cannot move to another.
+        # Ray fills a node to one half before it uses the next, so that each gets one worker per
+        # CPU.
         again = {"num_cpus": 0.5, "max_restarts": LOSSES, "max_task_retries": LOSSES}
         yield {"ray_remote_args": again}, (ray.exceptions.RayError,)
     finally:
@@ -197,7 +198,7 @@ def _ray(address: str | None) -> Generator[tuple[dict[str, Any], Errors]]:
 
 
 def without_warning(results: Generator[T]) -> Generator[T]:
-    """Yield joblib's results; broken off, it warns of tasks that were done in vain."""
+    """Yield joblib's results; an early end warns of tasks whose results are lost."""
     try:
         for result in results:  # noqa: UP028 - "yield from" would close them, and warn, by itself
             yield result
@@ -208,7 +209,7 @@ def without_warning(results: Generator[T]) -> Generator[T]:
 
 
 def _in_waves(parallel: Any, calls: Calls, least: int) -> Generator[tuple[int, Any]]:
-    """Run calls some seconds' worth at a time: Ray's backend gives nothing before all is done."""
+    """Run calls in batches of some seconds, because Ray's backend returns only complete batches."""
     rest, size = iter(calls), least
     with parallel:
         while wave := list(islice(rest, size)):

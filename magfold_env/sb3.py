@@ -1,4 +1,4 @@
-"""Vector environments for Stable-Baselines3, which this module needs; the package does not.
+"""Vector environments for Stable-Baselines3, which the rest of the package does not need.
 
 >>> from stable_baselines3 import PPO
 >>> from magfold_env.sb3 import make_sb3_vec
@@ -30,16 +30,16 @@ VectorEnv = ChainVectorEnv[Any]
 
 
 def make_sb3_vec(env_id: str, num_envs: int, **options: Any) -> VecMonitor:
-    """Return a vector environment for Stable-Baselines3 that reports on episodes.
+    """Return a vector environment for Stable-Baselines3 that reports episode statistics.
 
     Parameters
     ----------
     env_id : str
-        Such as ``MagFold/TubeFeed-v0``.
+        Id of the environment, such as ``MagFold/TubeFeed-v0``.
     num_envs : int
-        How many environments.
+        Number of environments.
     **options
-        Those of the vector environment: `magfold_env.envs.vector_env.ChainVectorEnv`.
+        Options of the vector environment: `magfold_env.envs.vector_env.ChainVectorEnv`.
     """
     made = gymnasium.make_vec(
         env_id, num_envs=num_envs, autoreset_mode=AutoresetMode.SAME_STEP, **options
@@ -48,20 +48,20 @@ def make_sb3_vec(env_id: str, num_envs: int, **options: Any) -> VecMonitor:
 
 
 class FoldVecEnv(VecEnv):
-    """A vector environment as Stable-Baselines3 has them.
+    """A vector environment in the form of Stable-Baselines3.
 
-    Methods and attributes asked for by name are those of a single environment with the same
-    options, ``compute_reward`` among them; of ``action_masks`` each environment has its own.
+    Methods and attributes requested by name, such as ``compute_reward``, are those of a single
+    environment with the same options; ``action_masks`` differs between environments.
 
     Parameters
     ----------
     vector : ChainVectorEnv
-        With the autoreset mode SAME_STEP.
+        A vector environment with the autoreset mode SAME_STEP.
 
     Raises
     ------
     ValueError
-        If it has another.
+        If it has another mode.
     """
 
     def __init__(self, vector: VectorEnv) -> None:
@@ -77,7 +77,7 @@ class FoldVecEnv(VecEnv):
         )
 
     def reset(self) -> Any:
-        """Begin new episodes, with the seeds and options given before, if any."""
+        """Begin new episodes, with the seeds and options set earlier, if any."""
         options = self._options[0]
         if any(each != options for each in self._options):
             key = self.vector.template.world.option[0]
@@ -94,7 +94,7 @@ class FoldVecEnv(VecEnv):
         return observation
 
     def step_async(self, actions: NDArray[Any]) -> None:
-        """Take note of the actions."""
+        """Store the actions for the next step."""
         self._actions = actions
 
     def step_wait(self) -> Any:
@@ -124,11 +124,11 @@ class FoldVecEnv(VecEnv):
         return cast("Any", self.vector).render()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Return an attribute of a single environment, as often as it is asked for."""
+        """Return an attribute of a single environment, once per requested environment."""
         return [getattr(self.vector.template, attr_name)] * len(self._rows(indices))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Refuse: options are given when the environment is made."""
+        """Raise an error, because options are set when the environment is made."""
         raise NotImplementedError(f"{attr_name}: cannot be set once the environments are made")
 
     def env_method(
@@ -138,7 +138,7 @@ class FoldVecEnv(VecEnv):
         indices: VecEnvIndices = None,
         **method_kwargs: Any,
     ) -> list[Any]:
-        """Return what a method of a single environment returns, as often as it is asked for."""
+        """Return the result of a method of a single environment, once per requested environment."""
         if method_name == "action_masks":
             masks: Any = cast("Any", self.vector).action_masks()
             return [masks[row] for row in self._rows(indices)]
@@ -150,7 +150,7 @@ class FoldVecEnv(VecEnv):
         wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]],
         indices: VecEnvIndices = None,
     ) -> list[bool]:
-        """Return that they are in no wrapper."""
+        """Return False for all environments: none is wrapped."""
         return [False] * len(self._rows(indices))
 
     def _rows(self, indices: VecEnvIndices) -> list[int]:
@@ -158,7 +158,7 @@ class FoldVecEnv(VecEnv):
 
 
 def _each(infos: Info, count: int) -> list[Info]:
-    """Return the infos of each environment, from those of all in Gymnasium's form."""
+    """Return the infos of each environment from the joint infos in Gymnasium's form."""
     each: list[Info] = [{} for _ in range(count)]
     for key, values in infos.items():
         if key.startswith("_"):

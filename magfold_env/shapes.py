@@ -1,7 +1,7 @@
-"""Shapes: fold words, the cells they cover, their symmetries and how alike two folds are.
+"""Shapes: fold words, the cells they cover, their symmetries and the similarity of folds.
 
-A word has one letter a joint, from component 1 to n: L (+90°), S (0) or R (-90°). Lengths here are
-in half diagonals, in which the centres of any word lie on integers; see `cells`.
+A word has one letter per joint, from component 1 to n: L (+90°), S (0) or R (-90°). Lengths are in
+half diagonals, in which the centres of any word are integers; see `cells`.
 """
 
 from functools import lru_cache
@@ -28,16 +28,16 @@ def parse_word(word: str, n: int | None = None, key: str = "word") -> str:
     Parameters
     ----------
     word
-        Letters L, S and R, one a joint; empty for a single component.
+        Letters L, S and R, one per joint; empty for a single component.
     n
-        Number of components the word must be for; any if None.
+        Number of components that the word must have; any if None.
     key
-        What the word is called in a message.
+        Name of the word in messages.
 
     Raises
     ------
     ValueError
-        If there is another letter, or not n-1 letters.
+        If there are other letters, or not n-1 letters.
     """
     given = cast("object", word)
     if not isinstance(given, str):
@@ -84,12 +84,12 @@ def mirror(word: str) -> str:
 
 
 def is_fully_folded(word: str) -> bool:
-    """Whether every joint is turned (no S); such a word may still overlap."""
+    """Return whether every joint is turned (no S); the word may still overlap."""
     return "S" not in parse_word(word)
 
 
 def cells(word: str) -> IntArray:
-    """Return the centres in half diagonals, component 1 at the origin heading along +x.
+    """Return the centres in half diagonals, with component 1 at the origin heading along +x.
 
     Headings are multiples of 90° and consecutive centres differ by the sum of two heading
     vectors, so all are integers. A casing is the square |x| + |y| <= 1 about its centre.
@@ -108,7 +108,8 @@ def overlaps(word: str) -> bool:
     """Whether two casings of the word overlap.
 
     Every step between centres has an even |dx| + |dy|, and two casings overlap if theirs is below
-    2: so exactly if they share a centre. The paper's filter (centres less than 3 mm apart) agrees.
+    2, that is, if and only if they share a centre. The paper's filter (centres less than 3 mm
+    apart) agrees.
     """
     centres = cells(word)
     return len(np.unique(centres, axis=0)) < len(centres)
@@ -117,8 +118,8 @@ def overlaps(word: str) -> bool:
 def folded_words(n: int) -> list[str]:
     """Return the fully folded words of n components without overlap, sorted.
 
-    They grow letter by letter and stop at the first overlap: self-avoiding paths that turn at
-    every step.
+    The words are self-avoiding paths that turn at every step. They grow letter by letter and stop
+    at the first overlap.
 
     Raises
     ------
@@ -134,21 +135,21 @@ def folded_words(n: int) -> list[str]:
 
 
 def outline(word: str) -> Outline:
-    """Return the cells a word covers, the same for every rotation and translation of them.
+    """Return the cells that a word covers, in a form independent of rotation and translation.
 
     Mirror images differ unless the cells are their own mirror image. Two words may share an
-    outline: it does not say in which order its cells are linked.
+    outline, because it does not contain the order of its cells.
     """
     return _placed(cells(word))
 
 
 def drawn_outline(drawing: str) -> Outline:
-    """Return the outline of squares that are drawn as text, a line a row.
+    """Return the outline of squares drawn as text, one line per row.
 
     Parameters
     ----------
     drawing
-        ``#`` where a component shall lie, ``.`` or a space elsewhere.
+        ``#`` for a component, ``.`` or a space elsewhere.
 
     Raises
     ------
@@ -160,12 +161,12 @@ def drawn_outline(drawing: str) -> Outline:
         raise ValueError(f"drawing: {drawing!r} is not allowed; {allowed}")
     rows = enumerate(drawing.split("\n"))
     squares = [(x, -y) for y, row in rows for x, sign in enumerate(row) if sign == "#"]
-    # Along the diagonals, as folds lie: see `cells`.
+    # Along the diagonals, like folds; see `cells`.
     return _placed(np.array([(x - y, x + y) for x, y in squares], dtype=np.int64))
 
 
 def _placed(covered: IntArray) -> Outline:
-    """Return cells, shape (n, 2), in the least of their four turns, moved to the origin."""
+    """Return cells, shape (n, 2), in the smallest of their four rotations, moved to the origin."""
     candidates: list[Outline] = []
     for _ in range(4):
         covered = np.stack([-covered[:, 1], covered[:, 0]], axis=1)
@@ -178,12 +179,12 @@ def _placed(covered: IntArray) -> Outline:
 def words_of_outline(covered: Outline) -> tuple[str, ...]:
     """Return the fully folded words that cover exactly the cells of an outline, sorted.
 
-    Every word is grown from each cell and heading, and stays on cells that are still free.
+    Words grow from every cell and heading, and use only free cells.
 
     Parameters
     ----------
     covered
-        As `outline` or `drawn_outline` returns it.
+        The result of `outline` or `drawn_outline`.
     """
     found: set[str] = set()
     for cell in covered:
@@ -242,12 +243,12 @@ def centres(
 
 
 def similarity(joint_angles_a: npt.ArrayLike, joint_angles_b: npt.ArrayLike) -> float:
-    """Return how alike two folds are, from 0 to 1.
+    """Return the similarity of two folds, from 0 to 1.
 
-    The mean over ordered pairs i, j of exp(-|p_ij - q_ij|²/side²), where p_ij and q_ij are the
-    centre of component j seen from component i. It does not change when a fold is moved or
-    turned, does change when it is mirrored or its components are renumbered, is continuous, and
-    is 1 only for equal joint angles.
+    The similarity is the mean over ordered pairs i, j of exp(-|p_ij - q_ij|²/side²), where p_ij and
+    q_ij are the centres of component j as seen from component i in the two folds. It does not
+    change when a fold is moved or turned, but it changes when a fold is mirrored or its components
+    are renumbered. It is continuous, and 1 only for equal joint angles.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Whether a task needs its physics: ``python -m agents.admission MagFold/UnknownFloor-v0``.
 
 Contestants (`agents.admission.contestants`) play the same draws, which no search and no training
-has seen, and the rule (`agents.admission.rule`) says how far they must come apart. Lines of it that
-need trained policies are measured where these are given. Killed, the command goes on where it was
-when called again; called with other policies, or more episodes, it plays what is missing.
+uses, and the rule (`agents.admission.rule`) sets the required differences. Lines of the rule that
+need trained policies are measured if these are given. An interrupted command continues when it is
+called again; with other policies or more episodes, it plays the missing episodes.
 """
 
 from collections.abc import Callable, Sequence
@@ -38,11 +38,11 @@ from magfold_env.scoring.player import Player
 from magfold_env.scoring.results import Results, Run
 
 BLOCK = 50
-"""Episodes of a job where each is soon played."""
+"""Episodes of a job of short episodes."""
 
 
 class Contest:
-    """Plays what is not in its folder yet, on so many processes."""
+    """Plays the episodes that its folder does not contain yet, on several processes."""
 
     def __init__(self, arena: Arena, processes: int, folder: Path, bar: progress.Progress) -> None:
         self._arena, self._given = arena, (arena.env_id, arena.tasks)
@@ -72,7 +72,7 @@ class Contest:
         return self._table.row(name, count, job, _in_arena, block, key)
 
     def search(self, effort: Search) -> dict[int, list[Ranked]]:
-        """Return what has been tried in every task, by number, the best first."""
+        """Return the candidates of every task, by number, the best first."""
         numbers = self._arena.numbers
         key = {"search": effort}
         found = self._row(OPEN_LOOP, len(numbers), contestants.search, (effort,), key)
@@ -84,9 +84,9 @@ class Contest:
     def play(
         self, best: dict[int, list[Any]], searched: Search, raced: Search, episodes: int
     ) -> dict[str, Any]:
-        """Return success and score of all that need no training, (1, episodes, 2).
+        """Return success and score of all untrained contestants, (1, episodes, 2).
 
-        `best` are those that came farthest in every task, by number, as many as the oracle races:
+        `best` contains the best candidates of every task, by number, as many as the oracle races;
         the first is the open loop.
         """
         key: dict[str, Any] = {"search": searched}
@@ -125,22 +125,22 @@ def main(  # noqa: PLR0913 - one parameter an option
     *,
     policy: Annotated[
         list[str] | None,
-        typer.Option(help="A trained policy (.safetensors); again for other training seeds."),
+        typer.Option(help="A trained policy (.safetensors); repeat for other training seeds."),
     ] = None,
     blind: Annotated[
         list[str] | None,
-        typer.Option(help="One that the same learner has trained, as long, without motion."),
+        typer.Option(help="A policy of the same learner, trained equally long without motion."),
     ] = None,
     tasks: Annotated[int, typer.Option(min=1, max=24, help="Tasks that are played.")] = 24,
-    episodes: Annotated[int, typer.Option(min=1, help="Episodes a row, of all tasks.")] = 1000,
+    episodes: Annotated[int, typer.Option(min=1, help="Episodes per row, over all tasks.")] = 1000,
     search: Annotated[
         tuple[int, int],
-        typer.Option(help="What is tried as a task's open loop, and in how many episodes."),
+        typer.Option(help="Number of candidates for a task's open loop, and of their episodes."),
     ] = (1000, 6000),
     race: Annotated[
         tuple[int, int],
         typer.Option(
-            help="How many of these the oracle tries for an episode, and in how many copies."
+            help="Number of candidates that the oracle tries for an episode, and of copies."
         ),
     ] = (64, 250),
     processes: Annotated[int, typer.Option(min=1, help="Episodes played at a time.")] = 2,
@@ -148,7 +148,7 @@ def main(  # noqa: PLR0913 - one parameter an option
         Path | None, typer.Option(help="Folder of the results; runs/admission-ID by default.")
     ] = None,
 ) -> None:
-    """Compare open loops, an oracle and trained policies, and say if the task is admitted."""
+    """Compare open loops, an oracle and trained policies, and print if the task is admitted."""
     folder = output or Path("runs") / f"admission-{env_id.rpartition('/')[2]}"
     searched, raced = Search(*search), Search(*race)
     seeing, unseeing = policy or [], blind or []
@@ -165,7 +165,7 @@ def main(  # noqa: PLR0913 - one parameter an option
         for path in (*seeing, *unseeing):
             saved = contestants.own_policy(path)
             Player(saved.policy, saved.shown, arena.env_of(saved.policy.action_space))
-        # The engine is compiled before processes share the work.
+        # The engine is compiled before several processes work.
         arena.field.follow(np.array(arena.numbers[:1]), [0], [arena.open_loops.fastest])
         with progress_bar() as bar:
             contest = Contest(arena, processes, folder, bar)

@@ -1,7 +1,6 @@
-"""Who is compared by the rule of admission, and how each plays some episodes of an `Arena`.
+"""The contestants of the admission rule, and how each plays episodes of an `Arena`.
 
-The draws that results are reported on are of a stream of their own, which neither searches nor
-training use.
+The draws of reported results have their own stream, which neither searches nor training use.
 
 ================= ================================================================================
 random            actions drawn evenly
@@ -45,20 +44,20 @@ from magfold_env.scoring.player import Player, play
 from magfold_env.scoring.track import WIDTH, Track
 
 EVALUATION = "admission"
-"""Stream of the draws that results are reported on."""
+"""Stream of the draws of reported results."""
 
 SEARCH = "admission search"
-"""Stream of the draws that open loops are chosen on."""
+"""Stream of the draws that select open loops."""
 
 
 def copies(episode: int) -> str:
-    """Return the stream of the draws that the oracle tries an episode's physics on."""
+    """Return the stream of the draws on which the oracle tries an episode's physics."""
     return f"admission copies {episode}"
 
 
 @dataclass(frozen=True)
 class Arena(Track):
-    """A track on the draws of `EVALUATION`, and what else contestants need."""
+    """A track on the draws of `EVALUATION`, and further data for contestants."""
 
     stream: str = field(default=EVALUATION, kw_only=True)
 
@@ -68,13 +67,13 @@ class Arena(Track):
         return open_loops_of(self.env)
 
     def ranked(self, count: int, number: int, best: list[Ranked]) -> list[Any]:
-        """Return those of so many open loops of a task that came farthest."""
+        """Return the best of a number of open loops of a task."""
         tried = self.open_loops.candidates(count, number)
         return [tried[each.place] for each in best]
 
     @cached_property
     def field(self) -> Field:
-        """Room for episodes of these tasks, made once."""
+        """Reusable episodes of these tasks, made once."""
         return Field(self.episodes(WIDTH), self.open_loops)
 
     def drawn(self, episode: int) -> tuple[Scene, Any]:
@@ -91,9 +90,9 @@ def own_arena(env_id: str, tasks: int, randomised: bool = True) -> Arena:
 
 
 def replaying(chosen: Sequence[Sequence[Any]]) -> Plan:
-    """Return what plays choices that were made before, one a step; the last one is kept.
+    """Return a plan that plays choices made earlier, one per step, and repeats the last one.
 
-    `chosen` are those of every row, as `World.actions` reads a single one.
+    `chosen` contains the choices of every row, in the form of `World.actions` for one row.
     """
     taken = np.zeros(len(chosen), dtype=np.int64)
 
@@ -111,13 +110,13 @@ TRAINED, DRAWN = "trained", "trained, drawn"
 FROZEN, BLIND = "frozen", "trained blind"
 
 SIMPLE = (RANDOM, FORWARD, BASELINE, OPEN_LOOP)
-"""Those of which an episode is all it takes."""
+"""Contestants that play an episode without preparation."""
 
 
 def play_simple(
     arena: Arena, open_loops: dict[int, Any], start: int, stop: int
 ) -> list[list[list[float]]]:
-    """Return success and score of every one of `SIMPLE` in each of some episodes."""
+    """Return success and score of every contestant of `SIMPLE` in some episodes."""
     numbers, seeds = arena.draws(start, stop)
     listed, field = numbers.tolist(), arena.field
     ends = {
@@ -156,7 +155,7 @@ def _play_oracle(
 
 
 def copied_episodes(arena: Arena, episode: int, count: int) -> Any:
-    """Return room for copies of an episode: its physics, with start and noise drawn anew."""
+    """Return copies of an episode with its physics and new draws of start and noise."""
     scene, task = arena.drawn(episode)
     found = arena.episodes(count, arena.env.make_world(scene, tasks=[task]))
     found.chains.drawn.drive_as(scene)
@@ -166,14 +165,14 @@ def copied_episodes(arena: Arena, episode: int, count: int) -> Any:
 def play_policy(
     arena: Arena, saved: SavedPolicy, kind: str, start: int, stop: int
 ) -> list[list[float]]:
-    """Return success and score of a policy in each of some episodes.
+    """Return success and score of a policy in some episodes.
 
     `kind` is `TRAINED`, `DRAWN`, `FROZEN` or `BLIND`.
 
     Raises
     ------
     ValueError
-        If it is of another environment.
+        If the policy belongs to another environment.
     """
     numbers, seeds = arena.draws(start, stop)
     if kind == FROZEN:
@@ -196,7 +195,7 @@ def own_policy(path: str) -> SavedPolicy:
 def _play(
     arena: Arena, saved: SavedPolicy, numbers: Ints, seeds: Sequence[int], sampled: bool = False
 ) -> tuple[list[list[float]], list[Any]]:
-    """Return success and score of a policy in episodes, and its choices in the first of them."""
+    """Return success and score of a policy in episodes, and its choices in the first one."""
     env, episodes = arena.env_of(saved.policy.action_space), arena.episodes(len(seeds))
     plan = Player(saved.policy, saved.shown, env, len(seeds), sampled).plan(env)
     first: list[Any] = []
@@ -212,13 +211,13 @@ def _play(
 
 
 def _rehearsed(arena: Arena, saved: SavedPolicy, number: int) -> list[Any]:
-    """Return what a policy chooses in an episode of a task in which nothing is drawn."""
+    """Return the choices of a policy in an episode of a task without random draws."""
     still = Arena(arena.env_id, arena.tasks, randomised=False)
     return _play(still, saved, np.array([number]), [0])[1]
 
 
 def _at_random(arena: Arena, numbers: Sequence[int], seeds: Sequence[int]) -> Plan:
-    """Return what draws actions evenly, each row its own."""
+    """Return a plan that draws actions uniformly, separately for each row."""
     own: list[Any] = []
     for number, seed in zip(numbers, seeds, strict=True):
         key = (1, crc32(arena.world.words[number].encode()))

@@ -1,7 +1,7 @@
-"""The rule of admission: what must come apart for a task to be worth its physics.
+"""The admission rule: the differences that a task must show to be worth its physics.
 
-Tasks are fixed; intervals are 95 %, over episodes and, where there are several, training seeds.
-Differences are paired: both play the same draws.
+Tasks are fixed. Intervals are 95 %, over episodes and, if there are several, training seeds.
+Differences are paired, because both contestants play the same draws.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,27 +24,27 @@ SOLVED = 0.03
 
 @dataclass(frozen=True)
 class Line:
-    """A part of the rule: one contestant is to be ahead of another."""
+    """A part of the rule: one contestant must be ahead of another."""
 
     ahead: str
     behind: str
     least: float
-    """By so much, as a share of episodes."""
+    """Required difference, as a share of episodes."""
     surely: bool = False
-    """Whether the interval of the difference must lie above 0 too."""
+    """Whether the interval of the difference must also be above 0."""
     measured: intervals.Estimate | None = None
-    """By how much it is; None if one of them has not played."""
+    """Measured difference; None if a contestant has not played."""
 
     @property
     def holds(self) -> bool | None:
-        """Whether it is; None if that is not known."""
+        """Whether the line holds; None if unknown."""
         if self.measured is None:
             return None
         sure = not self.surely or bool(self.measured.low > 0.0)
         return sure and bool(self.measured.value >= self.least)
 
     def __str__(self) -> str:
-        """Return it in words."""
+        """Return the line as text."""
         by = f" + {100 * self.least:.0f} points" if self.least else ""
         rest = ", its interval above 0" if self.surely else ""
         return f"{self.ahead} ≥ {self.behind}{by}{rest}"
@@ -60,7 +60,7 @@ RULE = (
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the rule says."""
+    """The result of the rule."""
 
     rows: dict[str, Row]
     """How contestants do. Intervals are Wilson's for a single run, else the bootstrap's; the figure
@@ -68,11 +68,11 @@ class Verdict:
     better."""
     lines: list[Line]
     headroom: intervals.Estimate | None
-    """Success of the oracle above that of the trained policies; None without them."""
+    """Success of the oracle minus that of the trained policies; None without them."""
 
     @property
     def said(self) -> str:
-        """In a word: whether the task is admitted, and if so whether it is solved."""
+        """The verdict: whether the task is admitted, and if so whether it is solved."""
         held = [line.holds for line in self.lines]
         if False in held:
             return "not admitted"
@@ -83,7 +83,7 @@ class Verdict:
 
 
 def judge(ends: Ends) -> Verdict:
-    """Return what the rule says of contestants, random actions and the oracle among them."""
+    """Apply the rule to contestants, which include random actions and the oracle."""
     low, high = (float(ends[name][..., 1].mean()) for name in (RANDOM, ORACLE))
     rows = {
         name: Row(
@@ -100,7 +100,7 @@ def judge(ends: Ends) -> Verdict:
 def by_task(ends: intervals.Floats, numbers: Sequence[int]) -> dict[int, float | None]:
     """Return the success of a contestant in each task, by number; None if it was not played.
 
-    Episodes are of one task after another.
+    The episodes cycle through the tasks.
     """
     parts = (ends[:, place :: len(numbers), 0] for place in range(len(numbers)))
     return {
@@ -110,11 +110,11 @@ def by_task(ends: intervals.Floats, numbers: Sequence[int]) -> dict[int, float |
 
 
 def _ahead(ends: Ends, name: str, other: str) -> intervals.Estimate | None:
-    """Return by how much one contestant succeeds more often than another, paired by episode."""
+    """Return the difference of success between two contestants, paired by episode."""
     if name not in ends or other not in ends:
         return None
     better, worse = ends[name][..., 0], ends[other][..., 0]
-    if other == FROZEN:  # the same policies, so that each is compared with itself
+    if other == FROZEN:  # the same policies, so each is compared with itself
         return intervals.estimate(better - worse, None)
     return intervals.difference(better, worse, None)
 
@@ -127,7 +127,7 @@ def _share(success: intervals.Floats) -> intervals.Estimate:
 
 
 def markdown(verdict: Verdict) -> str:
-    """Return the rows and what is said of each line, as tables."""
+    """Return the rows and the results of the lines as tables."""
     text = ["| | success | score | normalised |", "|---|---|---|---|"]
     for name, row in verdict.rows.items():
         success = intervals.Estimate(*map(np.asarray, row.success))

@@ -1,1 +1,1 @@
-"""Searches that choose before the chain folds."""
+"""Searches that make all choices before the chain folds."""

@@ -1,4 +1,4 @@
-"""Let a search choose for every target: ``python -m agents.baselines SEARCH``."""
+"""Run a search for every target: ``python -m agents.baselines SEARCH``."""
 
 from pathlib import Path
 from typing import Annotated
@@ -17,15 +17,15 @@ def main(
     env: EnvChanges = None,
     budget: Annotated[int, typer.Option(min=1, help="Most physics calls for each target.")] = 2000,
     goal: Annotated[
-        float, typer.Option(help="Share of successes of 40 calls that ends a search before.")
+        float, typer.Option(help="Share of successes of 40 calls that ends a search early.")
     ] = 1.0,
-    seed: Annotated[int, typer.Option(min=0, help="Of the search and of its calls.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the search and of its calls.")] = 0,
     processes: Annotated[int, typer.Option(min=1, help="Targets at a time.")] = 2,
     output: Annotated[
         Path | None, typer.Option(help="File of choices; runs/baselines/SEARCH.json by default.")
     ] = None,
 ) -> None:
-    """Choose a sequence and speeds for every target; called again, go on where it was left."""
+    """Choose a sequence and speeds for every target; an interrupted search continues."""
     path = output or Path("runs/baselines") / f"{search}.json"
     calls = targets = 0
     with reported_errors(ValueError):

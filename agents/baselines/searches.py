@@ -1,13 +1,12 @@
 """Baselines that decide before the chain folds: one sequence and its speeds for each target.
 
-Some begin with energies: the minimiser's designs, and robust open-loop design. Others go by physics
-calls alone. ``python -m agents.baselines SEARCH`` lets one search and writes what it chose, which
+Some begin with energies: the minimiser's designs, and robust open-loop design. Others use only
+physics calls. ``python -m agents.baselines SEARCH`` runs a search and writes its choices, which
 `agents.evaluate` then scores on fresh draws.
 
-A physics call is an episode that is played in a search. They are counted, and never more than the
-budget allows. Call d of every choice has the same draws, so that choices are compared under equal
-conditions; what was asked before is not played again. The draws are neither those of the evaluation
-nor those of any training.
+A physics call is an episode that a search plays. Calls are counted and never exceed the budget.
+Call d of every choice has the same draws, so that choices are compared under equal conditions; no
+call is played twice. The draws differ from those of the evaluation and of all training.
 """
 
 import hashlib
@@ -35,38 +34,38 @@ from magfold_env.minimiser import LONGEST_OF_ALL, strengths
 from magfold_env.shapes import folded_words, overlaps
 
 USUAL_SPEED = 0.2
-"""Feed speed [m/s] to begin with: the one at which most designs do well."""
+"""Initial feed speed [m/s], at which most designs do well."""
 
 
 class SpentError(Exception):
-    """The budget has no call left; ends a search wherever it is."""
+    """The budget has no call left; the exception ends a search at any point."""
 
 
 class Tally(NamedTuple):
-    """What is known of a choice."""
+    """The record of a choice."""
 
     choice: policies.OpenLoop
     scores: tuple[float, ...]
-    """Of the calls made for it: 1 is a success, a miss is worth half at most."""
+    """Scores of its calls: 1 for a success, at most one half for a miss."""
 
     @property
     def successes(self) -> int:
-        """How many of its calls were."""
+        """Number of successful calls."""
         return sum(score == 1.0 for score in self.scores)
 
     @property
     def expected(self) -> float:
-        """Its mean score as if it had had one call more, worth one half.
+        """Its mean score with one additional call of score one half.
 
-        Few calls say little: one success of one must not beat nine of nine.
+        Few calls are weak evidence: one success of one must not beat nine of nine.
         """
         return (sum(self.scores) + 0.5) / (len(self.scores) + 1)
 
 
 class Calls:
-    """Plays choices for one target until the budget of calls is spent; `seed` is of their draws.
+    """Plays choices for one target until the budget of calls is spent; `seed` sets their draws.
 
-    Whatever makes a call raises `SpentError` when none is left.
+    A call raises `SpentError` when none is left.
     """
 
     def __init__(self, env: FoldEnv[Any], target: str, budget: int, seed: int) -> None:
@@ -79,8 +78,8 @@ class Calls:
     def scores(self, choices: Sequence[Choice | policies.OpenLoop], draws: int) -> intervals.Floats:
         """Return the scores of the first calls of choices, shape (choices, draws).
 
-        The first call of every choice is made before the second of any, so that a small budget
-        is spread over all.
+        All choices get their first call before any gets a second, so that a small budget is spread
+        over all.
         """
         played = [self._as_played(choice) for choice in choices]
         for draw in range(draws):
@@ -91,13 +90,13 @@ class Calls:
         return np.array([self._scores[choice][:draws] for choice in played])
 
     def tallies(self) -> list[Tally]:
-        """Return what is known of every choice, the most promising first."""
+        """Return the records of all choices, the most promising first."""
         known = [Tally(choice, tuple(scores)) for choice, scores in self._scores.items()]
         return sorted((each for each in known if each.scores), key=lambda each: -each.expected)
 
     def _as_played(self, choice: Choice | policies.OpenLoop) -> policies.OpenLoop:
         if isinstance(choice, Choice):
-            assert choice.speed is not None  # a tube feeds in every environment
+            assert choice.speed is not None  # every environment has a tube
             choice = policies.OpenLoop.at_one_speed(choice.sequence, choice.speed)
         return choice.as_played(self.env)
 
@@ -118,10 +117,10 @@ Search = Callable[[Calls, np.random.Generator], None]
 def choose_for(
     search: Search, env: FoldEnv[Any], target: str, budget: int, seed: int
 ) -> policies.Chosen:
-    """Return what a search chooses for a target within a budget of physics calls, at least one.
+    """Return the choice of a search for a target within a budget of at least one physics call.
 
-    Of the choices that were tried in `env`, under its randomisation, it is the one with the best
-    record (`Tally.expected`). The seed is that of the search and of its physics calls.
+    The result is the choice with the best record (`Tally.expected`) among those tried in `env`
+    under its randomisation. The seed applies to the search and its physics calls.
     """
     calls = Calls(env, target, budget, seed)
     with suppress(SpentError):
@@ -131,7 +130,7 @@ def choose_for(
 
 
 def speeds_to_try(env: FoldEnv[Any]) -> list[float]:
-    """Return the feed speeds that actions offer [m/s], the usual ones first."""
+    """Return the available feed speeds [m/s], the usual ones first."""
     return sorted(env.actions.speeds.tolist(), key=lambda v: abs(np.log(v / USUAL_SPEED)))
 
 
@@ -139,7 +138,7 @@ Prediction = Literal["free", "forward", "backward"]
 """How energies predict a fold: all shapes compared, or joint by joint from one end."""
 
 WIDTH = 64
-"""Chains that are kept from one component to the next."""
+"""Number of chains kept from one component to the next."""
 
 _TURNS = {"S": 0, "L": 1, "R": -1}
 
@@ -160,18 +159,18 @@ def minimiser_design(
 
 @lru_cache(maxsize=512)
 def energy_design(scene: mf.Scene, target: str, prediction: Prediction) -> tuple[str, ...]:
-    """Return the sequence of which energies are surest that it folds into the target."""
+    """Return the sequence whose energies predict the target most clearly."""
     if prediction == "free":
         return _deepest(scene, target)
     return _surest(scene.replace(feed={"direction": prediction}), target)
 
 
 def _deepest(scene: mf.Scene, target: str) -> tuple[str, ...]:
-    """Return the sequence of largest gap, proved to be for chains that are short enough."""
+    """Return the sequence of largest gap, which is proven for short chains."""
     every = _all_deepest(scene) if scene.n <= LONGEST_OF_ALL else {}  # pyright: ignore[reportArgumentType]
     if target in every:
         return every[target]
-    # No sequence has this ground state, or there are too many: what comes nearest, by annealing.
+    # No sequence has this ground state, or there are too many: annealing finds the best one.
     mode = scene.feed.direction
     found = designer.design(target, scene, mode, "gap", search="annealing", runs=0, workers=1)
     return found.sequence
@@ -184,18 +183,18 @@ def _all_deepest(scene: mf.Scene) -> dict[str, tuple[str, ...]]:
 
 
 class _Partial(NamedTuple):
-    """Components that have left the tube and folded as wanted."""
+    """Components that have left the tube and folded into the target."""
 
     margin: float
-    """The least distance of a wanted letter to the next [J]."""
+    """The smallest energy gap between a target letter and the next [J]."""
     patterns: tuple[int, ...]
 
 
 def _surest(scene: mf.Scene, target: str) -> tuple[str, ...]:
-    """Return the sequence that a component-by-component feed decides most clearly.
+    """Return the sequence that component-by-component feed decides most clearly.
 
-    A component has its magnets when it leaves the tube. The chain is built in the order of
-    feed; the `WIDTH` clearest are kept at each length.
+    A component gets its magnets when it leaves the tube. The search builds chains in the order of
+    feed and keeps the `WIDTH` clearest at each length.
     """
     lattice = LatticeFeed(scene)
     order = slice(None) if lattice.turn == 1 else slice(None, None, -1)
@@ -223,9 +222,9 @@ def _surest(scene: mf.Scene, target: str) -> tuple[str, ...]:
 def robust_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
     """Let the design room's search (`magfold_env.designer`) try perturbed runs of the environment.
 
-    Sequences that are good by energy, those of which the target is the only stable word where
-    chains are long, are raced on releases at one speed after another until one does; if none will,
-    the cross-entropy method goes on from the best.
+    Sequences that are good by energy (for long chains, those whose only stable word is the target)
+    are raced on releases at one speed after another until one succeeds; if none does, the
+    cross-entropy method continues from the best.
     """
     task = _task(calls.env, calls.target, rng)
     sequences = designer.candidates(task, Counter(), lambda done: None)
@@ -245,7 +244,7 @@ def robust_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
 
 
 def _task(env: FoldEnv[Any], target: str, rng: np.random.Generator) -> designer.Task:
-    """Return the search by energy; it knows no budget, since it calls no physics."""
+    """Return the search by energy, which needs no budget because it makes no physics calls."""
     return designer.task_for(
         target, env.scene, env.scene.feed.direction, "probability",
         search=None, seed=int(rng.integers(2**31)), speeds=None, budget=1, goal=1.0, runs=0,
@@ -276,7 +275,7 @@ def search_of(name: str, goal: float) -> Search:
     Raises
     ------
     ValueError
-        If there is none, or `goal` is no share.
+        If there is no such search, or `goal` is not a share.
     """
     if name not in SEARCHES:
         raise ValueError(f"search: {name!r} is not allowed; must be one of {', '.join(SEARCHES)}")
@@ -294,17 +293,16 @@ def choose(
     seed: int = 0,
     processes: int = 1,
 ) -> Iterator[tuple[str, policies.Chosen]]:
-    """Search for a choice for every target and keep it in a file; return each as it is known.
+    """Search for a choice for every target and store it in a file; yield each when it is known.
 
-    Targets that are in the file already, which is made if need be, are not searched for again.
-    `budget` is the most physics calls for each target, `goal` the share of successes that ends a
-    search before, `seed` that of the search and of its calls; `processes` targets are searched for
-    at a time.
+    The file is created if needed; targets that it contains are skipped. `budget` is the largest
+    number of physics calls per target, `goal` the share of successes that ends a search early, and
+    `seed` that of the search and its calls. `processes` targets are searched in parallel.
 
     Raises
     ------
     ValueError
-        If there is no such search, or the file is damaged or was written by another one.
+        If there is no such search, or the file is damaged or belongs to another search.
     """
     search_of(name, goal)
     env = episodes.make_env(settings)
@@ -317,7 +315,7 @@ def choose(
         "physics": physics_digest(),
         "components": env.scene.n,
         "scene": hashlib.sha256(scene.encode()).hexdigest()[:16],
-        # Which targets are searched for does not change what is found for one.
+        # The set of targets does not change the result for one of them.
         "env": settings.model_dump(mode="json", exclude={"targets", "difficulty", "shaping"}),
     }
     file = policies.ChoiceFile(path, key)

@@ -1,1 +1,1 @@
-"""Policies at play: methods, episodes, statistics, pictures and pages."""
+"""Evaluation of policies: methods, episodes, statistics, pictures and pages."""

@@ -1,6 +1,6 @@
-"""The table of who is compared: players, and the episodes that each has played.
+"""The table of a comparison: players and their episodes.
 
-A player may have a part taken away:
+A part of a player may be removed:
 
 ================ =================================================================================
 no motion        none in what it is shown, see `magfold_env.scoring.shown.blind`
@@ -10,7 +10,7 @@ random speeds    its choice of magnets, the speed of each step drawn evenly from
                  which lie evenly on a log scale
 ================ =================================================================================
 
-With other speeds than its own a policy goes on seeing the chain, and the speeds that were taken.
+With replaced speeds, a policy still observes the chain and the actual speeds.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -43,67 +43,67 @@ Result = TypeVar("Result")
 NO_MOTION, FROZEN, RANDOM_SPEEDS = "no motion", "frozen", "random speeds"
 
 Change = str | float | None
-"""What is taken away: one of the names, or all speeds but one [m/s]; None: nothing."""
+"""The removed part: one of the names, or all speeds but one [m/s]; None for nothing."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one episode ended."""
+    """The result of an episode."""
 
     target: str
-    """The word wanted."""
+    """The target word."""
     word: str
-    """The word reached."""
+    """The resulting word."""
     status: str
-    """How the fold ended."""
+    """Status of the fold."""
     seed: int
     """Seed of the episode's draws."""
     success: bool
     """Whether the fold is the target."""
     score: float
-    """That of the fold at the end."""
+    """Score of the fold at the end."""
     reward: float
-    """The sum of the rewards: the return."""
+    """Return: the sum of the rewards."""
     joints: tuple[float, ...] = ()
     """Joint angles at the end [rad]."""
     choice: policies.OpenLoop | None = None
-    """The components and the speeds that were asked for; None where the simulation broke down
-    before all were."""
+    """The requested components and speeds; None if the simulation failed before all were
+    requested."""
     scene: mf.Scene | None = None
-    """The episode to replay; None likewise."""
+    """The scene that replays the episode; None in the same case."""
     built: bool | None = None
-    """Whether the same choice, under the same draws, folds into the target when the chain is built
-    beforehand, so that magnets act inside the tube too; None if that was not tried."""
+    """Whether the same choice under the same draws folds into the target when the chain is built
+    beforehand, so that magnets also act inside the tube; None if this was not tried."""
     built_score: float | None = None
     """Score of the chain that is built beforehand."""
 
     @property
     def record(self) -> dict[str, Any]:
-        """What is kept of it, as values that JSON can hold."""
+        """The stored values of the episode, as JSON values."""
         aside = ("joints", "choice", "scene")
         return {key: value for key, value in vars(self).items() if key not in aside}
 
 
 @dataclass(frozen=True)
 class Method:
-    """What is compared under one name."""
+    """The policies compared under one name."""
 
     name: str
-    """As shown."""
+    """Name in tables and pictures."""
     policies: tuple[str, ...]
-    """What `agents.evaluation.policies.make_policy` understands, one a seed."""
+    """Arguments of `agents.evaluation.policies.make_policy`, one per seed."""
     change: Change = None
-    """What they are without."""
+    """The part removed from them."""
     built: bool = False
-    """Whether every choice is folded once more, built beforehand."""
+    """Whether every choice is also folded in a chain built beforehand."""
 
     @classmethod
     def parse(cls, text: str) -> "Method":
-        """Return the method that ``NAME=PATH,PATH,...``, or a policy alone, stands for.
+        """Return the method described by ``NAME=PATH,PATH,...`` or by a single policy.
 
-        A file's name without its ending is what it is called then, with its folder's for
-        ``policy.safetensors``, the name that every training gives. The name of a set of shipped
-        policies stands for the paths of all its seeds.
+        The name of a single policy is the file name without suffix, or the folder's name for
+        ``policy.safetensors``, the name that every training uses. The name of a set of shipped
+        policies means the paths of all its seeds.
 
         Raises
         ------
@@ -131,12 +131,12 @@ def _short(files: Sequence[str]) -> str:
 
 
 def parse_methods(texts: Sequence[str]) -> list[Method]:
-    """Return the methods that `texts` stand for.
+    """Return the methods described by `texts`.
 
     Raises
     ------
     ValueError
-        If one is not allowed, or two have one name.
+        If one is not allowed, or two have the same name.
     """
     methods = [Method.parse(text) for text in texts]
     names = [method.name for method in methods]
@@ -149,7 +149,7 @@ def parse_methods(texts: Sequence[str]) -> list[Method]:
 def make_env(settings: EnvSettings) -> FoldEnv[Any]:
     """Return the environment for evaluation.
 
-    Shaping is left out: it does not change a fold, and its rewards are not what is compared.
+    Shaping is removed, because it does not change a fold and its rewards are not compared.
     """
     return cast("FoldEnv[Any]", make_gym_env(settings.unshaped()).unwrapped)
 
@@ -161,7 +161,7 @@ def own_env(settings: EnvSettings) -> FoldEnv[Any]:
 
 
 own_policy = cache(policies.make_policy)
-"""Returns this process's own copy of the policy of some name, made once."""
+"""Returns this process's own copy of a named policy, made once."""
 
 
 def changed(name: str, change: Change, settings: EnvSettings) -> policies.Policy:
@@ -195,8 +195,8 @@ def _rehearsed(name: str, settings: EnvSettings, target: str) -> policies.OpenLo
 def warm_up(settings: EnvSettings) -> None:
     """Play an episode at random, so that the engine is compiled before anything else begins.
 
-    The first use after an installation takes up to a minute, which is neither to count as training
-    time nor to be spent in every process.
+    The first use after an installation takes up to a minute, which must not count as training time
+    or be spent in every process.
     """
     env = make_env(settings)
     env.reset(seed=0)
@@ -213,8 +213,7 @@ def check(policy: str, settings: EnvSettings) -> None:
     Raises
     ------
     ValueError
-        If there is no such policy, it has nothing for a target, or knows other observations or
-        actions.
+        If there is no such policy, it lacks a target, or it has other observations or actions.
     """
     env, player = own_env(settings), own_policy(policy)
     for number, target in enumerate(env.targets):
@@ -237,8 +236,8 @@ def play(
 ) -> Outcome:
     """Play one episode, whose draws follow from `seed`.
 
-    The policy's own draws are from `rng`; by default they follow from `seed` and `target`. If
-    `built`, the same choice is folded once more, built beforehand.
+    The policy's own draws come from `rng`; by default they follow from `seed` and `target`. If
+    `built`, the same choice is also folded in a chain built beforehand.
     """
     key = (1, crc32(target.encode()))
     rng = rng or np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
@@ -282,7 +281,8 @@ def built_beforehand(
 ) -> tuple[bool, float] | None:
     """Return success and score of the chain of an episode when it is built beforehand.
 
-    None without dynamics; without a `scene` the simulation broke down, which is worth nothing.
+    The result is None without dynamics; without a `scene`, the simulation failed and the score is
+    0.
     """
     if env.task.fidelity != "dynamics":
         return None
@@ -296,29 +296,29 @@ def built_beforehand(
 def spread_over(
     processes: int, function: Callable[..., Result], jobs: Iterable[tuple[Any, ...]]
 ) -> Iterator[Result]:
-    """Yield what a function returns for each of some arguments, in their order.
+    """Yield the results of a function for a list of arguments, in order.
 
-    So many processes share the work; they are kept for what comes next. This one does it for 1.
+    Several processes share the work and are reused later. With 1, the current process does it.
     """
     parallel: Any = joblib.Parallel(processes, return_as="generator")
     yield from without_warning(parallel(joblib.delayed(function)(*job) for job in jobs))
 
 
 class Table:
-    """Players' episodes, row by row, played on so many processes.
+    """Players' episodes, row by row, played on several processes.
 
     Parameters
     ----------
     bar : rich.progress.Progress
-        Shows how far every row is.
+        Shows the progress of every row.
     processes : int
         How many.
     folder : Path, optional
-        Where episodes are kept: those that are there are not played again.
+        Folder that stores episodes; stored ones are not played again.
     key : dict, optional
-        What they depend on, as values that JSON can hold.
+        Everything that the episodes depend on, as JSON values.
     wait : bool
-        Whether to wait for another run that uses the folder, which else is an error.
+        Whether to wait for another run that uses the folder instead of raising an error.
     """
 
     def __init__(
@@ -341,7 +341,7 @@ class Table:
         block: int = 1,
         key: Mapping[str, Any] | None = None,
     ) -> list[Any]:
-        """Return so many records of a player, of which those that are kept are not played.
+        """Return a number of records of a player; stored records are not played again.
 
         Parameters
         ----------
@@ -350,12 +350,12 @@ class Table:
         count : int
             How many.
         job, played : callable
-            From the first record and the one after the last to what `played` is called with, in
-            some process, to return them; JSON must be able to hold them if they are kept.
+            `job` maps the first record and the one after the last to the argument of `played`,
+            which returns the records in some process; stored records must be JSON values.
         block : int
             Records of a job.
         key : dict, optional
-            What these depend on besides.
+            Further values that these records depend on.
         """
         task = self._bar.add_task(name, total=count, note="")
         path = None if self.folder is None else self.folder / name.replace(" ", "-")
@@ -371,7 +371,7 @@ class Table:
 
 
 def _note(records: Sequence[Any]) -> str:
-    """Return the share of successes so far, where it is known."""
+    """Return the share of successes so far, if known."""
     if isinstance(records[0], Outcome):
         records = [each.record for each in records]
     if not isinstance(records[0], dict):
@@ -387,7 +387,7 @@ def play_all(
     episodes: Sequence[tuple[str, int]],
     built: bool = False,
 ) -> list[Outcome]:
-    """Return how one of a method's policies ends `episodes`, pairs of target and seed, in order.
+    """Return the results of a method's policy in `episodes`, pairs of target and seed, in order.
 
     If `built` every choice is folded once more, whatever the method says.
     """

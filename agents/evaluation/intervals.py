@@ -5,15 +5,15 @@ Statistical Precipice*, 2021): the interquartile mean is the mean of the middle 
 all tasks. A task is a target here, and its score the share of its draws that succeeded.
 
 Intervals are from the bootstrap over seeds and targets together: both are drawn with
-replacement and crossed (Owen, *The pigeonhole bootstrap*, 2007), since a training run that is
-lucky is so on all targets. A target and its mirror image are drawn together: a device that is its
-own mirror image folds into both alike. Episodes of tasks that are fixed may stand for targets; they
-are drawn one by one. rliable draws the runs of each task on their own, which
-takes that for independent luck. Where all seeds and targets are alike, an interval has no width.
+replacement and crossed (Owen, *The pigeonhole bootstrap*, 2007), because a lucky training run is
+lucky on all targets. A target and its mirror image are drawn together, because a device that is its
+own mirror image folds into both alike. Episodes of fixed tasks may replace targets; they are drawn
+one by one. rliable draws the runs of each task separately, as if their luck were independent. If
+all seeds and targets are equal, an interval has no width.
 
 The library itself is not used. Its last release, 1.2.0, needs arch below 8, which cannot be
-imported with pandas 3; with pandas 2 it brings ten packages, 159 MB, and draws from NumPy's global
-random numbers whatever seed it is given.
+imported with pandas 3; with pandas 2 it brings ten packages, 159 MB, and it ignores its seed and
+draws from NumPy's global random numbers.
 """
 
 from collections.abc import Callable, Sequence
@@ -72,8 +72,8 @@ def estimate(
 ) -> Estimate:
     """Return an aggregate of scores, shape (runs, targets), with its interval.
 
-    A run is one training seed; `targets` are words, None where episodes stand for them, and `seed`
-    is that of the resamples.
+    A run is one training seed; `targets` are words, or None if episodes replace them, and `seed` is
+    that of the resamples.
     """
     rng = np.random.default_rng(seed)
     drawn = _drawn(rng, targets, scores.shape[1])
@@ -83,10 +83,10 @@ def estimate(
 def difference(
     scores: Floats, others: Floats, targets: Sequence[str] | None, seed: int = 0
 ) -> Estimate:
-    """Return by how much the mean of some scores exceeds that of others on the same targets.
+    """Return the difference of the means of two sets of scores on the same targets.
 
-    It is paired: both have the same targets in every resample; their runs are drawn apart.
-    Arguments are those of `estimate`.
+    The difference is paired: both have the same targets in every resample, but their runs are drawn
+    separately. Arguments are those of `estimate`.
     """
     rng = np.random.default_rng(seed)
     drawn = _drawn(rng, targets, scores.shape[1])

@@ -39,9 +39,9 @@ _SHOWN = (
     "what became of it. Playing folds needs JavaScript."
 )
 _FOLDS = "folds"
-"""Of these one is unfolded at a time."""
+"""Group of blocks of which only one is open at a time."""
 WIDTH = 9.0
-"""Of every picture [inch]."""
+"""Width of every picture [inch]."""
 
 _END_COLOURS = dict(
     zip(report.ENDS, ("#009e73", "#e69f00", "#d55e00", "#56b4e9", "#26292e"), strict=True)
@@ -53,14 +53,14 @@ class Replay(NamedTuple):
 
     outcome: episodes.Outcome
     page: str
-    """A page that plays it, whole in itself."""
+    """A self-contained page that plays the fold."""
 
 
 def replays(results: report.Played, count: int) -> dict[str, list[Replay]]:
-    """Return the same episodes of every method, as pages, and a miss of each if there is one.
+    """Return the same episodes of every method as pages, and a miss of each if there is one.
 
-    They are the first draw of `count` targets, evenly picked, by a method's first run: nothing is
-    selected by its outcome. Where none of these missed, the first episode that did is added.
+    They are the first draws of `count` evenly spaced targets, from a method's first run; outcomes
+    play no part in the selection. If none of them missed, the first missed episode is added.
     """
     words = spread(report.targets_of(results), count)
     return {
@@ -73,13 +73,13 @@ def replays(results: report.Played, count: int) -> dict[str, list[Replay]]:
 
 
 def recorded(outcome: episodes.Outcome) -> mf.Fold:
-    """Return an episode that can be replayed simulated once more, with its motion."""
+    """Simulate a replayable episode again and return it with its motion."""
     assert outcome.scene is not None
     return mf.simulate(outcome.scene, frame_rate=FRAME_RATE)
 
 
 def spread(words: Sequence[str], count: int) -> list[str]:
-    """Return `count` words, evenly picked; all if there are no more."""
+    """Return `count` evenly spaced words, or all if there are fewer."""
     return list(words[:: max(1, len(words) // count)][:count])
 
 
@@ -108,10 +108,10 @@ def write_page(
     pictures: Mapping[str, Path],
     shown: Mapping[str, Sequence[Replay]],
 ) -> None:
-    """Write the page; it needs nothing but itself.
+    """Write the self-contained page.
 
-    `draws` are the episodes of each run on each target, `pictures` PNG files by what they show, and
-    `shown` the folds to play, by method.
+    `draws` is the number of episodes of each run on each target, `pictures` contains PNG files by
+    content, and `shown` the folds to play by method.
     """
     charts = {name: Picture(pictures[name], caption) for name, caption in _CAPTIONS.items()}
     overall = [dict[str, Cell](row) for row in report.overall_rows(summaries)]
@@ -136,7 +136,7 @@ def write_page(
 
 
 def _answers(summaries: Mapping[str, report.Summary], given: Sequence[str]) -> list[Block]:
-    """Return what is found of each method that was asked about, then of the others."""
+    """Return the findings on each given method, then on the others."""
     answers: list[Block] = []
     for name in given:
         found = summaries[name]
@@ -156,7 +156,7 @@ def _answers(summaries: Mapping[str, report.Summary], given: Sequence[str]) -> l
 
 
 def _missed(summaries: Mapping[str, report.Summary]) -> list[Block]:
-    """Return the targets that some method missed, random choices aside."""
+    """Return the targets that any method except random choices missed."""
     judged = {name: each.targets for name, each in summaries.items() if name != report.RANDOM}
     rows: list[Row] = [
         {"target": word, **{name: str(each.targets[word]) for name, each in summaries.items()}}
@@ -169,7 +169,7 @@ def _missed(summaries: Mapping[str, report.Summary]) -> list[Block]:
 
 
 def conditions(settings: EnvSettings, draws: int) -> str:
-    """Return which environment it was, and what differs from its defaults, in words."""
+    """Return a text that names the environment and its changed options."""
     given = {"randomisation": "nominal"} | settings.unshaped().options()
     if not isinstance(given.get("targets", ""), str):
         del given["targets"]  # the tables name them
@@ -203,7 +203,7 @@ def _text(value: Any) -> str:
 def draw(
     folder: Path, results: report.Played, summaries: Mapping[str, report.Summary]
 ) -> dict[str, Path]:
-    """Write all pictures to `folder`; return their paths, by what they show."""
+    """Write all pictures to `folder` and return their paths by content."""
     pictures = {
         "overall": _means(summaries),
         "targets": _bars(results, summaries),
@@ -246,7 +246,7 @@ def _means(summaries: Mapping[str, report.Summary]) -> Any:
 
 
 def _bars(results: report.Played, summaries: Mapping[str, report.Summary]) -> Any:
-    """Draw bars by target, a row a method; dots are the runs of a method that has several."""
+    """Draw bars by target, one row per method; dots are the runs of methods with several."""
     words = report.targets_of(results)
     figure, grid = make_figure(0.8 + 1.2 * len(results), rows=len(results))
     axes = grid[:, 0]
@@ -273,7 +273,7 @@ def _bars(results: report.Played, summaries: Mapping[str, report.Summary]) -> An
 
 
 def _reasons(summaries: Mapping[str, report.Summary]) -> Any:
-    """Draw how episodes ended, and which joints stood in the way of those that missed."""
+    """Draw the ends of episodes, and the joints that caused misses."""
     figure, (axes,) = make_figure(1.1 + 0.5 * len(summaries), columns=(2.2, 1, 1))
     left = np.zeros(len(summaries))
     totals = np.array([sum(each.ends.values()) for each in summaries.values()])
@@ -306,7 +306,7 @@ def _reasons(summaries: Mapping[str, report.Summary]) -> Any:
 
 
 def make_figure(height: float, rows: int = 1, columns: tuple[float, ...] = (1,)) -> tuple[Any, Any]:
-    """Return a figure and its axes, shape (rows, columns), without frames right and above."""
+    """Return a figure and its axes, shape (rows, columns), without right and upper frames."""
     figure = figure_class()(figsize=(WIDTH, height), layout="constrained")
     axes = figure.subplots(
         rows, len(columns), sharex=rows > 1, squeeze=False, gridspec_kw={"width_ratios": columns}

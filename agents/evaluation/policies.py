@@ -1,6 +1,6 @@
-"""Policies that can be compared: random, trained ones, and choices made beforehand.
+"""Policies for comparison: random ones, trained ones, and choices made in advance.
 
-A choice is the magnets of every component and its speed; files hold those of searches.
+A choice contains the magnets and the speed of every component; files store the choices of searches.
 """
 
 import hashlib
@@ -24,11 +24,11 @@ from magfold_env.scoring.policy_file import Shown
 
 FORMAT = "magfold_env choices 1"
 NO_MOTION, BLIND = "no-motion:", "blind:"
-"""What the name of a policy begins with that is shown no motion; the second is the older word."""
+"""Prefixes of the names of policies that get no motion; the second is an older form."""
 
 
 class OpenLoop(NamedTuple):
-    """What an open loop decides."""
+    """The decisions of an open loop."""
 
     sequence: tuple[str, ...]
     """The components, component 1 first."""
@@ -42,7 +42,7 @@ class OpenLoop(NamedTuple):
 
     @classmethod
     def of_actions(cls, env: FoldEnv[Any], actions: Sequence[Any]) -> "OpenLoop":
-        """Return what is asked for by one action for all, or by one a component, 1 first."""
+        """Return the choice in one action for all, or in one per component, component 1 first."""
         read = [env.actions.decode(action) for action in actions]
         if env.actions.components > 1:
             sequence, speed = read[0]
@@ -50,10 +50,10 @@ class OpenLoop(NamedTuple):
         return cls(tuple(faces for (faces,), _ in read), tuple(float(speed) for _, speed in read))
 
     def as_played(self, env: FoldEnv[Any]) -> "OpenLoop":
-        """Return the choice as the actions of `env` can express it.
+        """Return the choice in terms of the actions of `env`.
 
-        Speeds go to the nearest level, components to the nearest of the catalogue. Where a chain
-        is chosen as a whole it has one speed, that of component 1.
+        Speeds are rounded to the nearest level, and components to the nearest ones of the
+        catalogue. A chain that is chosen as a whole has one speed, that of component 1.
         """
         encode = env.actions.encode
         if env.actions.components > 1:
@@ -61,7 +61,7 @@ class OpenLoop(NamedTuple):
         return self.of_actions(env, [encode(*each) for each in zip(*self, strict=True)])
 
     def action(self, env: FoldEnv[Any], episodes: Any, row: int) -> Any:
-        """Return the action with which an episode of an environment goes on as chosen."""
+        """Return the next action of an episode that follows a choice."""
         if env.actions.components > 1:
             return env.actions.encode(self.sequence, self.speeds[0])
         arrays = episodes.arrays
@@ -70,17 +70,17 @@ class OpenLoop(NamedTuple):
 
 
 Act = Callable[[Any, Ints], Sequence[Any]]
-"""From episodes and some of their rows to the actions of these, one a row."""
+"""Maps episodes and some of their rows to the actions of these rows, one per row."""
 
 Policy = Callable[[FoldEnv[Any], Sequence[int], Sequence[np.random.Generator]], Act]
-"""Begins episodes of an environment, in whose rows it then acts.
+"""Begins episodes of an environment and returns the plan of their rows.
 
-It is given the numbers of their targets, and the random numbers of each. It raises a `ValueError`
-if it has nothing for a target, or knows other observations or actions."""
+The arguments are the numbers of the targets and the random generators of the episodes. It raises a
+`ValueError` if it lacks a target or has other observations or actions."""
 
 
 def at_random(env: FoldEnv[Any], numbers: object, rngs: Sequence[np.random.Generator]) -> Act:
-    """Draw every action evenly."""
+    """Draw every action uniformly."""
     space = env.action_space
 
     def act(_: object, rows: Ints) -> Sequence[Any]:
@@ -94,10 +94,10 @@ def at_random(env: FoldEnv[Any], numbers: object, rngs: Sequence[np.random.Gener
 
 
 def designs(env: FoldEnv[Any], numbers: Sequence[int], rngs: object) -> Act:
-    """Feed the energy minimiser's design for the target at the speed that suits it best.
+    """Feed the energy minimiser's design for the target at its best speed.
 
-    It is the design that the reward is measured against: it does not look at the chain, and its
-    speed is the nearest that the actions offer.
+    This is the design that the reward's baseline uses. It ignores observations, and its speed is
+    the nearest available one.
     """
     found: dict[str, OpenLoop] = {}
     for target in {env.targets[number] for number in numbers}:
@@ -109,7 +109,7 @@ def designs(env: FoldEnv[Any], numbers: Sequence[int], rngs: object) -> Act:
 
 
 def chosen(choices: Mapping[str, OpenLoop]) -> Policy:
-    """Return what plays a choice for each target, whatever the chain does."""
+    """Return a player of one choice per target, regardless of the chain's motion."""
 
     def begin(env: FoldEnv[Any], numbers: Sequence[int], rngs: object) -> Act:
         targets = [env.targets[number] for number in numbers]
@@ -123,10 +123,10 @@ def chosen(choices: Mapping[str, OpenLoop]) -> Policy:
 
 
 def trained(saved: policy_files.SavedPolicy, no_motion: bool = False) -> Policy:
-    """Return what plays the most probable actions of a trained policy.
+    """Return a player of the most probable actions of a trained policy.
 
-    Of what is observed it is shown what its file says; whatever that is, `no_motion` takes motion
-    out of it, see `magfold_env.scoring.shown.blind`.
+    The policy gets observations in the form that its file sets; `no_motion` always removes motion
+    from them, see `magfold_env.scoring.shown.blind`.
     """
     shown = saved.shown
     if no_motion:
@@ -140,7 +140,7 @@ def trained(saved: policy_files.SavedPolicy, no_motion: bool = False) -> Policy:
 
 
 def at_speed(policy: Policy, speed: float | None) -> Policy:
-    """Return what plays the magnets of a policy at one speed [m/s], at random ones for None."""
+    """Return a player of a policy's magnets at one speed [m/s], or at random speeds for None."""
 
     def begin(
         env: FoldEnv[Any], numbers: Sequence[int], rngs: Sequence[np.random.Generator]
@@ -173,7 +173,7 @@ def make_policy(name: str) -> Policy:
     Raises
     ------
     ValueError
-        If it is none of these, or the file is damaged or not one that is understood.
+        If it is none of these, or the file is damaged or unsupported.
     """
     no_motion = name.startswith((NO_MOTION, BLIND))
     path = name.partition(":")[2] if no_motion else name
@@ -190,23 +190,23 @@ def make_policy(name: str) -> Policy:
 
 
 def policies_dir() -> Path:
-    """Return the folder of the sets of policies that come with the project."""
+    """Return the folder of the project's sets of policies."""
     return configs_dir() / "policies"
 
 
 def shipped_names() -> list[str]:
-    """Return the names of these sets."""
+    """Return the names of the project's sets of policies."""
     return sorted(path.stem for path in policies_dir().glob("*.json"))
 
 
 def as_given(policy: str) -> str:
-    """Return how a user calls a policy: one that comes with the project by its name alone."""
+    """Return the user's name for a policy; a policy of the project has only its name."""
     path = Path(policy)
     return path.stem if path.parent == policies_dir() else policy
 
 
 def none_called(name: str, others: Iterable[str]) -> str:
-    """Return which policies there are, beside `others`, and which may have been meant."""
+    """Return an error text with the known policies, `others` and a likely intended name."""
     known = [*others, *shipped_names()]
     return (
         f"{name}: no such file; must be {', '.join(known)}, or a file of choices (.json) or of "
@@ -216,17 +216,18 @@ def none_called(name: str, others: Iterable[str]) -> str:
 
 @dataclass(frozen=True)
 class Chosen:
-    """What a search chose for one target, and what speaks for it."""
+    """The choice of a search for one target, with its record."""
 
     sequence: tuple[str, ...]
     speeds: tuple[float, ...]
-    """As in `OpenLoop`, both."""
+    """Sequence and speeds, as in `OpenLoop`."""
     calls: int
-    """Physics calls that the search made."""
+    """Number of physics calls of the search."""
     successes: int
-    """How many calls of this choice succeeded."""
+    """Number of successful calls of this choice."""
     releases: int
-    """How many calls of it there were: a flattering share, since it was chosen for it."""
+    """Number of calls of this choice; the share of successes is optimistic, because it decided the
+    choice."""
 
     @property
     def choice(self) -> OpenLoop:
@@ -235,14 +236,14 @@ class Chosen:
 
 
 class ChoiceFile:
-    """Choices by target, in a JSON file that is written anew with every one that is added.
+    """Choices by target, in a JSON file that is rewritten with every new choice.
 
-    The `key` is everything that they depend on but their target, as values that JSON can hold.
+    The `key` is everything that they depend on except their target, as JSON values.
 
     Raises
     ------
     ValueError
-        If the file exists and is damaged, or was written with another key.
+        If the file exists and is damaged or has another key.
     """
 
     def __init__(self, path: Path, key: Mapping[str, Any]) -> None:
@@ -258,7 +259,7 @@ class ChoiceFile:
                     )
 
     def add(self, target: str, chosen: Chosen) -> None:
-        """Add what was chosen for a target."""
+        """Add the choice for a target."""
         self.chosen[target] = chosen
         choices = {word: asdict(each) for word, each in self.chosen.items()}
         content: dict[str, Any] = {"format": FORMAT, "key": self._key, "choices": choices}
@@ -273,7 +274,7 @@ def read_choices(path: Path) -> dict[str, OpenLoop]:
     Raises
     ------
     ValueError
-        If it is no such file, or damaged.
+        If it is not such a file, or is damaged.
     """
     return {target: each.choice for target, each in _read(path)[1].items()}
 

@@ -1,6 +1,6 @@
-"""Methods that are compared, what their outcomes come to, tables of it, and JSON for later.
+"""Compared methods: summaries of their outcomes, tables and JSON.
 
-Each method is one policy, or the policies that several seeds have trained.
+Each method is one policy, or the trained policies of several seeds.
 """
 
 from collections import Counter
@@ -22,23 +22,23 @@ from magfold_env.shapes import word_to_angles
 
 RANDOM = "random"
 REFERENCE = "minimiser"
-"""The method that others are compared with, pair by pair."""
+"""The method that all others are compared with in pairs."""
 USUAL = (RANDOM, REFERENCE)
-"""What is always compared with, where it can be."""
+"""Methods that are always compared, if possible."""
 
 Runs = Sequence[Sequence[episodes.Outcome]]
-"""The outcomes of each run of a method; all runs have the same targets and draws."""
+"""Outcomes of each run of a method; all runs have the same targets and draws."""
 
 Played = Mapping[str, Runs]
 """The runs of each method, by its name."""
 
 ENDS = ("target", "other fold", "misfolded", "unsettled", "failed")
-"""How an episode may end: in the target, at rest in another fold, at rest with a joint open,
-not at rest when time or work ran out, or with numbers that broke down."""
+"""Ends of episodes: in the target, at rest in another fold, at rest with a joint open, still moving
+at the limit of time or work, or with a failed simulation."""
 
 
 def targets_of(results: Played) -> list[str]:
-    """Return the targets in the order in which they were played."""
+    """Return the targets in the order of play."""
     runs = next(iter(results.values()))
     return list(dict.fromkeys(outcome.target for outcome in runs[0]))
 
@@ -59,22 +59,22 @@ def pooled(runs: Runs, target: str | None = None) -> list[episodes.Outcome]:
 
 
 def end_of(outcome: episodes.Outcome) -> str:
-    """Return which of `ENDS` an episode came to."""
+    """Return the end of an episode, one of `ENDS`."""
     if outcome.success:
         return "target"
     return "other fold" if outcome.status == "folded" else outcome.status
 
 
 def ends(outcomes: Sequence[episodes.Outcome]) -> dict[str, int]:
-    """Return how many episodes came to each end."""
+    """Return the number of episodes with each end."""
     counts = Counter(map(end_of, outcomes))
     return {end: counts[end] for end in ENDS}
 
 
 def joints_in_the_way(outcomes: Sequence[episodes.Outcome]) -> dict[str, list[int]]:
-    """Return how often each joint stayed ``open`` or folded ``wrong`` in episodes that missed.
+    """Return the number of missed episodes in which each joint stayed ``open`` or folded ``wrong``.
 
-    Joint 1 comes first. Simulations that failed, and chains that were not all fed, do not count.
+    Joint 1 comes first. Failed simulations and incomplete chains do not count.
     """
     joints = max((len(outcome.joints) for outcome in outcomes), default=0)
     counts = {"open": np.zeros(joints, dtype=np.int64), "wrong": np.zeros(joints, dtype=np.int64)}
@@ -91,7 +91,7 @@ def joints_in_the_way(outcomes: Sequence[episodes.Outcome]) -> dict[str, list[in
 
 @dataclass(frozen=True)
 class Summary:
-    """What the runs of one method come to."""
+    """The summary of the runs of one method."""
 
     success: intervals.Estimate
     """Mean rate of success over runs and targets."""
@@ -102,20 +102,19 @@ class Summary:
     reward: intervals.Estimate
     """Mean return."""
     built: intervals.Estimate | None
-    """Rate of success of the same choices when the chain is built beforehand; None if that was not
-    tried."""
+    """Rate of success of the same choices when the chain is built beforehand; None if not tried."""
     ahead: intervals.Estimate | None
-    """Success above that of `REFERENCE` on the same targets; None without it, or for itself."""
+    """Success minus that of `REFERENCE` on the same targets; None without it, or for itself."""
     targets: dict[str, Share]
-    """By target, all runs together, with Wilson's intervals."""
+    """Success by target over all runs, with Wilson's intervals."""
     ends: dict[str, int]
-    """How many episodes came to each end."""
+    """Number of episodes with each end."""
     joints: dict[str, list[int]]
-    """How often each joint stayed open, or folded to the wrong side, in episodes that missed."""
+    """Number of missed episodes in which each joint stayed open, or folded to the wrong side."""
 
 
 def summarise(results: Played) -> dict[str, Summary]:
-    """Return what the outcomes of each method come to."""
+    """Return the summary of each method."""
     targets = targets_of(results)
     reference = by_target(results[REFERENCE]) if REFERENCE in results else None
     found: dict[str, Summary] = {}
@@ -138,7 +137,7 @@ def summarise(results: Played) -> dict[str, Summary]:
 
 
 def targets_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
-    """Return successes, a row a target and a column a method."""
+    """Return successes, one row per target and one column per method."""
     counts = {
         name: {word: f"{s.successes}/{s.trials}" for word, s in each.targets.items()}
         for name, each in summaries.items()
@@ -150,7 +149,7 @@ def targets_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
 
 
 def overall_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
-    """Return what is said of each method as a whole, a row a method; its name comes first."""
+    """Return the summary table, one row per method; its name comes first."""
     rows = [
         {
             "": name,
@@ -168,12 +167,12 @@ def overall_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
 
 
 def files_of(policies: Sequence[str]) -> tuple[File, ...]:
-    """Return what policies are made of, for a file of results."""
+    """Return the files of policies for a file of results."""
     return tuple(File(name=policy, sha256=file_digest(policy)) for policy in policies)
 
 
 def made(view: View, settings: EnvSettings, rows: Mapping[str, Row], **given: Any) -> Results:
-    """Return a view of the table of an environment, and what repeats it."""
+    """Return a view of an environment's table, with the data that repeat it."""
     return Results(
         view=view,
         id=settings.id,
@@ -193,7 +192,7 @@ def results_of(
     played: Played,
     summaries: Mapping[str, Summary],
 ) -> Results:
-    """Return everything that was measured."""
+    """Return all measured values."""
     rows = {
         method.name: Row(
             success=numbers(summaries[method.name].success),
@@ -214,7 +213,7 @@ def numbers(estimate: intervals.Estimate) -> tuple[float, float, float]:
 
 
 def _figures(summary: Summary) -> dict[str, Any]:
-    """Return a summary as values that JSON can hold."""
+    """Return a summary as JSON values."""
     figures = {
         name: numbers(value) if isinstance(value, intervals.Estimate) else value
         for name, value in vars(summary).items()
@@ -225,7 +224,7 @@ def _figures(summary: Summary) -> dict[str, Any]:
 
 
 def _run(outcomes: Sequence[episodes.Outcome]) -> Run:
-    """Return episodes as columns; magnets and drawn speeds stand for their scenes."""
+    """Return episodes as columns, with magnets and drawn speeds in place of scenes."""
     details: dict[str, Any] = {
         name: [getattr(each, name) for each in outcomes]
         for name in ("word", "status", "reward", "built", "built_score")

@@ -1,8 +1,8 @@
-"""Trained policies that come with the project, and the cards that say what they are worth.
+"""Trained policies of the project, and the cards with their results.
 
-`load_shipped("ppo-tube-feed")` loads one; `agents.evaluate` takes the name for the policies of all
-its seeds. A set of them lies in ``configs/policies``: a file for each seed and a card, JSON, with
-their training, checksums and results.
+`load_shipped("ppo-tube-feed")` loads one; in `agents.evaluate`, the name means the policies of all
+its seeds. A set of policies in ``configs/policies`` consists of a file for each seed and a JSON
+card with their training, checksums and results.
 """
 
 import json
@@ -20,7 +20,7 @@ from magfold_env.scoring.results import Results, Row, View, one_line_lists
 
 
 class CardError(ValueError):
-    """A card that cannot be read, or that is of other policies."""
+    """A card that cannot be read, or that belongs to other policies."""
 
 
 class _Part(BaseModel):
@@ -28,40 +28,40 @@ class _Part(BaseModel):
 
 
 class Training(_Part):
-    """Where the policy of one seed comes from."""
+    """The origin of the policy of one seed."""
 
     file: str
     """Name of the file."""
     sha256: str
-    """Its checksum."""
+    """SHA-256 of the file."""
     run: RunInfo
-    """What was noted of the training: commit, versions, seed, steps, seconds."""
+    """Record of the training: commit, versions, seed, steps, seconds."""
 
 
 class Card(_Part):
-    """What is known of a set of shipped policies."""
+    """The card of a set of shipped policies."""
 
     name: str
-    """Of the set."""
+    """Name of the set."""
     settings: dict[str, Any]
-    """Those of the training, as in its YAML file, but for the seed."""
+    """Settings of the training, as in its YAML file, without the seed."""
     policies: tuple[Training, ...]
-    """One a seed."""
+    """Policies, one per seed."""
     results: tuple[Results, ...] = ()
-    """What was measured: what `agents.evaluate` and `agents.ablate` found in some environment, and
-    `agents.admission` on a track, of which only the episodes of these policies are kept."""
+    """Results of `agents.evaluate` and `agents.ablate` in an environment, and of `agents.admission`
+    on a track, of which only the episodes of these policies are stored."""
 
     def of(self, view: View) -> list[Results]:
-        """Return what one of these has found."""
+        """Return the results of one of these commands."""
         return [each for each in self.results if each.view == view]
 
     def numbers(self, row: Row) -> list[int]:
-        """Return which of the policies are those of a row, from 0.
+        """Return the indices, from 0, of the policies of a row.
 
         Raises
         ------
         ValueError
-            If a file of it is none of theirs.
+            If a file of the row belongs to none of them.
         """
         return [[each.sha256 for each in self.policies].index(str(f.sha256)) for f in row.files]
 
@@ -72,7 +72,7 @@ class Card(_Part):
         Raises
         ------
         CardError
-            If it is damaged or of other policies than those that lie beside it.
+            If it is damaged or belongs to other policies than those beside it.
         """
         try:
             card = cls.model_validate_json(path.read_bytes())
@@ -105,12 +105,12 @@ def shipped_card(name: str) -> Card:
 
 
 def shipped_files(name: str) -> list[Path]:
-    """Return the files of the policies called `name`, one a seed; see `shipped_card`."""
+    """Return the files of the policies called `name`, one per seed; see `shipped_card`."""
     return [policies.policies_dir() / policy.file for policy in shipped_card(name).policies]
 
 
 def load_shipped(name: str, number: int = 0) -> policy_files.SavedPolicy:
-    """Load a policy that comes with the project: of a set such as ``ppo-tube-feed``, one seed.
+    """Load a policy of the project: one seed of a set such as ``ppo-tube-feed``.
 
     Raises
     ------

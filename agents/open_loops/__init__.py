@@ -1,1 +1,1 @@
-"""What can be chosen before an episode of a track begins, and the search for the best of it."""
+"""Open loops, which are chosen before an episode of a track begins, and their search."""

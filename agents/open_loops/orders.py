@@ -1,16 +1,16 @@
-"""Orders of feed, chosen before an episode begins: components of a tray, how they lie, and speeds.
+"""Orders of feed, chosen before an episode begins: components of a tray, orientations and speeds.
 
-The first ones are the minimiser's chain, which sets b, at every speed on offer, b's first. Of all
-others the sequence is drawn from those whose only ground state by energy is the task's target, all
-magnets being sound: its place among them, the largest gap first, is even on a scale of powers.
-Where any fold will do, half of them are of a word that is drawn evenly instead. Which of equal
-components are taken is drawn, and how they lie where there are several ways. Half of the orders
-have one speed, half one a component. Nothing is drawn back or tested: an open loop does not look.
+The first orders are the minimiser's chain, which sets b, at every available speed, that of b first.
+The sequences of all others are drawn from those whose only ground state by energy is the task's
+target, assuming sound magnets; the rank by gap is log-uniform. If any fold counts, half of them
+instead use a word that is drawn uniformly. Equal components and equivalent orientations are drawn.
+Half of the orders have one speed, and half one speed per component. No component is drawn back or
+tested, because an open loop does not use observations.
 
-To the oracle, which knows the strengths of an episode, equal components are not alike. Half of what
-it races are the orders that came farthest in the task's search. The others are, of `KNOWN` drawn as
-above, those whose lowest wanted word lies farthest in energy below all other words with those
-strengths; the speeds are those of the best in the search.
+The oracle knows the strengths of an episode, so equal components differ for it. Half of its
+candidates are the best orders of the task's search. The others are the best of `KNOWN` orders drawn
+as above: those whose lowest target word has the largest energy gap to all other words with these
+strengths. Their speeds are those of the best orders of the search.
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,14 +33,14 @@ from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words
 
 KNOWN = 4000
-"""Orders whose energies are compared at the strengths of an episode."""
+"""Number of orders whose energies are compared at the strengths of an episode."""
 
 Fed = tuple[tuple[int, int], ...]
-"""Components, by their places on the tray, and how they lie, in the order of feed."""
+"""Components, by their places on the tray, and orientations, in the order of feed."""
 
 
 class FeedOrder(NamedTuple):
-    """What an open loop decides."""
+    """The decisions of an open loop."""
 
     family: str
     fed: Fed
@@ -48,7 +48,7 @@ class FeedOrder(NamedTuple):
     """Feed speeds of the components [m/s]."""
 
     def __str__(self) -> str:
-        """Return it in words."""
+        """Return the order as text."""
         parts = [
             f"{part} lying {lie} at {speed:.3f} m/s"
             for (part, lie), speed in zip(self.fed, self.speeds, strict=True)
@@ -57,7 +57,7 @@ class FeedOrder(NamedTuple):
 
 
 class Orders:
-    """The open loops of an environment in which components are taken from a tray."""
+    """The open loops of an environment with a tray."""
 
     def __init__(self, env: TrayEnv) -> None:
         self._env, self._world = env, env.world
@@ -67,12 +67,12 @@ class Orders:
         self._listed: dict[int, list[Any]] = {}
         self._known: dict[int, Ints] = {}
         self.fastest = FeedOrder("fastest", tuple((part, 0) for part in range(n)), (FASTEST,) * n)
-        """The first components of a tray as they come, at the highest speed."""
+        """The first components of a tray, unturned, at the highest speed."""
 
     def candidates(self, count: int, number: int) -> list[FeedOrder]:
-        """Return so many orders for a task, by its number; all have other poles or speeds.
+        """Return a number of orders for a task, given by its number; all differ in poles or speeds.
 
-        The first orders of a long list are those of a short one.
+        A longer list begins with the orders of a shorter one.
         """
         task, baseline = self._env.tasks[number], self._env.baseline_of(number)
         speeds: list[float] = self._world.actions.speeds.tolist()
@@ -95,21 +95,21 @@ class Orders:
         return list(found.values())[:count]
 
     def following(self, found: Sequence[FeedOrder]) -> Plan:
-        """Return what plays orders, one a row."""
+        """Return a plan that plays orders, one per row."""
         fed, speeds = zip(*((each.fed, each.speeds) for each in found), strict=True)
         return in_order(np.array(fed), np.array(speeds))
 
     def drawn(self) -> tuple[Scene, TrayTask]:
-        """Return scene and task of the environment's episode, with all that was drawn of them."""
+        """Return the scene and task of the environment's episode with their draws."""
         episodes: Any = self._env.episodes
         task: Any = self._env.task
         strengths = tuple(map(tuple, episodes.strengths[0].tolist()))
         return episodes.scene(0), task.model_copy(update={"strengths": strengths})
 
     def raced(self, best: list[FeedOrder], number: int, task: TrayTask) -> list[FeedOrder]:
-        """Return as many orders as came farthest in a task's search, for the oracle to race.
+        """Return orders for the oracle to race, as many as the given best ones of a task's search.
 
-        `number` is the task's, `task` says the strengths.
+        `number` is that of the task; `task` contains the strengths.
         """
         kept = best[: (len(best) + 1) // 2]
         if number not in self._known:
@@ -123,9 +123,9 @@ class Orders:
         ]
 
     def gaps(self, fed: Ints, number: int, task: TrayTask) -> Floats:
-        """Return by how much some orders' lowest wanted word lies below all others [J], (k,).
+        """Return the energy gaps of orders between the lowest target word and others [J], (k,).
 
-        `fed` are components and how they lie, (k, n, 2), `task` says the strengths.
+        `fed` contains components and orientations, (k, n, 2); `task` contains the strengths.
         """
         part, lie = np.moveaxis(fed if task.direction == "forward" else fed[:, ::-1], 2, 0)
         signs = SIGNS[LYING[self._world.patterns[number, part], lie]]
@@ -146,7 +146,7 @@ class Orders:
         return lattice.words, quadratic_forms(self._world.scene, lattice)
 
     def _drawn(self, number: int, rng: np.random.Generator) -> Iterator[Fed]:
-        """Yield components of a task's tray, and how they lie, without end."""
+        """Yield components of a task's tray and their orientations endlessly."""
         listed, ways = self._sequences(number), LYING[self._world.patterns[number]]
         step = 1 if self._env.tasks[number].direction == "forward" else -1
         while True:
@@ -161,7 +161,7 @@ class Orders:
             yield tuple(found[::step])
 
     def _sequences(self, number: int) -> list[Any]:
-        """Return the sequences from a task's tray for every wanted word, its target the first."""
+        """Return the sequences from a task's tray for every allowed word, its target first."""
         if number not in self._listed:
             task, lists = self._env.tasks[number], list[Any]()
             for word in dict.fromkeys((task.target, *self._others)):
@@ -171,7 +171,7 @@ class Orders:
         return self._listed[number]
 
     def _key(self, order: FeedOrder, number: int) -> Any:
-        """Return what tells orders apart where equal components are alike: poles and speeds."""
+        """Return what distinguishes orders if equal components are alike: poles and speeds."""
         part, lie = np.array(order.fed).T
         return tuple(LYING[self._world.patterns[number, part], lie].tolist()), order.speeds
 

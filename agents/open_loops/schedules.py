@@ -16,10 +16,10 @@ refold         for two folds: up to where the tube holds nothing but 0.1 to 0.9 
                pull in up to 0.05 to 1 diagonals; and again the whole way by any of these families
 ============== ===================================================================================
 
-Speeds are from 0.03 to 0.6 m/s; they, the lengths of pulses and the times to stand are even on a
-scale of powers. Schedules that do not have the chain out after four fifths of the time that
-there is are drawn again. Turning at advances, not at times, they make good what the drive is off
-by, as everyone can who reads how far the feed has gone.
+Speeds are from 0.03 to 0.6 m/s. Speeds, lengths of pulses and standstill times are log-uniform.
+Schedules that need more than four fifths of the time limit to feed the chain out are drawn again.
+Because schedules change speed at advances and not at times, they compensate for errors of the
+drive, as can any player that observes the advance of the feed.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -39,21 +39,21 @@ from magfold_env.scene import Scene
 Way = tuple[Leg, ...]
 
 LONGEST_PAUSE = 25
-"""Between two pulses, in steps."""
+"""Pause between two pulses, in steps."""
 
 STANDS = 5, 60
-"""Between two folds, in steps."""
+"""Pause between two folds, in steps."""
 
 
 class Schedule(NamedTuple):
-    """What an open loop decides."""
+    """The decisions of an open loop."""
 
     family: str
     way: Way
-    """Its legs, one after another; the last one is kept."""
+    """Its legs in order; the last one continues."""
 
     def time(self, length: float) -> float:
-        """Return when the feed has gone some way [m], where the drive is not off [s]."""
+        """Return the time at which the feed reaches an advance [m] with an exact drive [s]."""
         gone, passed = 0.0, 0.0
         for leg in self.way:
             place = min(leg.until, length)
@@ -65,7 +65,7 @@ class Schedule(NamedTuple):
         return passed
 
     def __str__(self) -> str:
-        """Return it in words."""
+        """Return the schedule as text."""
         parts = []
         for speed, until, steps, _ in self.way:
             stands = f"stand for {INTERVAL * steps:.2f} s"
@@ -80,7 +80,7 @@ def constant(speed: float) -> Schedule:
 
 
 class Schedules:
-    """The open loops of an environment in which the feed's speed is all that is free."""
+    """The open loops of an environment in which only the feed speed is free."""
 
     fastest = constant(FASTEST)
     """The highest speed."""
@@ -89,7 +89,7 @@ class Schedules:
         self._env = env
 
     def candidates(self, count: int, number: int) -> list[Schedule]:
-        """Return so many schedules for a task, by its number."""
+        """Return a number of schedules for a task, given by its number."""
         env: Any = self._env
         episodes: FeedEpisodes = env.episodes
         scene, refolds = env.world.scene, len(env.tasks[number].words) > 1
@@ -99,26 +99,26 @@ class Schedules:
         return schedules(count, scene, episodes.horizon, number, simple, refolds)
 
     def following(self, found: Sequence[Schedule]) -> Following:
-        """Return what plays schedules, one a row."""
+        """Return a plan that plays schedules, one per row."""
         return Following([each.way for each in found])
 
     def drawn(self) -> tuple[Scene, FeedTask]:
-        """Return scene and task of the environment's episode, with all that was drawn of them."""
+        """Return the scene and task of the environment's episode with their draws."""
         task: Any = self._env.task
         return self._env.to_scene(), task
 
     def raced(self, best: list[Schedule], number: int, task: FeedTask) -> list[Schedule]:
-        """Return the schedules for the oracle to race: those that came farthest in the search."""
+        """Return the schedules for the oracle to race: the best ones of the search."""
         return best
 
 
 def schedules(
     count: int, scene: Scene, horizon: int, seed: int, simple: Iterable[Schedule], refolds: bool
 ) -> list[Schedule]:
-    """Return schedules for a chain; the simple ones that are given come first.
+    """Return schedules for a chain, beginning with given simple ones.
 
-    The first schedules of a long list are those of a short one. Where the chain is to fold twice,
-    all others are of the family ``refold``.
+    A longer list begins with the schedules of a shorter one. If the chain must fold twice, all
+    others are of the family ``refold``.
     """
     key = (crc32(b"schedules"),)
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
@@ -156,7 +156,7 @@ def _three_speeds(rng: np.random.Generator, start: float, length: float) -> Way:
 
 
 def _stretches(rng: np.random.Generator, start: float, length: float, count: int) -> Way:
-    """Return legs of so many speeds that share the way among them."""
+    """Return legs of a number of speeds that divide the way."""
     places = np.sort(rng.uniform(start, length, count - 1)).tolist()
     return tuple(Leg(_speed(rng), place) for place in (*places, np.inf))
 

@@ -1,8 +1,8 @@
-"""The search for the best open loop of a task: episodes in which all play the same draws.
+"""The search for the best open loop of a task: all candidates play the same draws.
 
-Which of many do best, within a budget of episodes, is found by successive halving: the better half
-goes on and plays more (Jamieson and Talwalkar, *Non-stochastic best arm identification*, 2016).
-Every round has about the same share of the budget.
+Successive halving finds the best candidates within a budget of episodes: the better half continues
+and plays more (Jamieson and Talwalkar, *Non-stochastic best arm identification*, 2016). Every round
+has about the same share of the budget.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,28 +19,28 @@ from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scoring.player import play
 
 Trial = Callable[[Ints, int, int], Floats]
-"""From some candidates, the first draw and the draw after the last to success and score of their
+"""Maps some candidates, the first draw and the draw after the last to success and score of their
 episodes, (candidates, draws, 2)."""
 
 
 class Ranked(NamedTuple):
-    """One of the candidates."""
+    """The record of a candidate."""
 
     place: int
-    """Among them, from 0."""
+    """Index of the candidate, from 0."""
     successes: int
-    """How many of its episodes succeeded: of the best a flattering share, for it was chosen."""
+    """Number of its successful episodes; for the best candidate the share is optimistic."""
     draws: int
-    """How many episodes it had."""
+    """Number of its episodes."""
 
 
 def rounds(candidates: int, budget: int) -> list[tuple[int, int]]:
-    """Return how many candidates play in each round, and on how many more draws.
+    """Return the number of candidates in each round, and of their further draws.
 
     Raises
     ------
     ValueError
-        If the budget is too small for one more draw a round.
+        If the budget is too small for one more draw per round.
     """
     fields = [candidates]
     while fields[-1] > 2:
@@ -61,8 +61,8 @@ def rounds(candidates: int, budget: int) -> list[tuple[int, int]]:
 def halving(candidates: int, budget: int, trial: Trial) -> list[Ranked]:
     """Return some candidates, the best first, by share of successes, then by mean score.
 
-    Those that went on come before the others; of equally good ones the first is preferred.
-    `budget` is the most episodes, as in `rounds`.
+    Candidates that continued come before the others, and the first of equally good ones is
+    preferred. `budget` is the largest number of episodes, as in `rounds`.
     """
     field, ends = np.arange(candidates), np.zeros((candidates, 0, 2))
     out: list[Ranked] = []
@@ -83,12 +83,12 @@ def _ranked(field: Ints, ends: Floats) -> list[Ranked]:
 
 
 class Search(NamedTuple):
-    """How much is tried."""
+    """The effort of a search."""
 
     candidates: int
-    """Open loops."""
+    """Number of open loops."""
     budget: int
-    """Episodes."""
+    """Number of episodes."""
 
 
 def open_loops_of(env: Any) -> Any:
@@ -97,25 +97,26 @@ def open_loops_of(env: Any) -> Any:
 
 
 class Field:
-    """Room for episodes that are played by plans which see nothing of the chain.
+    """Reusable episodes for plans that do not observe the chain.
 
     Parameters
     ----------
     episodes
-        `CameraEpisodes`, as many as are played side by side.
+        `CameraEpisodes`, as many as are played in parallel.
     open_loops
-        Those of their environment.
+        The open loops of their environment.
     actions
-        How choices are written down, if that is to be told: of speeds the nearest on offer is fed.
+        Form of the actions, if choices are to be expressed as actions: the nearest available speed
+        is fed.
     """
 
     def __init__(self, episodes: Any, open_loops: Any, actions: Any = None) -> None:
         self._episodes, self._open_loops, self._actions = episodes, open_loops, actions
 
     def search(self, number: int, stream: str, effort: Search) -> list[Ranked]:
-        """Return what was tried in a task, by its number, the best first.
+        """Return the candidates tried in a task, given by its number, the best first.
 
-        Places are those among as many candidates. `stream` is that of the draws.
+        Indices are those among as many candidates. `stream` is that of the draws.
         """
         tried = self._open_loops.candidates(effort.candidates, number)
         return self.race(number, tried, stream, effort.budget)
@@ -128,9 +129,9 @@ class Field:
         budget: int,
         following: Callable[[Sequence[Any]], Plan] | None = None,
     ) -> list[Ranked]:
-        """Return some open loops, tried in a task, the best first; see `halving`.
+        """Try some open loops in a task and return them, the best first; see `halving`.
 
-        They may be something else, if what is `following` them is given.
+        Other objects are possible if `following` returns their plan.
         """
         plan = following or self._open_loops.following
 
@@ -145,20 +146,20 @@ class Field:
         return halving(len(tried), budget, trial)
 
     def follow(self, numbers: Ints, seeds: list[int], found: Sequence[Any]) -> Floats:
-        """Return success and score of episodes that are played by open loops, (m, 2).
+        """Return success and score of episodes played by open loops, (m, 2).
 
-        `numbers` are those of their tasks.
+        `numbers` contains those of their tasks.
         """
         return self.play(numbers, seeds, lambda part: self._open_loops.following(found[part]))
 
     def play(self, numbers: Ints, seeds: list[int], plan: Callable[[slice], Plan]) -> Floats:
-        """Return the same of episodes that are played by what `plan` returns for a part of them."""
+        """Return success and score of episodes played by the plans that `plan` returns."""
         parts = play(self._episodes, numbers, seeds, lambda part: self._written(plan(part)))
         ends = [np.column_stack([part["is_success"], part["score"]]) for part in parts]
         return np.concatenate([np.empty((0, 2)), *ends])
 
     def _written(self, plan: Plan) -> Plan:
-        """Return a plan whose choices are written down as actions, if that is to be."""
+        """Return a plan whose choices are expressed as actions, if requested."""
         actions = self._actions
         if actions is None:
             return plan

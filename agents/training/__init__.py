@@ -1,1 +1,1 @@
-"""Training runs: learners, environments, what is kept on the way and taken up again."""
+"""Training runs: learners, environments, stored files and resumption."""

@@ -1,8 +1,8 @@
-"""Drawing in what folds wrong and letting it out anew: what demonstrates a fold that can fail.
+"""Retracting wrong folds and releasing them again: demonstrations of folds that can fail.
 
-A task's best open loop is followed until a joint outside the tube turns the wrong way. Then that
-joint is drawn in, but for the chain's first component, and fed again, by another open loop or the
-same: what failed once often comes right. So are the joints that are not where they should be while
+The player follows a task's best open loop until a joint outside the tube turns the wrong way. Then
+it draws that joint in, except for the chain's first component, and feeds it again with another open
+loop or the same one; a second attempt often succeeds. It does the same with misplaced joints while
 the feed stands still at the end of a first fold, before the chain is drawn in for a second.
 """
 
@@ -18,59 +18,58 @@ from magfold_env.envs.reprogram import BACK, FIRST, SECOND
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
 
 LEAST = 0.02
-"""Length of the chain that stays outside at least when it is drawn in, or in the tube when it is
+"""Smallest length of the chain that stays outside when it is drawn in, or in the tube when it is
 let out again before it is drawn in further [diagonals]."""
 
 SLIPS = 0.9
-"""Share of the most that the drive can pull with, from which on it may slip."""
+"""Share of the drive's largest pull above which it may slip."""
 
 PATIENCE = 0.8
-"""Share of the time after which nothing is drawn in any more."""
+"""Share of the time limit after which no joint is drawn in any more."""
 
 
 class Redoing(NamedTuple):
-    """How a fold is done."""
+    """The settings of a fold."""
 
     first: Schedule
     again: Schedule
-    """What is followed after drawing in."""
+    """The open loop after drawing in."""
     wrong: float
-    """Angle that a joint has turned the wrong way before it is drawn in [rad]."""
+    """Wrong angle of a joint at which it is drawn in [rad]."""
     at_last: float
-    """The same while the last component comes out, after which it is too late [rad]."""
+    """The same angle while the last component, which cannot be drawn in again, comes out [rad]."""
     depth: float
-    """Where the feed then stands, beyond where the component before the joint begins to come out
-    [diagonals]."""
+    """Advance of the feed after drawing in, relative to the point where the component before the
+    joint begins to come out [diagonals]."""
     speed: float
-    """At which it is [m/s], negative."""
+    """Speed of drawing in [m/s], negative."""
     stands: float = np.inf
-    """Steps that the feed stands still before a joint is drawn in that is not where it should
-    be."""
+    """Steps of standstill before a misplaced joint is drawn in."""
 
 
 class Refolding(NamedTuple):
-    """How two folds are done."""
+    """The settings of two folds."""
 
     first: Redoing
     second: Redoing
     back: float
-    """The speed at which the chain is drawn in between them [m/s], negative."""
+    """Speed of drawing in the chain between them [m/s], negative."""
     slack: float
-    """How far it is let out again where the drive slips [diagonals]."""
+    """Length that is let out again if the drive slips [diagonals]."""
 
 
 class DrawingBack:
-    """Plays folds of which the first attempt may fail, in every row of episodes.
+    """Plays folds whose first attempt may fail, in every row of episodes.
 
     Parameters
     ----------
     found : sequence of Redoing
-        For each row how it is done.
+        The settings of each row.
 
     Attributes
     ----------
     times : array of int, shape (m,)
-        How often every row has drawn in.
+        Number of times each row has drawn in.
     """
 
     def __init__(self, found: Sequence[Redoing]) -> None:
@@ -83,7 +82,7 @@ class DrawingBack:
         self.times: Ints = np.zeros(len(found), dtype=np.int64)
 
     def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:
-        """Return the speeds of some rows in the next step [m/s]."""
+        """Return the speeds of some rows for the next step [m/s]."""
         diagonal = episodes.world.scene.casing.diagonal
         gone = episodes.chains.advances()
         self._judge(episodes, rows, gone / diagonal)
@@ -101,7 +100,7 @@ class DrawingBack:
         return (speeds,)
 
     def _judge(self, episodes: Any, rows: Ints, gone: Floats) -> None:
-        """Let the rows in which a joint has turned the wrong way begin to draw in."""
+        """Start drawing in in the rows with a joint that has turned the wrong way."""
         is_last = gone[rows] > episodes.world.scene.n - 1
         wrong = np.where(is_last, self._at_last[rows], self._wrong[rows])
         is_wrong = _turned_wrong(episodes, rows, wrong, self._stood[rows] >= self._stands[rows])
@@ -117,7 +116,7 @@ class DrawingBack:
 def _turned_wrong(episodes: Any, rows: Ints, wrong: Floats, stood: Bools) -> Bools:
     """Return which joints of some rows have turned the wrong way, in the order of feed.
 
-    Where the feed has `stood` long enough, all that are not where they should be have.
+    If the feed has `stood` long enough, all misplaced joints count.
     """
     arrays, turns = episodes.arrays, episodes.goals.turns[rows]
     joints = np.diff(arrays.angles[rows], axis=1)
@@ -132,7 +131,7 @@ class DrawingBackTwice:
     Parameters
     ----------
     found : sequence of Refolding
-        For each row how they are done.
+        The settings of each row.
     """
 
     def __init__(self, found: Sequence[Refolding]) -> None:
@@ -145,7 +144,7 @@ class DrawingBackTwice:
         self._goal: Floats = np.full(len(found), np.nan)
 
     def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:
-        """Return the speeds of some rows in the next step [m/s]."""
+        """Return the speeds of some rows for the next step [m/s]."""
         stage = episodes.stage[rows]
         speeds = np.where(stage == BACK, self._drawn_in(episodes, rows), 0.0)
         for number, fold in self._folds.items():
@@ -159,7 +158,7 @@ class DrawingBackTwice:
         gone, scene = episodes.chains.advances()[rows], episodes.world.scene
         slips = episodes.infos(rows)["force"] < -SLIPS * scene.feed.force_limit
         more = gone + self._slack[rows] * scene.casing.diagonal
-        # The last component stays held.
+        # The tube keeps the last component.
         goal = np.minimum(more, (scene.n - LEAST) * scene.casing.diagonal)
         goal = np.where(slips, goal, self._goal[rows])
         self._goal[rows] = np.where(gone >= goal, np.nan, goal)

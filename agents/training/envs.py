@@ -18,7 +18,7 @@ from magfold_env.scoring.shown import View, shown_space
 
 
 class ShownVecEnv(vec_env.VecEnvWrapper):
-    """Environments of Stable-Baselines3 of which is shown what is wanted."""
+    """Environments of Stable-Baselines3 with observations in the form for networks."""
 
     def __init__(self, venv: vec_env.VecEnv, shown: Shown) -> None:
         layout = venv.get_attr("layout")[0] if shown.blind else None
@@ -27,7 +27,7 @@ class ShownVecEnv(vec_env.VecEnvWrapper):
 
     @property
     def kept(self) -> NDArray[Any] | None:
-        """The observations that are shown again."""
+        """The stacked observations."""
         return self.view.frames.kept if self.view.frames else None
 
     def reset(self) -> Any:
@@ -45,16 +45,16 @@ class ShownVecEnv(vec_env.VecEnvWrapper):
 
 @dataclass(frozen=True)
 class EnvsState:
-    """Where all environments of a run are."""
+    """The states of all environments of a run."""
 
     inner: EpisodesState
     """The state of all of them."""
     returns: NDArray[np.float32]
-    """Reward so far of the episodes that are under way."""
+    """Rewards so far of the running episodes."""
     lengths: NDArray[np.int32]
-    """Their steps so far."""
+    """Steps so far of the running episodes."""
     kept: NDArray[Any] | None = None
-    """The observations that are shown again; None if each is shown once."""
+    """The stacked observations; None if each is shown once."""
 
 
 def make_env(settings: EnvSettings, gamma: float | None = None) -> gymnasium.Env[Any, Any]:
@@ -63,12 +63,12 @@ def make_env(settings: EnvSettings, gamma: float | None = None) -> gymnasium.Env
 
 
 def check_envs(settings: TrainSettings) -> None:
-    """Make every environment of a run once.
+    """Make every environment of a run once, as a check.
 
     Raises
     ------
     SettingsError
-        If an option is not allowed, or the environments of two phases do not go together.
+        If an option is not allowed, or the environments of two phases do not match.
     """
     *before, main = settings.phases
     last = _checked("env", settings, main.env)
@@ -90,7 +90,7 @@ def make_training_envs(settings: TrainSettings, phase: int) -> vec_env.VecMonito
     envs = make_sb3_vec(env.id, settings.envs, **env.options(learner.gamma))
     if (learner.frames, learner.blind) != (1, False):
         envs = vec_env.VecMonitor(ShownVecEnv(envs.venv, learner))
-    # The first phase has the seed of the run, the others one that follows from it.
+    # The first phase has the seed of the run; the seeds of the others follow from it.
     follow = np.random.SeedSequence(settings.seed, spawn_key=(phase,)).generate_state(1)
     envs.seed(int(follow[0]) if phase else settings.seed)
     return envs
@@ -123,7 +123,7 @@ def set_envs_state(envs: vec_env.VecMonitor, state: EnvsState) -> None:
 
 
 def _checked(key: str, settings: TrainSettings, env: EnvSettings) -> gymnasium.Env[Any, Any]:
-    """Return an environment; name the key of its settings if they are not allowed."""
+    """Return an environment; errors name the key of its settings."""
     try:
         return make_env(env, settings.learner.gamma)
     except ValueError as error:

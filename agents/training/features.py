@@ -1,6 +1,6 @@
-"""What a network sees of a tube-fed chain: everything counted from the mouth of the tube.
+"""Features of a tube-fed chain, counted from the mouth of the tube.
 
-The resume state of training runs names this module: it loads only while it is found here.
+The resume state of training runs contains the name of this module, so the module must not move.
 """
 
 from collections.abc import Mapping
@@ -16,28 +16,28 @@ from magfold_env.envs.wrappers.mouth_order import LETTERS, mouth_order
 
 
 class FromTheMouth(BaseFeaturesExtractor):
-    """Orders the observation of tube feed as `magfold_env.envs.wrappers.mouth_order` says.
+    """Reorders observations of tube feed as in `magfold_env.envs.wrappers.mouth_order`.
 
-    It is a part of the network, so that hindsight may change goals before, and the policy plays the
-    environment as it is.
+    It is a part of the network, so that hindsight can change goals earlier, and the policy plays
+    the unchanged environment.
 
     Parameters
     ----------
     observation_space : gymnasium.spaces.Box or gymnasium.spaces.Dict
-        That of ``MagFold/TubeFeed-v0`` or of ``MagFold/TubeFeedGoal-v0``.
+        Space of ``MagFold/TubeFeed-v0`` or of ``MagFold/TubeFeedGoal-v0``.
     backward : bool
         Whether component ``n`` leaves the tube first.
 
     Raises
     ------
     ValueError
-        If the observation is another one.
+        If the observation is a different one.
     """
 
     _order: torch.Tensor
 
     def __init__(self, observation_space: Space[object], backward: bool = False) -> None:
-        # The target's letters, one-hot, or the angles wanted of the joints.
+        # The target's letters, one-hot, or the target angles of the joints.
         if isinstance(observation_space, spaces.Dict):
             n, width = int(np.prod(observation_space["desired_goal"].shape or 0)), 1
             size = int(np.prod(observation_space["observation"].shape or 0)) + n - 1
@@ -61,14 +61,14 @@ class FromTheMouth(BaseFeaturesExtractor):
         return self.ordered(entries, self.step(entries))
 
     def entries(self, observations: torch.Tensor | Mapping[str, torch.Tensor]) -> torch.Tensor:
-        """Return what is wanted, `width` entries a joint, then the chain, (batch, entries)."""
+        """Return the target, `width` entries per joint, then the chain, (batch, entries)."""
         if isinstance(observations, torch.Tensor):
             return observations
         wanted = observations["desired_goal"][:, :-1]
         return torch.cat((wanted, observations["observation"]), dim=1)
 
     def step(self, entries: torch.Tensor) -> torch.Tensor:
-        """Return how many components have left the tube, (batch,)."""
+        """Return the number of components that have left the tube, (batch,)."""
         chain = entries[:, entries.shape[1] - self._layout.size :]
         return chain[:, self._layout.slices["released"]].sum(dim=1).round().long()
 

@@ -1,11 +1,10 @@
-"""The folder of a training run: what lies where, what is noted there, and its logs.
+"""The folder of a training run: its files, records and logs.
 
-What is noted beside every model, and beside every result, says what it was made from, and with
-what.
+The record beside every model and result contains its inputs and the software that made it.
 
-Records are only ever added to the end of TensorBoard's event files. So the files as they were when
-a checkpoint was written are the first bytes of what they are now, and what was written after it,
-and will be written again, can be cut off.
+Records are only appended to TensorBoard's event files. The files at the time of a checkpoint are
+therefore the first bytes of the present files, and records after the checkpoint, which will be
+written again, can be cut off.
 """
 
 import hashlib
@@ -35,11 +34,11 @@ PACKAGES = (
     "torch",
 )
 EVALUATION_PACKAGES = ("scipy",)
-"""Besides those that training depends on."""
+"""Packages recorded in addition to those that training depends on."""
 FILE = "run.json"
 EVENTS = "events.out.tfevents.*"
 _LENGTHS = {"timesteps", "minutes"}
-"""Settings that say how long a run is."""
+"""Settings that limit the length of a run."""
 _REMEDY = "give another --output, or --fresh to remove it"
 
 
@@ -48,33 +47,33 @@ class RunInfo:
     """The contents of ``run.json``."""
 
     name: str
-    """From the settings, which lie beside it in full; so is the algorithm."""
+    """Name from the settings, which are stored beside this file; so is the algorithm."""
     algorithm: str
     seed: int
     """Seed of the run."""
     made: dict[str, str]
-    """Commit of the sources, versions, machine and time at the beginning."""
+    """Commit of the sources, versions, machine and starting time."""
     steps: int = 0
-    """Environment steps made."""
+    """Number of environment steps made."""
     seconds: float = 0.0
     """Time spent on them [s]."""
     resumed_at: list[int] = field(default_factory=list)
-    """Steps of the checkpoints from which the run was taken up again."""
+    """Steps of the checkpoints from which the run was resumed."""
     validation: dict[str, float] | None = None
     """Result of the last validation."""
     start: str | None = None
-    """SHA-256 of the policy that it began with; None if weights were drawn."""
+    """SHA-256 of the initial policy; None if weights were random."""
     finished: bool = False
-    """Whether the training has come to its end."""
+    """Whether the training has finished."""
 
     @classmethod
     def begin(cls, name: str, algorithm: str, seed: int) -> Self:
-        """Return what is to be noted at the beginning of a run."""
+        """Return the record for the beginning of a run."""
         return cls(name, algorithm, seed, machine.describe() | versions())
 
     @classmethod
     def read(cls, folder: Path) -> Self | None:
-        """Return what was noted in `folder`; None if nothing, or nothing that can be read."""
+        """Return the record in `folder`, or None if there is no readable one."""
         try:
             return cls(**json.loads((folder / FILE).read_text(encoding="utf-8")))
         except (OSError, ValueError, TypeError):
@@ -91,7 +90,7 @@ def versions() -> dict[str, str]:
 
 
 def provenance() -> dict[str, Any]:
-    """Return commit, versions, machine and command as values that JSON can hold."""
+    """Return commit, versions, machine and command as JSON values."""
     return {
         "command": _command(),
         "physics": physics_digest(),
@@ -103,7 +102,7 @@ def provenance() -> dict[str, Any]:
 
 
 def _command() -> str:
-    """Return what was typed, whatever folder the sources are in."""
+    """Return the command as typed, without the folder of the sources."""
     spec = sys.modules["__main__"].__spec__
     module = ["python", "-m", spec.name.removesuffix(".__main__")] if spec else ["python"]
     return shlex.join([*module, *sys.argv[1:]])
@@ -116,7 +115,7 @@ def file_digest(policy: str) -> str | None:
 
 
 class RunFolder:
-    """A folder with the files of one run; made when the run begins."""
+    """A folder with the files of one run, created when the run begins."""
 
     def __init__(self, path: Path, settings: TrainSettings) -> None:
         self.path = path
@@ -129,7 +128,7 @@ class RunFolder:
 
     @property
     def key(self) -> dict[str, Any]:
-        """Everything that must be the same for a run to go on: it may do so for longer."""
+        """Everything that must be equal for a run to be resumed; its length may grow."""
         return {
             "settings": self.settings.model_dump(mode="json", exclude=_LENGTHS),
             "physics": physics_digest(),
@@ -137,21 +136,21 @@ class RunFolder:
         }
 
     def open(self, resume: bool | None) -> bool:
-        """Return whether anything is left to do; make the folder ready if all is.
+        """Return whether training remains; prepare the folder if the run is new.
 
-        A checkpoint lies at `state` then if the run is to be taken up again.
+        If the run is resumed, a checkpoint is at `state`.
 
-        If `resume` is True the run must be there, and is lengthened, finished or not, if it is to
-        be longer now; False removes what an earlier one has left. None takes up the same run if
-        there is one, and refuses another.
+        If `resume` is True, the run must exist; it is lengthened, finished or not, if the settings
+        ask for more. False removes the files of an earlier run. None resumes the same run if there
+        is one, and refuses another.
 
         Raises
         ------
         SettingsError
-            If another run lies here, or none where one is to be taken up.
+            If the folder contains another run, or no run to resume.
         """
         for partial in (*self.path.glob(".*.zip"), *self.path.glob(".*.safetensors")):
-            # What a kill has left of a file that was being written.
+            # Remains of a file whose writing was interrupted.
             partial.unlink()
         if resume is not False and self._settings_file.is_file():
             longer = self._compare(bool(resume))
@@ -172,14 +171,14 @@ class RunFolder:
         return True
 
     def _reopen(self, info: RunInfo | None) -> None:
-        """Let the folder's run be as long as the settings say."""
+        """Set the length of the folder's run to that of the settings."""
         if info is not None:
             info.finished = False
             info.write(self.path)
         save_settings(self.settings, self._settings_file)
 
     def _compare(self, may_be_longer: bool) -> bool:
-        """Return whether the folder's run is to be longer; refuse one of other settings."""
+        """Return whether the settings lengthen the folder's run; refuse other settings."""
         try:
             there = load_settings(self._settings_file)
         except SettingsError as error:
@@ -199,7 +198,7 @@ def event_sizes(folder: Path) -> dict[str, int]:
 
 
 def cut_events(folder: Path, sizes: dict[str, int]) -> None:
-    """Cut the event files in `folder` to `sizes`; remove those that were not there."""
+    """Cut the event files in `folder` to `sizes`; remove files without a size."""
     for path in folder.glob(EVENTS):
         if path.name not in sizes:
             path.unlink()

@@ -1,4 +1,4 @@
-"""Imitating what plays a task fairly well, before a learner goes on from there by itself.
+"""Imitation of a fairly good player of a task, before a learner continues by itself.
 
 Where success is rare, as where two folds are to be reached one after the other, chance finds
 nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.baselines`, and what
@@ -37,7 +37,7 @@ from magfold_env.envs.episodes import Episodes
 from magfold_env.scoring.shown import View
 
 BLOCK = 128
-"""Episodes that are played at a time."""
+"""Number of episodes played in parallel."""
 
 
 class Steps(NamedTuple):
@@ -46,13 +46,13 @@ class Steps(NamedTuple):
     Attributes
     ----------
     seen : array, shape (steps, …)
-        What networks are shown.
+        Observations in the form for networks.
     actions : array, shape (steps, …)
-        What was meant to be done.
+        The intended actions.
     returns : array, shape (steps,)
-        What was earned from there to the end.
+        Returns from each step to the end.
     episodes : array of int, shape (steps,)
-        Numbers of their episodes, whose steps lie in the order of time.
+        Numbers of their episodes, with steps in the order of time.
     """
 
     seen: NDArray[Any]
@@ -63,10 +63,10 @@ class Steps(NamedTuple):
     def batches(
         self, size: int, rng: np.random.Generator, by_episode: bool
     ) -> Iterator[NDArray[Any]]:
-        """Yield the places of all steps once, about `size` at a time, in random order.
+        """Yield the indices of all steps once, about `size` at a time, in random order.
 
-        They are of shape (size,), or (episodes, longest) with whole episodes in rows `by_episode`,
-        behind whose ends are −1s.
+        Their shape is (size,), or with `by_episode` (episodes, longest) with whole episodes in
+        rows, padded with −1.
         """
         count = len(self.returns)
         if not by_episode:
@@ -84,7 +84,7 @@ class Steps(NamedTuple):
 
 
 class Demonstrations:
-    """Episodes of all tasks in turn, played as is imitated; arguments are those of `imitate`."""
+    """Episodes of all tasks in turn, by the imitated player; arguments are those of `imitate`."""
 
     def __init__(self, settings: TrainSettings, folder: Path) -> None:
         assert settings.imitate is not None
@@ -105,7 +105,7 @@ class Demonstrations:
             self._plan = env.plan_of
 
     def block(self, seeds: Sequence[int], first: int = 0) -> Steps:
-        """Return the steps of episodes of such seeds, numbered from `first`."""
+        """Return the steps of episodes with given seeds, numbered from `first`."""
         count = len(seeds)
         episodes: Episodes[Any] = self._env.make_episodes(self._world, count)
         numbers: list[int] = (np.arange(first, first + count) % len(self._env.tasks)).tolist()
@@ -131,7 +131,7 @@ class Demonstrations:
         return Steps(*map(np.concatenate, (seen, actions, returns[::-1], numbers_of)))
 
     def _disturbed(self, actions: NDArray[Any]) -> NDArray[Any]:
-        """Return actions of some of which chance replaces an entry."""
+        """Return actions with a random entry replaced in some of them."""
         actions = actions.copy()
         entries = actions.reshape(len(actions), -1)
         for row in np.flatnonzero(self._rng.random(len(actions)) < self._given.random).tolist():
@@ -141,18 +141,18 @@ class Demonstrations:
 
 
 def imitate(model: PPO | RecurrentPPO, settings: TrainSettings, folder: Path) -> None:
-    """Let a new model imitate what plays its tasks, as settings ask for.
+    """Let a new model imitate a player of its tasks, according to the settings.
 
-    One that remembers learns from whole episodes.
+    A recurrent model learns from whole episodes.
 
     Parameters
     ----------
     model : PPO or RecurrentPPO
-        A model of those `settings`.
+        A model with these `settings`.
     settings : TrainSettings
-        Those of a run, ``imitate`` among them.
+        Settings of a run, including ``imitate``.
     folder : Path
-        Where what is searched is kept, for other runs too.
+        Folder that stores searches, also for other runs.
     """
     given = settings.imitate
     assert given is not None
@@ -183,9 +183,9 @@ def imitate(model: PPO | RecurrentPPO, settings: TrainSettings, folder: Path) ->
 def evaluated(
     policy: Any, steps: Steps, batch: NDArray[Any]
 ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Return what a policy expects, the logarithms of what it would do, and what was earned.
+    """Return a policy's values, the log-probabilities of the actions, and the returns.
 
-    Of a `batch` of steps, as `Steps.batches` yields it, without what is behind episodes' ends.
+    They belong to a `batch` of steps from `Steps.batches`, without the padding after the ends.
     """
     flat = batch.ravel()
     seen, actions, returns = (
@@ -202,7 +202,7 @@ def evaluated(
 
 
 def _steps(settings: TrainSettings, episodes: int, folder: Path) -> Steps:
-    """Return the steps of so many episodes."""
+    """Return the steps of a number of episodes."""
     shown = Demonstrations(settings, folder)
     # Below 2³², as seeds of training are.
     numbers = np.random.SeedSequence(settings.seed, spawn_key=(0,)).generate_state(episodes)

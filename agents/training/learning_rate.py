@@ -10,8 +10,8 @@ from dataclasses import dataclass
 class LearningRate:
     """A constant rate, or one that falls linearly to zero over every phase.
 
-    Stable-Baselines3 asks with what remains of all steps up to the end of the phase, the steps of
-    earlier phases included, as a share; `start` and `end` make it a share of the phase.
+    Stable-Baselines3 passes the remaining share of all steps up to the end of the phase, including
+    the steps of earlier phases; `start` and `end` convert it to a share of the phase.
     """
 
     rate: float
@@ -24,8 +24,8 @@ class LearningRate:
     """Steps made at its end."""
 
     def __call__(self, remaining: float) -> float:
-        """Return the rate where the share `remaining` of `end` is still to come."""
+        """Return the rate when the share `remaining` of `end` remains."""
         if not self.anneal:
             return self.rate
-        # The last rollout may go beyond the end.
+        # The last rollout may exceed the end.
         return self.rate * max(0.0, remaining * self.end / (self.end - self.start))

@@ -1,12 +1,11 @@
-"""Building a chain, testing it, and building it anew where it fails: what demonstrates an anchor.
+"""Building a chain, testing it, and rebuilding it if it fails: demonstrations for an anchor.
 
-On a tray whose magnets are not all sound the first chain often fails, and a test tells so before it
-is left: it bears less than the pull, or is no fold. Then it is drawn back, but for its first
-component, and another chain of the same fold is built. Which chains these are is searched for each
-task on draws of a stream of its own, the first one among them all, every later one on the draws in
-which those before it fail; the search is kept beside the runs. On ``MagFold/Tray-v0`` nothing of
-the kind helps: whether a chain will be right is not seen before its last component is out, when it
-is too late.
+With some bad magnets on a tray, the first chain often fails, and a test shows this before the chain
+is left: it bears less than the pull, or is not a fold. Then the player draws it back, except for
+its first component, and builds another chain of the same fold. A search selects these chains for
+each task on draws of its own stream: the first one on all draws, every later one on the draws in
+which the earlier ones fail. The search is stored beside the runs. On ``MagFold/Tray-v0`` this does
+not help, because only the last component shows whether a chain is right, and then it is too late.
 """
 
 from collections.abc import Sequence
@@ -27,52 +26,52 @@ from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.tray_tasks import Order, TrayTask
 
 STREAM = "mending"
-"""Of the draws that chains are chosen on."""
+"""Stream of the draws that select chains."""
 
 DRAWS = 48
 SEQUENCES = 60
-"""Most sequences of a task that are tried, those of largest gap."""
+"""Largest number of sequences tried per task, those of largest gap."""
 
 TRIED = 40
-"""Most chains that are compared."""
+"""Largest number of compared chains."""
 
 CHAINS = 4
-"""Most chains that are built in an episode."""
+"""Largest number of chains built in an episode."""
 
 SPEED_BACK = 0.28
-"""To draw back at [m/s], nearly."""
+"""Approximate speed of drawing back [m/s]."""
 
 PATIENCE = 0.75
-"""Share of the time after which nothing is drawn back any more."""
+"""Share of the time limit after which no component is drawn back any more."""
 
 BEARS = 0.9
-"""Share of a pull, as it is measured, that counts as the whole."""
+"""Measured share of a pull that counts as the whole pull."""
 
 
 Fed = tuple[tuple[int, int], ...]
 
 
 class Chain(NamedTuple):
-    """What is taken from the tray, and how it is fed."""
+    """Components from the tray, and their feed."""
 
     fed: Fed
-    """Components and how they lie, in the order of feed."""
+    """Components and orientations, in the order of feed."""
     speed: float
-    """[m/s]"""
+    """Feed speeds [m/s]."""
 
 
 class Mending:
-    """Builds chains and tests them, one after another, in every row of episodes.
+    """Builds and tests chains, one after another, in every row of episodes.
 
     Parameters
     ----------
     ways : sequence of sequence of Chain
-        For each row the chains that it builds, alike in the first component.
+        The chains of each row, which have the same first component.
 
     Attributes
     ----------
     at : array of int, shape (m,)
-        Which of its chains every row is at, from 0.
+        Index of the current chain of every row, from 0.
     """
 
     def __init__(self, ways: Sequence[Sequence[Chain]]) -> None:
@@ -81,23 +80,23 @@ class Mending:
         self._back: Bools = np.zeros(len(ways), dtype=np.bool_)
 
     def __call__(self, episodes: AnchorEpisodes, rows: Ints) -> TrayChoice:
-        """Return what some rows do in the next step."""
+        """Return the next actions of some rows."""
         self._judge(episodes, rows)
         fed, n = episodes.arrays.fed[rows], episodes.world.scene.n
         self._back[rows] &= fed > 1
         chains = [self._ways[row][place] for row, place in zip(rows, self.at[rows], strict=True)]
-        # A chain that is whole is left, or drawn back, whatever else is said.
+        # A complete chain is left or drawn back, whatever else the action says.
         pairs = zip(chains, np.minimum(fed, n - 1), strict=True)
         parts, lies = np.array([chain.fed[place] for chain, place in pairs]).T
         back = self._back[rows]
-        # Where there is only one chain, a test changes nothing.
+        # With only one chain, a test changes nothing.
         test = np.array([len(self._ways[row]) > 1 for row in rows.tolist()])
         test &= episodes.is_whole(rows) & ~back & ~episodes.is_tested(rows)
         speeds = np.where(back, SPEED_BACK, [each.speed for each in chains])
         return parts, lies, speeds, np.where(back, BACK, np.where(test, PULL, AHEAD))
 
     def _judge(self, episodes: AnchorEpisodes, rows: Ints) -> None:
-        """Let the rows whose chains have failed a test draw them back, if there is another."""
+        """Draw back the chains that have failed a test, if there is another chain."""
         left = [len(self._ways[row]) - 1 - self.at[row] for row in rows.tolist()]
         failed = episodes.is_whole(rows) & episodes.is_tested(rows) & ~_holds(episodes, rows)
         failed &= (np.array(left) > 0) & (episodes.times(rows) < PATIENCE * episodes.late)
@@ -106,21 +105,21 @@ class Mending:
 
 
 def _holds(episodes: AnchorEpisodes, rows: Ints) -> Bools:
-    """Return which chains that were tested are folds that bear the pull."""
+    """Return which tested chains are folds that bear the pull."""
     return np.logical_and(episodes.turned(rows).all(axis=1), episodes.borne(rows) >= BEARS)
 
 
 def mended(settings: EnvSettings, folder: Path, draws: int = DRAWS) -> list[tuple[Chain, ...]]:
-    """Return for every task of an environment the chains that are built one after another.
+    """Return the chains to build one after another for every task of an environment.
 
     Parameters
     ----------
     settings : EnvSettings
-        Those of the environment.
+        Settings of the environment.
     folder : Path
         Where what is searched is kept, for other runs too.
     draws : int
-        On how many the chains of a task are compared.
+        Number of draws on which the chains of a task are compared.
     """
     env: Any = make_env(settings).unwrapped
     jobs = [(settings, number, draws) for number in range(len(env.tasks))]
@@ -157,7 +156,7 @@ def _tried(
     speeds: Sequence[float],
     rng: np.random.Generator,
 ) -> list[Chain]:
-    """Return chains that may be built after others, of what these have used least."""
+    """Return chains that can follow others, with the components that these have used least."""
     if not chains:
         best = [Chain(_fed(task, task.order_of(sequences[0])), speed) for speed in speeds]
         others = [_fed(task, task.order_of(each)) for each in sequences[1 : TRIED // 2]]
@@ -180,13 +179,13 @@ def _tried(
 
 
 def _fed(task: TrayTask, order: Order | None) -> Fed:
-    """Return an order of components of a chain as they are fed."""
+    """Return the components of a chain in the order of feed."""
     assert order is not None
     return tuple(task.as_fed(order))
 
 
 def _ends(env: Any, number: int, tried: Sequence[Chain], seeds: Sequence[int]) -> Bools:
-    """Return where chains succeed that are left as they are, (chains, draws)."""
+    """Return where chains succeed that are left without a test, (chains, draws)."""
     count = len(tried) * len(seeds)
     episodes: Any = env.make_episodes(env.world, count)
     plan = Mending([(chain,) for chain in tried for _ in seeds])

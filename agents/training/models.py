@@ -1,7 +1,7 @@
-"""The models of Stable-Baselines3 and sb3-contrib: made and taken up again.
+"""Models of Stable-Baselines3 and sb3-contrib: creation and resumption.
 
-Everything that decides how a training run goes on lies in a file that holds it whole or not at all,
-and is of one run only.
+The complete state of a training run is in one file, which is complete or absent and belongs to one
+run.
 """
 
 import io
@@ -52,7 +52,7 @@ FEATURES = {
     features.FromTheMouth: "mouth",
     symmetry.FromOneSide: "symmetric",
 }
-"""What networks see, by the class that shows it."""
+"""Features of networks, by class."""
 
 UNREADABLE = (
     OSError,
@@ -66,7 +66,7 @@ UNREADABLE = (
     zipfile.BadZipFile,
     zlib.error,
 )
-"""What reading a file that is no zip file, or a damaged one, may raise."""
+"""Possible errors when reading a file that is damaged or not a zip file."""
 
 MODEL, REPLAY, REST = "model.zip", "replay_buffer.pkl", "state.pkl"
 _RECORDS = ("name_to_value", "name_to_count", "name_to_excluded")
@@ -82,7 +82,7 @@ def make_model(
     Raises
     ------
     ValueError
-        If the features are to be symmetric and the scene is not.
+        If the features are symmetric and the scene is not.
     """
     own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight", "features"}
     own |= {"anneal_entropy", "lstm", *train_settings.Shown.model_fields}
@@ -120,9 +120,10 @@ def network(
     backward: bool,
     lstm: train_settings.LSTMSettings | None,
 ) -> tuple[Any, dict[str, Any]]:
-    """Return the class of a policy, and the options that decide what it sees and remembers.
+    """Return the class of a policy, and the options of its features and its memory.
 
-    Its observations are a `dictionary` or not, and the last component leaves the tube first or not.
+    The arguments state whether observations are a `dictionary`, and whether the last component
+    leaves the tube first.
     """
     name = f"{'MultiInput' if dictionary else 'Mlp'}{'' if lstm is None else 'Lstm'}Policy"
     kind: Any = CLASSES[algorithm].policy_aliases[name]
@@ -148,33 +149,33 @@ def network(
 
 
 def enter(model: base_class.BaseAlgorithm, envs: vec_env.VecEnv) -> None:
-    """Let `model` go on in other environments of the same spaces, in new episodes."""
+    """Let `model` continue in other environments with the same spaces, in new episodes."""
     model.set_env(envs)
     buffer = getattr(model, "replay_buffer", None)
     if isinstance(buffer, HerReplayBuffer):
         buffer.env = envs
         with warnings.catch_warnings():
-            # It says that it does what it is asked to.
+            # The message reports the requested behaviour.
             warnings.filterwarnings("ignore", "The last trajectory in the replay buffer")
             buffer.truncate_last_trajectory()
 
 
 @dataclass
 class Progress:
-    """What decides, beside the model, how a run goes on."""
+    """The progress of a run, which with the model decides its continuation."""
 
     phase: int = 0
-    """Number of the phase under way, from 0."""
+    """Number of the current phase, from 0."""
     phase_start: int = 0
-    """Environment steps made before it."""
+    """Environment steps before the current phase."""
     seconds: float = 0.0
-    """Training time [s], that of earlier processes included."""
+    """Training time [s], including that of earlier processes."""
     validated_at: int = 0
     """Steps at the last validation."""
     saved_at: int = 0
     """Steps at the last checkpoint."""
     before: int = 0
-    """Steps that the policy had been trained for with which the run began."""
+    """Training steps of the initial policy."""
     last: dict[str, float] | None = None
     """Result of the last validation of the phase."""
     best: dict[str, float] | None = None
@@ -187,9 +188,9 @@ class Progress:
     """Whether the phase ends with the next step."""
 
     def note(self, result: dict[str, float], stop: train_settings.StopSettings) -> bool:
-        """Take in the result of a validation; return whether it is the best of the phase.
+        """Record the result of a validation; return whether it is the best of the phase.
 
-        More successes are better; among equally many the higher score is.
+        More successes are better; the score decides ties.
         """
         self.last = result
         self.validations += 1
@@ -204,7 +205,7 @@ class Progress:
         return best
 
     def next_phase(self, steps: int) -> None:
-        """Begin the next phase, with `steps` made so far."""
+        """Begin the next phase after `steps` steps."""
         self.phase += 1
         self.phase_start = steps
         self.validations = 0
@@ -212,7 +213,7 @@ class Progress:
 
 
 def due(steps: int, last: int, every: int) -> bool:
-    """Return whether a multiple of `every` was passed since `last` steps."""
+    """Return whether a multiple of `every` has been passed since `last` steps."""
     return steps // every > last // every
 
 
@@ -221,7 +222,7 @@ def _rank(result: dict[str, float]) -> tuple[float, float]:
 
 
 def random_state() -> tuple[Any, ...]:
-    """Return what Python's, NumPy's, torch's and the GPUs' random numbers to come depend on."""
+    """Return the states of the random numbers of Python, NumPy, torch and the GPUs."""
     return (
         random.getstate(),
         np.random.get_state(),  # noqa: NPY002 (what Stable-Baselines3 draws from)
@@ -231,7 +232,7 @@ def random_state() -> tuple[Any, ...]:
 
 
 def set_random_state(state: tuple[Any, ...]) -> None:
-    """Go back to `state`."""
+    """Restore `state`."""
     random.setstate(state[0])
     np.random.set_state(state[1])  # noqa: NPY002
     torch.set_rng_state(state[2])
@@ -241,22 +242,22 @@ def set_random_state(state: tuple[Any, ...]) -> None:
 
 @dataclass(frozen=True)
 class RunState:
-    """What is not in the model's own file."""
+    """State that is not in the model's own file."""
 
     progress: Progress
-    """How far the run has come."""
+    """Progress of the run."""
     random: tuple[Any, ...]
-    """Random numbers of the process, as `random_state` gives them."""
+    """Random numbers of the process, from `random_state`."""
     actions: gymnasium.Space[Any]
     """The space that random actions are drawn from, with its random numbers."""
     envs: EnvsState
-    """Where the environments are."""
+    """State of the environments."""
     records: dict[str, dict[str, Any]]
-    """What the logger's attributes hold and has not written yet, by their name."""
+    """Unwritten values of the logger, by attribute."""
     events: dict[str, int]
     """Sizes of TensorBoard's files."""
     memory: Any = None
-    """What recurrent networks remember of the episodes under way; None for others."""
+    """Memory of recurrent networks in running episodes; None for other networks."""
 
 
 def pack(
@@ -292,10 +293,10 @@ def unpack_model(
     envs: vec_env.VecMonitor,
     records: logger.Logger,
 ) -> base_class.BaseAlgorithm:
-    """Return the model as it was when `pack` returned `parts`.
+    """Return the model in the state at which `pack` returned `parts`.
 
-    Environments of the same phase of the same run are taken to where they were, and the logger is
-    given what another had not written yet.
+    Environments of the same phase of the same run are restored, and the logger gets the unwritten
+    values.
     """
     state = unpack_rest(parts)
     model = CLASSES[settings.learner.algorithm].load(
@@ -306,7 +307,7 @@ def unpack_model(
     model.set_logger(records)
     for name in _RECORDS:
         getattr(records, name).update(state.records[name])
-    # Last, since making a model seeds all of these.
+    # Last, because making a model seeds all of these.
     model.action_space = state.actions
     if isinstance(model, RecurrentPPO):
         model._last_lstm_states = state.memory
@@ -322,10 +323,9 @@ def _written(save: Any) -> bytes:
 
 
 def write_archive(path: Path, key: Mapping[str, Any], members: Mapping[str, bytes]) -> None:
-    """Write a zip file of `members`, by name, at `path`, under a temporary name until it is whole.
+    """Write a zip file of `members`, by name, at `path`, under a temporary name until complete.
 
-    The `key` is everything that they depend on, as values that JSON can hold. Zip files have
-    checksums.
+    `key` is everything that they depend on, as JSON values. Zip files have checksums.
     """
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         archive.writestr(KEY, json.dumps(key, indent=1))
@@ -339,7 +339,7 @@ def read_archive(path: Path, key: Mapping[str, Any]) -> dict[str, bytes]:
     Raises
     ------
     CheckpointError
-        If the file is damaged, or has another key.
+        If the file is damaged or has another key.
     """
     try:
         with zipfile.ZipFile(path) as archive:

@@ -1,7 +1,7 @@
 """The best open loops of every task, searched once for many runs.
 
-The search is long. It lies beside the runs, in ``open-loops-ID-KEY``, for all that imitate the same
-with the same scene, tasks and actions, and goes on where it was broken off.
+The search is long. It is stored beside the runs in ``open-loops-ID-KEY``, for all runs with the
+same imitation, scene, tasks and actions, and an interrupted search continues.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ from magfold_env.files import physics_digest
 from magfold_env.scoring.track import WIDTH
 
 STREAM = "imitation"
-"""Of the draws that open loops are searched on."""
+"""Stream of the draws of the search for open loops."""
 
 KEPT = 16
 """Most open loops of a task that are kept."""
@@ -32,11 +32,11 @@ def best_open_loops(settings: EnvSettings, effort: Search, folder: Path) -> list
     Parameters
     ----------
     settings : EnvSettings
-        Those of the environment; open loops do what its actions can say.
+        Settings of the environment; open loops use its actions.
     effort : Search
-        How much is tried for every task.
+        Effort of the search for every task.
     folder : Path
-        Where folders of searches lie.
+        Folder that contains the folders of searches.
     """
     env: Any = make_env(settings).unwrapped
     loops, jobs = open_loops_of(env), [(settings, n, effort) for n in range(len(env.tasks))]
@@ -56,22 +56,22 @@ def kept_search(
     search: Callable[..., Any],
     jobs: Sequence[tuple[Any, ...]],
 ) -> list[Any]:
-    """Return what is searched for every task of an environment, which is kept beside runs.
+    """Return the results of a search for every task of an environment, stored beside runs.
 
     Parameters
     ----------
     title : str
-        What it is.
+        Name of the search.
     settings : EnvSettings
         Those of the environment.
     effort : dict
-        What the results depend on besides.
+        Further values that the results depend on.
     folder : Path
-        Where folders of searches lie.
+        Folder that contains the folders of searches.
     search
-        Returns the result of a task, as JSON can hold it, from a job; is called in processes.
+        Returns the result of a task from a job, as JSON values; it is called in processes.
     jobs
-        Its arguments for every task.
+        The arguments of `search` for every task.
     """
     env: Any = make_env(settings).unwrapped
     key: dict[str, Any] = {
@@ -84,7 +84,7 @@ def kept_search(
     digest = hashlib.sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()[:8]
     name = f"{title.replace(' ', '-')}-{settings.id.rpartition('/')[2]}-{digest}"
     with progress_bar() as bar:
-        # Runs that begin together share one search: the first makes it, the others wait.
+        # Runs that begin together share one search: the first runs it and the others wait.
         table = Table(bar, len(os.sched_getaffinity(0)), folder, key, wait=True)
         return table.row(name, len(jobs), lambda at, _: (search, *jobs[at]), _searched)
 
@@ -100,5 +100,5 @@ def _search(settings: EnvSettings, number: int, effort: Search) -> list[int]:
 
 
 def field_of(env: Any) -> Field:
-    """Return room for episodes in which choices are written down as the actions can say them."""
+    """Return reusable episodes in which choices are expressed as actions."""
     return Field(env.make_episodes(env.world, WIDTH), open_loops_of(env), env.world.actions)

@@ -1,4 +1,4 @@
-"""Networks of Stable-Baselines3 to and from files of `magfold_env.scoring.policy_file`."""
+"""Conversion of Stable-Baselines3's networks to and from `magfold_env.scoring.policy_file`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +20,7 @@ from magfold_env.scoring.shown import shown_space
 _ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 _WRITTEN = {"net_arch", "activation_fn", "features_extractor_class", "features_extractor_kwargs"}
 _WRITTEN |= {"lstm_hidden_size", "n_lstm_layers", "shared_lstm", "enable_critic_lstm"}
-"""Options of a policy that settings hold; others have Stable-Baselines3's defaults."""
+"""Options of a policy in its settings; others have Stable-Baselines3's defaults."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +30,13 @@ class SavedPolicy:
     policy: policies.BasePolicy
     """The networks, ready to choose actions."""
     shown: Shown
-    """What they want to be shown."""
+    """The form of their observations."""
     steps: int
-    """Environment steps that it was trained for."""
+    """Environment steps of its training."""
 
 
 def _kind(settings: PolicySettings) -> tuple[type[policies.BasePolicy], dict[str, Any]]:
-    """Return the class of a policy with some settings, and the options of what it sees."""
+    """Return the class of a policy with given settings, and the options of its features."""
     dictionary = isinstance(settings.observations, policy_file.Boxes)
     return network(
         settings.algorithm, settings.features, dictionary, settings.backward, settings.lstm
@@ -44,10 +44,10 @@ def _kind(settings: PolicySettings) -> tuple[type[policies.BasePolicy], dict[str
 
 
 def make(settings: PolicySettings) -> policies.BasePolicy:
-    """Return a policy with some settings, untrained."""
+    """Return an untrained policy with given settings."""
     kind, options = _kind(settings)
     if settings.algorithm not in ("sac", "tqc"):
-        options |= {"ortho_init": False}  # takes long, for weights that are replaced
+        options |= {"ortho_init": False}  # slow, for weights that are replaced
     judge = "vf" if "ortho_init" in options else "qf"
     return kind(
         shown_space(settings, settings.observations.space()),
@@ -64,13 +64,13 @@ def save(
 ) -> None:
     """Write the policy of `model` to `path` under a temporary name and move it into place.
 
-    It was trained with what `shown` says; None stands for observations as they are. It had been
-    trained for some steps `before` the model was made.
+    `shown` is the form of its observations; None means unchanged observations. `before` is the
+    number of its training steps before the model was made.
 
     Raises
     ------
     ValueError
-        If the policy is not one that `load` can make again.
+        If the policy is not one that `load` can restore.
     """
     settings = _settings_of(model, shown or Shown())
     settings = settings.model_copy(update={"steps": settings.steps + before})
@@ -80,15 +80,15 @@ def save(
 
 
 def begin_with(path: str | Path, model: base_class.BaseAlgorithm, shown: Shown) -> int:
-    """Give the networks of `model` the weights of a policy that `save` wrote.
+    """Set the networks of `model` to the weights of a policy that `save` wrote.
 
-    Nothing else of it is taken over: optimisers begin anew. Returns the steps that it was trained
-    for.
+    Nothing else of the policy is used; optimisers begin anew. Returns the number of its training
+    steps.
 
     Raises
     ------
     ValueError
-        If there is no such file, it is damaged, or is of other networks, actions or observations.
+        If there is no such file, or it is damaged or has other networks, actions or observations.
     """
     settings, policy = _read(Path(path))
     aside = {"steps", "blind"}
@@ -113,7 +113,7 @@ def load(path: str | Path) -> SavedPolicy:
 
 
 def _read(path: Path) -> tuple[PolicySettings, policies.BasePolicy]:
-    """Return what a policy file says, and the networks with its weights."""
+    """Return the settings in a policy file, and the networks with its weights."""
     file = policy_file.read(path)
     try:
         policy = make(file.settings)
@@ -132,7 +132,7 @@ def _read(path: Path) -> tuple[PolicySettings, policies.BasePolicy]:
 
 
 def _settings_of(model: base_class.BaseAlgorithm, shown: Shown) -> PolicySettings:
-    """Return the settings with which the policy of `model` can be made again."""
+    """Return the settings that can restore the policy of `model`."""
     policy: Any = model.policy
     hidden, extractor = policy.net_arch, policy.features_extractor_class
     if not isinstance(hidden, dict):
@@ -174,7 +174,7 @@ def _settings_of(model: base_class.BaseAlgorithm, shown: Shown) -> PolicySetting
 
 
 def _described(space: spaces.Space[Any], stacked: bool = False) -> dict[str, Any]:
-    """Return what is known of a space, of one of the frames in it, as values that JSON can hold."""
+    """Return the description of a space, for one of its frames, as JSON values."""
     if isinstance(space, spaces.Dict):
         return {"boxes": {name: _described(each) for name, each in space.items()}}
     names = ("low", "high", "n", "nvec")

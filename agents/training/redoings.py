@@ -1,8 +1,8 @@
-"""How every task is best done by who draws in what folds wrong: searched once, for many runs.
+"""Search for the best settings of retracting wrong folds, once per task for many runs.
 
-How far a joint must have turned, how far it is drawn in and what is followed then, see
-`agents.training.drawing_back`, is chosen for each task, on draws of a stream of its own, among
-settings that are drawn evenly.
+The settings of `agents.training.drawing_back` (the wrong angle of a joint, the length that is drawn
+in, and the next open loop) are selected for each task from uniformly drawn candidates, on draws of
+their own stream.
 """
 
 from collections.abc import Sequence
@@ -24,16 +24,16 @@ from magfold_env.envs.spaces.actions import SLOWEST_LEVEL
 from magfold_env.scene import Scene
 
 STREAM = "drawing back"
-"""Of the draws that settings are chosen on."""
+"""Stream of the draws that select settings."""
 
 EFFORT = Search(192, 4000)
-"""How many settings of a task are compared, and in how many episodes."""
+"""Number of compared settings of a task, and of their episodes."""
 
 SAME = 0.3
-"""Share of the settings with which the same open loop is followed anew."""
+"""Share of the settings that repeat the same open loop."""
 
 STANDS = LONGEST_PAUSE + 1, 75
-"""Steps to stand still at the end of a first fold; no pause between pulses is as long."""
+"""Steps of standstill at the end of a first fold, longer than any pause between pulses."""
 
 
 def searched(
@@ -44,9 +44,9 @@ def searched(
     Parameters
     ----------
     settings : EnvSettings
-        Those of the environment, in which a given chain folds.
+        Settings of the environment, in which a given chain folds.
     effort : Search
-        How many open loops are tried for every task, and in how many episodes.
+        Number of open loops tried for every task, and of their episodes.
     folder : Path
         Where what is searched is kept, for other runs too.
     """
@@ -89,7 +89,7 @@ def playing(found: Sequence[Any]) -> Plan:
 
 
 def candidates(best: Sequence[Schedule], number: int, count: int) -> list[Redoing]:
-    """Return what is compared for a task, by its number, of its best open loops."""
+    """Return the candidates for a task, by its number, from its best open loops."""
     rng = _rng(number)
     found = [_plain(best[0], each) for each in (best[0], *_onward(best))]
     while len(found) < count:
@@ -100,7 +100,7 @@ def candidates(best: Sequence[Schedule], number: int, count: int) -> list[Redoin
 def candidates_twice(
     best: Sequence[Schedule], number: int, count: int, scene: Scene
 ) -> list[Refolding]:
-    """Return what is compared for a task of two folds, by its number, of its best open loops."""
+    """Return the candidates for a task of two folds, by its number, from its best open loops."""
     rng = _rng(number)
     firsts, backs, seconds = zip(*map(_parted, best), strict=True)
     found: list[Refolding] = []
@@ -132,7 +132,7 @@ def _drawn(rng: np.random.Generator, best: Sequence[Schedule]) -> Redoing:
 
 
 def _creeping(rng: np.random.Generator, first: Schedule, scene: Scene) -> Schedule:
-    """Return a first fold that stands, and then lets the last component out a little more."""
+    """Return a first fold that pauses, and then lets the last component out a little more."""
     speed = float(np.exp(rng.uniform(np.log(SLOWEST_LEVEL), np.log(0.15))))
     until = (scene.n - rng.uniform(0.03, 0.3)) * scene.casing.diagonal
     stand = Leg(0.0, steps=int(rng.integers(5, LONGEST_PAUSE)))
@@ -141,17 +141,17 @@ def _creeping(rng: np.random.Generator, first: Schedule, scene: Scene) -> Schedu
 
 
 def _early(rng: np.random.Generator, count: int) -> int:
-    """Return a place among so many, the first ones more often."""
+    """Return a random index below a number, with a preference for small ones."""
     return int(count * rng.random() ** 2)
 
 
 def _onward(best: Sequence[Schedule]) -> list[Schedule]:
-    """Return those that never draw in, or all if there is none."""
+    """Return the candidates that never draw in, or all if there are none."""
     return [each for each in best if all(leg.speed >= 0.0 for leg in each.way)] or list(best)
 
 
 def _parted(found: Schedule) -> tuple[Schedule, float, Schedule]:
-    """Return the first fold of two, up to where it stands, the speed back, and the second."""
+    """Return the first of two folds up to its pause, the speed back, and the second."""
     back = next(place for place, leg in enumerate(found.way) if leg.speed < 0.0)
     first = found.way[: back - 1]
     second = found.way[back + 1 :]

@@ -1,4 +1,4 @@
-"""One run of training: its phases, its validations, and what is kept of it on the way."""
+"""A training run: its phases, its validations and its stored files."""
 
 import time
 from collections.abc import Callable
@@ -26,15 +26,15 @@ from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scoring.player import Player, play
 
 EPISODES_PER_RECORD = 60
-"""How often learners that learn all the time write their numbers."""
+"""Interval at which off-policy learners write their numbers."""
 
 Watch = Callable[[int, dict[str, float]], object]
-"""Is told the number, from 1, and the result of a validation of the main phase. What it raises
-breaks the run off."""
+"""Called with the number, from 1, and the result of each validation of the main phase. An exception
+that it raises ends the run."""
 
 
 class DivergedError(ArithmeticError):
-    """The networks hold numbers that are not finite; nothing can be learned from there on."""
+    """The networks contain numbers that are not finite, which makes further learning impossible."""
 
 
 def train(
@@ -43,7 +43,7 @@ def train(
     resume: bool | None = None,
     watch: Watch | None = None,
 ) -> Path:
-    """Run the training that `settings` describe, or what is left of it; return the policy.
+    """Run the training described by `settings`, or the rest of it; return the policy.
 
     Everything that the run writes lies in the folder `path`, see `TrainingRun`; what becomes of an
     earlier run there `resume` says, see `RunFolder.open`. `watch` follows the
@@ -52,18 +52,19 @@ def train(
     Raises
     ------
     SettingsError
-        If another run lies in the folder, or none where one is to be taken up, or it cannot start
-        with the policy that it is to.
+        If the folder contains another run or no run to resume, or the initial policy is not
+        suitable.
     CheckpointError
-        If the checkpoint to take up is damaged, or another run's, or a run goes on in the folder.
+        If the checkpoint to resume is damaged or belongs to another run, or a run is active in the
+        folder.
     DivergedError
-        If the numbers in the networks break down.
+        If the networks contain numbers that are not finite.
     """
-    # The networks are small: more threads only get in the way of the simulations.
+    # The networks are small; more threads would only compete with the simulations.
     torch.set_num_threads(1)
     folder = run_folder.RunFolder(path, settings)
     if settings.start is not None and not folder.state.is_file():
-        # Before anything lies in the folder.
+        # Before anything is written to the folder.
         envs = make_training_envs(settings, 0)
         _make_model(settings, envs)
         envs.close()
@@ -82,7 +83,7 @@ def train(
 def _make_model(
     settings: TrainSettings, envs: vec_env.VecEnv
 ) -> tuple[base_class.BaseAlgorithm, int]:
-    """Return the model that a run begins with, and the steps that it had been trained for."""
+    """Return the initial model of a run and the number of its training steps."""
     learner, before = settings.learner, 0
     model = models.make_model(learner, envs, settings.seed, settings.device)
     if settings.start is not None:
@@ -94,9 +95,9 @@ def _make_model(
 
 
 class Validation:
-    """Plays so many episodes at once, of all targets in turn, with the most probable actions.
+    """Plays a number of episodes at once, with all targets in turn and the most probable actions.
 
-    The draws are neither those of training nor those that results are reported on.
+    The draws differ from those of training and of reported results.
     """
 
     def __init__(self, settings: EnvSettings, episodes: int, shown: Shown) -> None:
@@ -120,9 +121,9 @@ class Validation:
 
 
 class BoundaryCallback(callbacks.BaseCallback):
-    """Validates and saves between rollouts, where a run can be taken up again; ends it in time.
+    """Validates and saves between rollouts, where a run can be resumed, and ends it in time.
 
-    `state` is kept up to date; `validate` and `save` are called when they are due.
+    It updates `state` and calls `validate` and `save` when they are due.
     """
 
     def __init__(
@@ -142,7 +143,7 @@ class BoundaryCallback(callbacks.BaseCallback):
 
     @property
     def interrupted(self) -> bool:
-        """Whether the phase ended before its steps were made."""
+        """Whether the phase ended early."""
         return self._state.stopping or self.out_of_time
 
     @property
@@ -151,7 +152,7 @@ class BoundaryCallback(callbacks.BaseCallback):
         return self._state.seconds >= self._limit
 
     def visit(self) -> None:
-        """Do what is due between two rollouts."""
+        """Perform the actions that are due between two rollouts."""
         state, steps = self._state, self.model.num_timesteps
         if models.due(steps, state.validated_at, self._settings.validate_every):
             self._validate()
@@ -172,18 +173,17 @@ class BoundaryCallback(callbacks.BaseCallback):
 
 
 class TrainingRun:
-    """A run under way, and its folder.
+    """A running training, and its folder.
 
-    What lies there:
+    The folder contains:
 
-    - ``settings.yaml`` and ``run.json``: everything it was made from and with, and its status;
+    - ``settings.yaml`` and ``run.json``: the inputs, the software and the status;
     - TensorBoard's files;
-    - ``checkpoints/``: the policies on the way; ``best.safetensors``: the one that validated best;
-    - ``resume.zip``: where it goes on after an interruption, or for longer; it holds pickles, so
-      take up only your own runs;
-    - at the end ``policy.safetensors``.
+    - ``checkpoints/``: intermediate policies; ``best.safetensors``: the best one in validations;
+    - ``resume.zip``: the state for resumption; it contains pickles, so resume only your own runs;
+    - ``policy.safetensors``, at the end.
 
-    It goes on from the state in `parts`, if there is one.
+    The run continues from the state in `parts`, if there is one.
     """
 
     def __init__(
@@ -225,7 +225,7 @@ class TrainingRun:
             self._logger.close()
 
     def _learn_all(self) -> None:
-        """Train through the phases that are left."""
+        """Train through the remaining phases."""
         progress, phases = self._progress, self._settings.phases
         out_of_time = False
         while progress.phase < len(phases) and not out_of_time:
@@ -239,7 +239,7 @@ class TrainingRun:
                 envs.close()
 
     def _check_finite(self, error: ValueError) -> None:
-        """Raise if numbers broke down, which torch says at length when it shall draw actions."""
+        """Raise a short error if numbers are not finite; torch's own message is long."""
         model = self._model
         if model is None or all(bool(each.isfinite().all()) for each in model.policy.parameters()):
             return
@@ -251,7 +251,7 @@ class TrainingRun:
     def _learn(
         self, model: base_class.BaseAlgorithm, envs: vec_env.VecMonitor, phase: Phase
     ) -> bool:
-        """Train to the end of a phase; return whether the run's time is over."""
+        """Train to the end of a phase; return whether the time limit of the run is reached."""
         settings, progress = self._settings, self._progress
         start, end = progress.phase_start, progress.phase_start + phase.timesteps
         rate: Any = model.learning_rate
@@ -279,7 +279,8 @@ class TrainingRun:
                 model.learn(
                     end - model.num_timesteps,
                     callback=[callbacks.ConvertCallback(show), boundaries],
-                    # Off policy no more than one where the episodes of all envs end together.
+                    # Off policy, no more than one, because the episodes of all environments end
+                    # together.
                     log_interval=1 if on_policy else max(EPISODES_PER_RECORD, settings.envs),
                     reset_num_timesteps=False,
                 )
@@ -288,14 +289,14 @@ class TrainingRun:
         if progress.validated_at < model.num_timesteps:
             self._validate(model, validation, phase)
         if boundaries.out_of_time or progress.phase == len(settings.phases) - 1:
-            # Here it would go on, were it longer.
+            # A longer run would continue here.
             progress.saved_at = model.num_timesteps
             self._keep(model, envs)
         progress.next_phase(model.num_timesteps)
         return boundaries.out_of_time
 
     def _model_in(self, envs: vec_env.VecMonitor) -> base_class.BaseAlgorithm:
-        """Return the model, made, taken up or brought along, with its environments."""
+        """Return the model, new, resumed or continued, with its environments."""
         settings = self._settings
         if self._model is not None:
             models.enter(self._model, envs)
@@ -316,7 +317,7 @@ class TrainingRun:
     ) -> None:
         """Validate, log it and keep the policy if it is the best."""
         result = validation(model)
-        # A logger of its own: what the model has recorded belongs to a later step.
+        # A separate logger, because the model's recorded values belong to a later step.
         own = logger.Logger(None, model.logger.output_formats)
         for name, value in result.items():
             own.record(f"validation/{name}", value)
@@ -328,7 +329,7 @@ class TrainingRun:
             self._watch(self._progress.validations, result)
 
     def _save(self, model: base_class.BaseAlgorithm, envs: vec_env.VecMonitor) -> None:
-        """Write a checkpoint to go on from, and the policy as it is."""
+        """Write a checkpoint for resumption and the current policy."""
         self._keep(model, envs)
         self._write(
             model, self._folder.checkpoints / f"policy-{model.num_timesteps:09d}.safetensors"
@@ -336,7 +337,7 @@ class TrainingRun:
         self._note()
 
     def _keep(self, model: base_class.BaseAlgorithm, envs: vec_env.VecMonitor) -> None:
-        """Write the state to go on from."""
+        """Write the state for resumption."""
         parts = models.pack(model, envs, self._progress, run_folder.event_sizes(self._folder.path))
         models.write_archive(self._folder.state, self._key, parts)
 
@@ -345,7 +346,7 @@ class TrainingRun:
         policy_files.save(model, path, self._settings.learner, self._progress.before)
 
     def _note(self) -> None:
-        """Bring ``run.json`` up to date."""
+        """Update ``run.json``."""
         if self._model is not None:
             self._info.steps = self._model.num_timesteps
         self._info.seconds = self._progress.seconds

@@ -1,8 +1,9 @@
-"""A network to which a chain, its mirror image and either with all poles exchanged are one.
+"""A network that treats a chain, its mirror image and both with swapped poles as equal.
 
-A chain in a mirror folds as its image does, and exchanging N and S everywhere changes no force.
-Of these four the network sees one, chosen by what is wanted and by what has left the tube, and
-its choice is turned back: what is learned of one holds for all, exactly.
+The mirror image of a chain folds into the mirror image of its fold, and swapping N and S everywhere
+changes no force. The network sees one of these four chains, selected by the target and the
+components outside the tube, and its choice is transformed back, so that learning from one applies
+exactly to all.
 
 The resume state of training runs names this module: it loads only while it is found here.
 """
@@ -22,14 +23,14 @@ from magfold_env.envs.spaces import actions, observation
 from magfold_env.scene import Scene
 
 VIEWS = 2
-"""Features that say how the network's view is turned: whether in a mirror, whether exchanged."""
+"""Features that describe the transformation of the network's view: mirrored, and poles swapped."""
 
 _FACE_WEIGHTS = (8.0, 4.0, 2.0, 1.0)
-"""Weighted so, the poles of a component's faces never cancel."""
+"""Weights with which the poles of a component's faces never cancel."""
 
 
 def is_symmetric(scene: Scene) -> bool:
-    """Return whether the scene, but for its poles, is its own mirror image."""
+    """Return whether the scene, except for its poles, is its own mirror image."""
     sizes = ("width", "height", "thickness", "inset", "remanence")
     faces = [np.atleast_1d(getattr(scene.magnets, name)) for name in sizes]
     even = all(np.array_equal(each, each[..., ::-1]) for each in faces)
@@ -37,10 +38,10 @@ def is_symmetric(scene: Scene) -> bool:
 
 
 class FromOneSide(FromTheMouth):
-    """Shows every chain with the joint that folds next to the left, if it is to fold.
+    """Transforms every chain so that the joint that folds next turns left, if it folds.
 
-    The component that left the tube last is shown with the first of its poles N. The last two
-    features say whether left and right, and N and S, were exchanged.
+    The first pole of the component that left the tube last is N. The last two features state
+    whether left and right, and N and S, were swapped.
 
     Parameters and errors are those of `agents.training.features.FromTheMouth`.
     """
@@ -70,22 +71,22 @@ class FromOneSide(FromTheMouth):
         return torch.cat((self.ordered(entries, step), views), dim=1)
 
     def _place(self, step: torch.Tensor, count: int) -> torch.Tensor:
-        """Return to which of so many joints or components the feed has come, (batch,)."""
+        """Return the index of the joint or component that the feed has reached, (batch,)."""
         place = (step - 1).clamp(0, count - 1)
         return count - 1 - place if self._backward else place
 
     def _to_the_right(self, entries: torch.Tensor, step: torch.Tensor) -> torch.Tensor:
-        """Return whether the joint that folds next is to fold to the right, (batch,)."""
+        """Return whether the joint that folds next must turn right, (batch,)."""
         joints, width = self._layout.n - 1, self.width
         wanted = entries[:, : width * joints].reshape(-1, joints, width)
         row = wanted[torch.arange(len(wanted)), self._place(step, joints)]
-        # The letters are L, S, R; to the left angles are positive.
+        # The letters are L, S, R; angles to the left are positive.
         return row[:, -1] > row[:, 0] if width > 1 else row[:, 0] < 0
 
     def _first_pole_north(
         self, entries: torch.Tensor, step: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return the entries with poles as the last component's decide; and whether exchanged."""
+        """Return the entries with poles set by the last component, and whether they are swapped."""
         n, start = self._layout.n, self.width * (self._layout.n - 1)
         span = self._layout.slices["magnets"]
         poles = entries[:, start + span.start : start + span.stop].reshape(-1, n, 4)
@@ -99,9 +100,9 @@ class FromOneSide(FromTheMouth):
 def _mirror_image(
     layout: observation.ObservationLayout, width: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Return which entry each of a mirror image comes from, and its sign.
+    """Return the source of each entry of a mirror image, and its sign.
 
-    What is wanted comes first, `width` entries a joint, then the chain, of `layout`.
+    The target comes first, with `width` entries per joint, then the chain of `layout`.
     """
     start = width * (layout.n - 1)
     size = start + layout.size
@@ -115,7 +116,7 @@ def _mirror_image(
         span = layout.slices[name]
         return slice(start + span.start, start + span.stop)
 
-    # Front-left and front-right change places, and back-left and back-right.
+    # Front-left and front-right swap places, and so do back-left and back-right.
     places[group("magnets")] = places[group("magnets")].reshape(-1, 4)[:, ::-1].ravel()
     for name in ("joint", "rate"):
         signs[group(name)] = -1.0
@@ -126,7 +127,7 @@ def _mirror_image(
 
 
 class _Inner(nn.Module):
-    """The hidden layers, which do not see how the view is turned, and hand it on to the actor."""
+    """The hidden layers, which ignore the transformation of the view and pass it to the actor."""
 
     def __init__(self, layers: torch_layers.MlpExtractor) -> None:
         super().__init__()
@@ -145,7 +146,7 @@ class _Inner(nn.Module):
 
 
 class _TurnedBack(nn.Module):
-    """The last layer, which turns its choice back into the view of the environment."""
+    """The last layer, which transforms its choice back to the view of the environment."""
 
     _patterns: torch.Tensor
 
@@ -153,7 +154,7 @@ class _TurnedBack(nn.Module):
         super().__init__()
         self.layer = layer
         rest = len(actions.SIGNS) + np.arange(other_choices)
-        # The number under which each is seen: as it is, exchanged, mirrored, both.
+        # The index of each in every view: unchanged, swapped, mirrored, both.
         signs, mirrored = actions.SIGNS, actions.SIGNS[:, ::-1]
         views = [np.argmax(view @ signs.T, axis=1) for view in (signs, -signs, mirrored, -mirrored)]
         orders = [np.append(each, rest) for each in views]
@@ -166,7 +167,7 @@ class _TurnedBack(nn.Module):
 
 
 class Symmetric(policies.BasePolicy):
-    """What makes an actor and critic, before which it stands, see what `FromOneSide` shows.
+    """A mixin that gives an actor and critic the features of `FromOneSide`.
 
     Raises
     ------
@@ -204,9 +205,9 @@ class Symmetric(policies.BasePolicy):
         """Create the networks and the optimiser."""
         parent: Any = super()
         parent._build(lr_schedule)
-        # Its weights are the same objects, which the optimiser knows.
+        # Its weights are the same objects, which the optimiser already has.
         self.action_net: Any = _TurnedBack(self.action_net, self._speeds)
 
 
 class SymmetricPolicy(Symmetric, policies.ActorCriticPolicy):
-    """Actor and critic of PPO that see chains as `FromOneSide` shows them."""
+    """Actor and critic of PPO with the features of `FromOneSide`."""

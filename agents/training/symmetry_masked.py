@@ -1,6 +1,6 @@
 """The symmetric network of `agents.training.symmetry` for MaskablePPO.
 
-The resume state of training runs names this module: it loads only while it is found here.
+The resume state of training runs contains the name of this module, so the module must not move.
 """
 
 from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
@@ -9,4 +9,4 @@ from agents.training.symmetry import Symmetric
 
 
 class MaskableSymmetricPolicy(Symmetric, MaskableActorCriticPolicy):  # pyright: ignore[reportIncompatibleMethodOverride, reportIncompatibleVariableOverride]
-    """Actor and critic of MaskablePPO that see chains as `FromOneSide` does."""
+    """Actor and critic of MaskablePPO with the features of `FromOneSide`."""

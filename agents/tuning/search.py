@@ -1,4 +1,4 @@
-"""A search for hyper-parameters: what is varied, within what, its trials, and the best of them."""
+"""A search for hyper-parameters: its space, its trials and the best of them."""
 
 import json
 from collections.abc import Generator, Mapping, Sequence
@@ -20,25 +20,25 @@ from magfold_env.cli import options
 from magfold_env.scene import Problem, SceneError
 
 Drawn = float | int | str
-"""A value as Optuna keeps it: a number, or a choice written as JSON."""
+"""A value in Optuna's storage: a number, or a choice as JSON."""
 
 NOTHING = {"success_rate": 0.0, "score": 0.0}
-"""What a run is worth whose numbers break down."""
+"""Result of a run whose numbers are not finite."""
 
 
 class Interval(train_settings.Group, frozen=True):
-    """Numbers between two; whole ones if both ends are written as whole numbers."""
+    """Numbers in a range; whole numbers if both ends are written as whole numbers."""
 
     low: int | float
     """The smallest."""
     high: int | float
     """The largest."""
     log: bool = False
-    """Whether every factor is as likely as any other, rather than every difference."""
+    """Whether the draw is uniform in the logarithm rather than in the value."""
 
     @property
     def ends(self) -> tuple[int | float, ...]:
-        """What is checked before a search begins."""
+        """Values that are checked before a search begins."""
         return self.low, self.high
 
     def read(self, drawn: Drawn) -> Any:
@@ -55,19 +55,19 @@ class Interval(train_settings.Group, frozen=True):
 
 
 class Choices(train_settings.Group, frozen=True):
-    """One of some values of any kind."""
+    """One of several values of any kind."""
 
     choices: Annotated[tuple[Any, ...], Field(min_length=2)]
     """The values."""
 
     @property
     def ends(self) -> tuple[Any, ...]:
-        """What is checked before a search begins."""
+        """Values that are checked before a search begins."""
         return self.choices
 
     @property
     def texts(self) -> list[str]:
-        """The values as JSON: storages keep words and numbers, not lists."""
+        """The values as JSON, because storages accept words and numbers but not lists."""
         return [json.dumps(value) for value in self.choices]
 
     def read(self, drawn: Drawn) -> Any:
@@ -84,7 +84,7 @@ Domain = Annotated[
     Annotated[Interval, Tag("<interval>")] | Annotated[Choices, Tag("<choices>")],
     Discriminator(_branch),
 ]
-"""What a setting is drawn from."""
+"""The range or choice of a setting."""
 
 Objective = Literal["score", "success_rate"]
 
@@ -95,46 +95,46 @@ class TuneSettings(train_settings.Group, frozen=True):
     name: Annotated[str, Field(pattern=r"^[\w.-]+$")]
     """Name of the study, and of its folder under ``runs/``."""
     config: str
-    """What is varied: training settings, a file or the name of one in ``configs/agents``."""
+    """The varied training settings: a file or the name of one in ``configs/agents``."""
     settings: Annotated[dict[str, Any], Field(default_factory=dict)]
-    """What is different in all trials, by dotted key."""
+    """Settings that differ in all trials, by dotted key."""
     space: Annotated[dict[str, Domain], Field(min_length=1)]
-    """What is drawn for each trial, by dotted key."""
+    """Settings that are drawn for each trial, by dotted key."""
     objective: Objective = "score"
-    """Which result of a trial's last validation shall be high."""
+    """The result of a trial's last validation to maximise."""
     trials: train_settings.Count = 50
-    """Number of trials in all, those of earlier calls and of other processes included."""
+    """Total number of trials, including those of earlier calls and other processes."""
     pruner: Literal["median", "hyperband", "none"] = "median"
-    """What breaks off trials that do worse than others did after as many validations: those below
-    the median of all, or all but the best third at each of a few stages."""
+    """Rule that ends trials early that do worse than others after the same number of validations:
+    those below the median of all, or all except the best third at each of a few stages."""
     startup_trials: train_settings.Count = 10
-    """Trials that are drawn evenly, before what was found guides the draws and the median."""
+    """Number of uniformly drawn trials, before results guide the draws and the median applies."""
     least_validations: train_settings.Count = 2
-    """Validations that every trial is given."""
+    """Number of validations before a trial can end early."""
 
 
 @dataclass(frozen=True)
 class Search:
-    """A search that can begin: settings that were checked, and the runs it varies."""
+    """A checked search, and the runs it varies."""
 
     settings: TuneSettings
-    """What is searched."""
+    """Settings of the search."""
     base: train_settings.TrainSettings
-    """What every trial has in common."""
+    """Settings common to all trials."""
 
     @property
     def key(self) -> dict[str, Any]:
-        """Everything that must be the same for trials to be comparable."""
+        """Everything that must be equal for trials to be comparable."""
         own = self.settings.model_dump(mode="json", include={"name", "space", "objective"})
         return own | {"training": self.base.model_dump(mode="json")}
 
     @property
     def validations(self) -> int:
-        """Number of validations of a trial that is not broken off."""
+        """Number of validations of a complete trial."""
         return max(self.base.timesteps // self.base.validate_every, 1)
 
     def run_settings(self, drawn: Mapping[str, Drawn], trial: str) -> train_settings.TrainSettings:
-        """Return the training settings of a trial, from what was drawn for it and its name."""
+        """Return the training settings of a trial from its draws and its name."""
         space = self.settings.space
         values = {key: space[key].read(value) for key, value in drawn.items()}
         return train_settings.changed_settings(
@@ -145,15 +145,15 @@ class Search:
 def load_search(path: str, assignments: Sequence[str] = (), trials: int | None = None) -> Search:
     """Read and check a search.
 
-    It is the file at `path`, or that of this name in ``configs/tuning``, with or without suffix.
-    Training settings that `assignments` give, such as ``learner.gamma=0.9``, are different in all
-    trials; `trials` is their number, unless the file's holds.
+    The search is the file at `path`, or the file of this name in ``configs/tuning``, with or
+    without suffix. Training settings in `assignments`, such as ``learner.gamma=0.9``, apply to all
+    trials; `trials` replaces their number in the file.
 
     Raises
     ------
     SettingsError
-        If there is no such file, or something is not allowed: in the search, in the settings it
-        varies, or in those that a trial would have at either end of a range.
+        If there is no such file, or something is not allowed in the search, in the settings it
+        varies, or in those of a trial at either end of a range.
     """
     content = train_settings.read_mapping(train_settings.find_config(path, "tuning"))
     if trials is not None:
@@ -177,7 +177,7 @@ def load_search(path: str, assignments: Sequence[str] = (), trials: int | None =
 
 @contextmanager
 def _named_source(path: str, group: str) -> Generator[None]:
-    """Name the file and the group of settings that wrong training settings come from."""
+    """Name the file and the group of wrong training settings in errors."""
     try:
         yield
     except train_settings.SettingsError as error:
@@ -185,7 +185,7 @@ def _named_source(path: str, group: str) -> Generator[None]:
 
 
 class Trial(NamedTuple):
-    """A trial that came to its end."""
+    """A completed trial."""
 
     folder: Path
     value: float
@@ -195,7 +195,7 @@ class Trial(NamedTuple):
 def run_trial(
     settings: train_settings.TrainSettings, folder: Path, watch: run.Watch
 ) -> dict[str, float]:
-    """Train in `folder`, or go on there; return the result of the last validation."""
+    """Train in `folder`, or resume there; return the result of the last validation."""
     try:
         run.train(settings, folder, watch=watch)
     except run.DivergedError as error:
@@ -208,7 +208,7 @@ def run_trial(
 
 
 def report_best(search: Search, trials: Sequence[Trial], output: Path) -> None:
-    """Print the best trials; write the settings of the best as those of a run of its own."""
+    """Print the best trials; write the settings of the best one as those of a separate run."""
     if not trials:
         typer.echo("no trial has come to its end")
         return

@@ -19,22 +19,21 @@ FOLDER = "folder"
 ENDED = (optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED)
 
 HEARTBEAT = 60
-"""How often a trial shows that its process lives [s]; after twice that it is taken up again."""
+"""Interval of a trial's heartbeat [s]; after twice that time without one, it is resumed."""
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
     _again = optuna.storages.RetryHeartbeatStaleTrialCallback()
-    """Queues a trial again that was broken off, as the same run."""
+    """Queues an interrupted trial again, as the same run."""
 
 
 def search_here(
     search: Search, output: Path, storage: str | None = None, minutes: float | None = None
 ) -> list[Trial]:
-    """Run the trials that are left; return all that came to their end.
+    """Run the remaining trials; return all completed ones.
 
-    The trials' runs lie in `output`, and so does the database that keeps the study, ``study.db``,
-    unless `storage` gives the address of another, as SQLAlchemy writes it. After so many `minutes`
-    no further trial is begun.
+    The trials' runs are in `output`, and so is the database of the study, ``study.db``, unless
+    `storage` is the SQLAlchemy address of another one. No new trial begins after `minutes`.
 
     Raises
     ------
@@ -44,7 +43,7 @@ def search_here(
         If the storage or a trial's run cannot be written.
     """
     output.mkdir(parents=True, exist_ok=True)
-    # Of processes that begin at once, one makes the tables.
+    # One of several processes that begin together creates the tables.
     with FileLock(output / "study.lock"):
         study = _open(search, storage or f"sqlite:///{output / 'study.db'}")
     if len(study.get_trials(deepcopy=False, states=ENDED)) < search.settings.trials:
@@ -64,13 +63,13 @@ def search_here(
 
 @contextmanager
 def _told_by_the_command(output: Path) -> Generator[None]:
-    """Leave it to the command to tell what has ended a search."""
+    """Let the command report what has ended a search."""
     # It would log a traceback.
     logging.getLogger("optuna.study._optimize").setLevel(logging.ERROR)
     try:
         yield
     except (AssertionError, optuna.exceptions.StorageInternalError) as error:
-        # That a trial failed could not be noted either.
+        # The failure of a trial could not be stored either.
         failed = error if isinstance(error, optuna.exceptions.StorageInternalError) else None
         failed = failed or error.__context__
         if not isinstance(failed, optuna.exceptions.StorageInternalError):
@@ -80,7 +79,7 @@ def _told_by_the_command(output: Path) -> Generator[None]:
 
 
 def suggest(space: dict[str, Domain], trial: optuna.Trial) -> None:
-    """Let a trial draw every setting of the space."""
+    """Draw every setting of the space for a trial."""
     for key, domain in space.items():
         if isinstance(domain, Choices):
             trial.suggest_categorical(key, domain.texts)
@@ -91,7 +90,7 @@ def suggest(space: dict[str, Domain], trial: optuna.Trial) -> None:
 
 
 def _open(search: Search, storage: str) -> optuna.Study:
-    """Return the study, made or taken up."""
+    """Return the study, new or resumed."""
     settings = search.settings
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
@@ -126,7 +125,7 @@ def _pruner(search: Search) -> optuna.pruners.BasePruner:
 
 
 def _objective(search: Search, output: Path, trial: optuna.Trial) -> float:
-    """Train as a trial says; report its validations."""
+    """Train with a trial's settings and report its validations."""
     suggest(search.settings.space, trial)
     objective = search.settings.objective
 

@@ -1,1 +1,1 @@
-"""Measurements that the documentation quotes, each a command that reprints them."""
+"""Measurements that the documentation quotes; a command repeats each of them."""

@@ -1,9 +1,9 @@
-"""The least that a swinging chain can cost: one loop for a pinned pendulum, and nothing else.
+"""The smallest cost of a swinging chain: one loop for a pinned pendulum, and nothing else.
 
-It takes the engine's own steps: Dormand and Prince's pair, the same estimate of the error, the same
-rule for the next step, and so the same number of evaluations. What it leaves out is what it cannot
-need, from magnets to contact, friction and recording, and every question whether they are there.
-Accelerations come from `recursion`, the shortest form of the recursion that there is here.
+It takes the engine's own steps: Dormand and Prince's pair, the same error estimate and the same
+rule for the next step, and therefore the same number of evaluations. It omits everything that a
+pendulum does not need, such as magnets, contact, friction and recording, and all checks for them.
+Accelerations come from `recursion`, the shortest form of the recursion in this project.
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ FIRST = 0.1  # step, in units of the inverse of a typical rate
 
 @by_pointer
 class Pendulum(NamedTuple):
-    """A chain of n components, its state, and room for a step."""
+    """A chain of n components, its state, and scratch space for a step."""
 
     bodies: Bodies
     gravity_x: float  # [m/s²]
@@ -104,7 +104,7 @@ def stages(p: Pendulum, h: float) -> None:
 
 @inlined
 def step_error(p: Pendulum, h: float) -> float:
-    """Estimated error of a step over what is allowed, as the engine's is."""
+    """Estimated error of a step relative to the allowed one, as in the engine."""
     error = 0.0
     allowed = LOCAL * p.tolerance
     for k in range(p.q.size):
@@ -119,12 +119,12 @@ def step_error(p: Pendulum, h: float) -> float:
 
 
 def pendulum(scene: Scene) -> Pendulum:
-    """Return the pendulum of a scene, at its beginning.
+    """Return the pendulum of a scene in its initial state.
 
     Raises
     ------
     ValueError
-        If the scene is more than a drawn, pinned chain in gravity.
+        If the scene has more than a drawn, pinned chain in gravity.
     """
     bare = scene.mount == "pinned" and scene.magnets is None and not scene.contact
     if not bare or scene.frictions.any() or scene.start_angles is None:
@@ -150,7 +150,7 @@ def pendulum(scene: Scene) -> Pendulum:
 
 
 def prepare_swing(scene: Scene) -> Callable[[], int]:
-    """Return what swings a scene's pendulum for the scene's duration, as something to time."""
+    """Return a task to time that swings a scene's pendulum for the scene's duration."""
     made, until = pendulum(scene), scene.duration
     write_down(made)
     return lambda: swing(made, until)

@@ -1,6 +1,6 @@
 """The commands of `python -m magfold_bench`: each benchmark, all as one suite, stress, paper."""
 
-# Without postponed annotations: an option's help below is made where the command is.
+# No postponed annotations, because an option's help below is made with the command.
 
 from importlib import import_module
 from pathlib import Path
@@ -21,20 +21,21 @@ def suite(
     context: typer.Context,
     *,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Run all benchmarks, each on little: some minutes.")
+        bool,
+        typer.Option("--quick", help="Run all benchmarks with small efforts, in some minutes."),
     ] = False,
     full: Annotated[
         bool, typer.Option("--full", help="Run all benchmarks as the documentation quotes them.")
     ] = False,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder of the suite's report; runs/bench-quick or -full if left out."),
+        typer.Option(help="Folder of the suite's report; runs/bench-quick or -full by default."),
     ] = None,
 ) -> None:
-    """Measure this machine and this version: all of it, or one benchmark by its name.
+    """Measure this machine and this version with all benchmarks, or with one by name.
 
-    All benchmarks end in one page, report.html, beside tables and diagrams. A run that was killed
-    goes on in its folder with what is left.
+    The results of all benchmarks are on one page, report.html, beside tables and diagrams. An
+    interrupted run continues in its folder.
     """
     if context.invoked_subcommand is not None:
         if quick or full or out is not None:
@@ -65,7 +66,7 @@ def _add(name: str, summary: Summary) -> None:
             typer.Option(help=f"A part: {', '.join(summary.parts)}; may repeat."),
         ] = None,
         out: Annotated[
-            Path | None, typer.Option(help="Folder for CSV, JSON and PNG files; made if need be.")
+            Path | None, typer.Option(help="Folder for CSV, JSON and PNG files, created if needed.")
         ] = None,
     ) -> None:
         with options.errors_in_one_line():

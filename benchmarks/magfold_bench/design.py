@@ -1,4 +1,4 @@
-"""Design for every target and mode of release, beside what energy alone suggests."""
+"""Design for every target and mode of release, compared with designs by energy alone."""
 
 from collections.abc import Mapping
 from itertools import product
@@ -17,11 +17,11 @@ from magfold_env.shapes import folded_words
 WANTED = 0.9  # share of successes
 RUNS = 100
 SELECTION = 16
-"""Releases a speed by which the minimiser's design gets its speed."""
+"""Releases per speed that select the speed of the minimiser's design."""
 
 
 def targets(quick: bool, progress: Progress) -> Measurement:
-    """Design for each target, and count successes on releases that no search has seen."""
+    """Design for each target, and count successes on releases that no search has used."""
     scene = load_scene("design")
     if quick:
         scene = scene.replace(sequence=scene.sequence[:4])
@@ -58,7 +58,7 @@ def targets(quick: bool, progress: Progress) -> Measurement:
 def minimisers_choice(
     scene: Scene, word: str, mode: Mode, by_energy: Mapping[str, GapDesign | None], seed: int
 ) -> Choice | None:
-    """Return the sequence of the largest gap at the speed at which it does best."""
+    """Return the sequence of the largest gap at its best speed."""
     found = by_energy[word]
     if found is None:
         return None

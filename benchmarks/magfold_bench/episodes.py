@@ -1,9 +1,9 @@
-"""Tube-feed episodes a second, alone and side by side.
+"""Tube-feed episodes per second, in single and in vector environments.
 
 Episodes are simulated at the default tolerance, until the chains have settled; magnets
-are random, speeds log-uniform over their whole range. In a round everyone plays the same episodes,
-one after another or side by side; every round has others, for some take a hundred times as long as
-others. On one core processor time counts, with threads the clock's.
+are random, speeds log-uniform over their whole range. In a round, all contestants play the same
+episodes, one after another or in parallel. Every round has other episodes, because some take a
+hundred times as long as others. On one core, processor time counts; with threads, the wall clock.
 """
 
 import time
@@ -24,18 +24,18 @@ from magfold_env.envs import register_envs
 
 TUBE_FEED = "MagFold/TubeFeed-v0"
 ENVS = 64
-"""Environments in a vector."""
+"""Number of environments in a vector."""
 
 Single = gymnasium.Env[Any, Any]
 Vector = VectorEnv[Any, Any, Any]
 
 LENGTHS = (4, 6, 8, 12)
 SEED = 17
-COMPONENTS = 6  # of the chains that most is asked of
+COMPONENTS = 6  # of the chains with the highest requirement
 
 
 class Way(NamedTuple):
-    """One way to play."""
+    """A way to play."""
 
     form: str  # `SINGLE` or `VECTOR`
     threads: int
@@ -51,18 +51,18 @@ WAYS = {
     CORE: (Way(SINGLE, 1), Way(VECTOR, 1)),
     WALL: (Way(VECTOR, 1), Way(VECTOR, 2)),
 }
-"""Who takes turns with whom, by the clock that they are timed with."""
+"""Contestants that take turns, by the clock that times them."""
 WANTED = {
     (CORE, Way(SINGLE, 1), COMPONENTS): 250.0,
     (CORE, Way(VECTOR, 1), COMPONENTS): 350.0,
     (WALL, Way(VECTOR, 2), COMPONENTS): 620.0,
     (CORE, Way(VECTOR, 1), 12): 20.0,
 }
-"""Episodes a second that are asked for, by clock, way and length."""
+"""Required episodes per second, by clock, way and length."""
 
 
 class Effort(NamedTuple):
-    """How much work a run of the benchmark may be."""
+    """Effort of a run of the benchmark."""
 
     lengths: tuple[int, ...]
     envs: int
@@ -74,15 +74,15 @@ FULL = Effort(LENGTHS, ENVS, 7)
 
 
 def single(**options: Any) -> Single:
-    """Return one environment as a user gets it, Gymnasium's default wrappers included."""
+    """Return one environment in the form for users, with Gymnasium's default wrappers."""
     register_envs()
     return gymnasium.make(TUBE_FEED, **options)
 
 
 def vector(count: int, threads: int = 1, **options: Any) -> Vector:
-    """Return ``count`` environments side by side, which begin anew within the step that ends them.
+    """Return ``count`` environments in parallel, which begin anew within the step that ends them.
 
-    They take their steps on so many threads.
+    They step on several threads.
     """
     register_envs()
     kind: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP, "threads": threads}
@@ -90,25 +90,25 @@ def vector(count: int, threads: int = 1, **options: Any) -> Vector:
 
 
 def drawn_actions(env: Single | Vector, steps: int, seed: int) -> list[Any]:
-    """Return as many random actions; for a vector each is one for all its environments."""
+    """Return random actions; for a vector, each contains one for every environment."""
     space: Any = env.action_space  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
     space.seed(seed)
     return [space.sample() for _ in range(steps)]
 
 
 def step_vector(env: Vector, actions: Iterable[Any]) -> None:
-    """Take steps."""
+    """Step through the actions."""
     for action in actions:
         env.step(action)
 
 
 def play_single(env: Single, seed: int, actions: NDArray[Any]) -> None:
-    """Play episodes one after another that `play_vector` plays side by side.
+    """Play one after another the episodes that `play_vector` plays in parallel.
 
     Parameters
     ----------
     seed
-        Of the first episode; those of the others follow it.
+        Seed of the first episode, from which the others count up.
     actions
         Shape (steps, episodes, …).
     """
@@ -146,7 +146,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def measure(n: int, clock: str, effort: Effort, tick: Tick) -> list[Row]:
-    """Return a row for each way to play chains of n components that is timed with a clock."""
+    """Return a row for each way to play chains of n components that uses a clock."""
     ways = WAYS[clock]
     tasks = {way: _task(n, way, effort.envs) for way in ways}
     times = timing.take_turns(tasks, effort.rounds, 0.0, CLOCKS[clock], tick)
@@ -165,7 +165,7 @@ def measure(n: int, clock: str, effort: Effort, tick: Tick) -> list[Row]:
 
 
 def _task(n: int, way: Way, envs: int) -> timing.Task:
-    """Return the task to play so many episodes."""
+    """Return the task that plays a number of episodes."""
     options: dict[str, Any] = {"components": n, "actions": "box", "baseline": None}
     if way.form == SINGLE:
         play = partial(play_single, single(**options))

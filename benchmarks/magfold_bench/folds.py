@@ -1,9 +1,9 @@
-"""Whole folds at several tolerances: what they cost, how exact they are, and the first use's cost.
+"""Whole folds at several tolerances: their cost, their accuracy, and the cost of the first use.
 
-Chains of six: sequences are drawn so that they pull towards a folded word, and kept if the
-reference, at a tolerance of `REFERENCE`, folds. Errors are those of the relative angles at the end.
-A fold that ends at its stops is exact there or wrong by much, so a tolerance counts as good enough
-only if every fold ends within `CLOSE` of its reference.
+The chains have six components. Sequences are drawn so that they pull towards a folded word, and
+kept if the reference, at a tolerance of `REFERENCE`, folds. Errors are those of the relative angles
+at the end. A fold that ends at its stops is either exact or very wrong, so a tolerance counts as
+sufficient only if every fold ends within `CLOSE` of its reference.
 """
 
 import os
@@ -40,7 +40,7 @@ _FOLD = (
 
 
 class Effort(NamedTuple):
-    """How much work a run of the benchmark may be."""
+    """Effort of a run of the benchmark."""
 
     sequences: int
     rounds: int
@@ -89,7 +89,7 @@ def folds(quick: bool, progress: Progress) -> Measurement:
 
 
 def scene_of(kind: str, seed: int) -> Scene:
-    """Return a drawn scene; in tubes every other one is fed backward."""
+    """Return a drawn scene; in tubes, every second one is fed backward."""
     rng = np.random.default_rng([seed, COMPONENTS])
     feed = {"speed": SPEED, "direction": ("forward", "backward")[seed % 2]}
     scene = Scene(sequence=designed_sequence(rng, COMPONENTS))
@@ -97,7 +97,7 @@ def scene_of(kind: str, seed: int) -> Scene:
 
 
 def at_tolerance(scene: Scene, tolerance: float) -> Scene:
-    """Return a scene with a tolerance [rad], and the usual cap on its work."""
+    """Return a scene with a tolerance [rad] and the usual work limit."""
     return scene.replace(solver={"tolerance": tolerance})
 
 
@@ -130,7 +130,7 @@ def _table(kind: str, rows: list[Row]) -> Table:
 
 
 def finding(kind: str, rows: list[Row]) -> str:
-    """Return the cost at the default tolerance, and at the loosest that is good enough."""
+    """Return the cost at the default tolerance and at the loosest sufficient one."""
     parts: list[str] = []
     for tolerance in sorted(tables.distinct(rows, "tolerance [rad]"), reverse=True):
         mine = _at(tolerance, rows)
@@ -146,7 +146,7 @@ def finding(kind: str, rows: list[Row]) -> str:
 
 
 def first_use(quick: bool, progress: Progress) -> Measurement:
-    """Start Python, import the package and fold a chain out of its tube; first without a cache."""
+    """Start Python, import the package and fold a chain out of its tube, first without a cache."""
     rows: list[Row] = []
     uses = [FIRST, *[LATER] * (1 if quick else LATER_USES)]
     with tempfile.TemporaryDirectory() as cache:
@@ -168,6 +168,6 @@ def first_use(quick: bool, progress: Progress) -> Measurement:
 
 
 def _children() -> float:
-    """Processor time of all processes that were started and have ended [s]."""
+    """Processor time of all child processes that have ended [s]."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime

@@ -1,4 +1,4 @@
-"""How long it takes to prove which fold of a long chain has the lowest energy."""
+"""The time to prove which fold of a long chain has the lowest energy."""
 
 import time
 
@@ -22,7 +22,7 @@ def random_scene(rng: np.random.Generator, n: int) -> Scene:
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
-    """Time proofs of long chains' ground states, one core, couplings of the length known."""
+    """Time proofs of the ground states of long chains on one core, with known couplings."""
     lengths = QUICK_PROVED if quick else PROVED
     rng = np.random.default_rng(PROOF_SEED)
     ground_state(random_scene(rng, 4))  # compiles

@@ -1,6 +1,6 @@
-"""How often a chain ends otherwise where one of the things that a scene idealises is a little off.
+"""The effect of small deviations from idealisations on the end of a chain.
 
-Random chains, which nothing has chosen for being robust, beside designs that fold as they should.
+Random chains, which are not selected for robustness, are compared with successful designs.
 """
 
 from collections.abc import Callable
@@ -21,11 +21,11 @@ CHAINS, QUICK_CHAINS = 60, 3
 SUITE = "n6"
 
 Change = Callable[[Scene, np.random.Generator], Scene]
-"""Returns a concrete scene with something a little different."""
+"""Returns a concrete scene with a small change."""
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
-    """Fold chains as they are and with each change, and count which end otherwise."""
+    """Fold chains unchanged and with each change, and count those that end differently."""
     count = QUICK_CHAINS if quick else CHAINS
     groups = {"random": random_chains(count), "designed": designed_chains(count)}
     ends = {group: [_end(scene) for scene in scenes] for group, scenes in groups.items()}
@@ -44,7 +44,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def random_chains(count: int) -> list[Scene]:
-    """Return drawn chains of the paper's device: free, fed forward and fed backward in turn."""
+    """Return drawn chains of the paper's device: free, fed forward and fed backward, in turn."""
     rng = np.random.default_rng(0)
     device = load_scene("paper/sequence-1")
     sequences = [random_sequence(rng, COMPONENTS) for _ in range(count)]
@@ -55,7 +55,7 @@ def random_chains(count: int) -> list[Scene]:
 
 
 def designed_chains(count: int) -> list[Scene]:
-    """Return drawn chains that a suite shows to fold, likewise free, forward and backward."""
+    """Return drawn chains that fold according to a suite, also free, forward and backward."""
     suite, rng = load_suite(SUITE), np.random.default_rng(0)
     found: list[tuple[Witness, Mode]]
     found = [(witnesses[mode], mode) for witnesses in suite.words.values() for mode in MODES]

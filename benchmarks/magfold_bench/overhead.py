@@ -1,9 +1,8 @@
-"""What Python adds to a step of a vector environment, by the number of environments.
+"""Time that Python adds to a step of a vector environment, by number of environments.
 
-It is measured in three ways. The first step of an episode feeds a component that has nothing to
-fold against: no physics is done, and the whole step counts. Of the steps on the way and of the last
-one, in which every episode is summed up and another begins, counts the time outside the compiled
-kernels.
+It is measured in three ways. The first step of an episode feeds a component without physics, and
+the whole step counts. For intermediate steps, and for the last step, in which every episode ends
+and another begins, the time outside the compiled kernels counts.
 """
 
 import sys
@@ -32,18 +31,18 @@ PACKAGE = "magfold_env."
 
 
 class KernelClock:
-    """Adds up the time of the calls from Python to kernels; those among kernels are part of it.
+    """Adds up the time of calls from Python to kernels, including nested kernels.
 
-    What a call costs before the kernel begins counts as the kernel's.
+    The cost of a call before the kernel begins counts as time of the kernel.
     """
 
     def __init__(self) -> None:
         self.inside = 0.0
-        """Seconds so far."""
+        """Time so far [s]."""
 
     @contextmanager
     def running(self) -> Generator[None]:
-        """Watch every kernel that a module of this package names.
+        """Time every kernel in the modules of this package.
 
         All must have been compiled: a kernel that is compiled meanwhile does not find the others.
         """
@@ -140,7 +139,7 @@ def outside_kernels(env: Vector, rounds: int) -> Array:
 
 
 def fit(rows: list[Row]) -> tuple[float, float]:
-    """Return µs a step and µs an environment, by least squares of relative errors."""
+    """Return µs per step and µs per environment, by least squares of relative errors."""
     count, taken = tables.numbers(rows, "envs"), tables.numbers(rows, "time [µs]")
     lines = np.stack([1.0 / taken, count / taken], axis=1)
     (step, env), *_ = np.linalg.lstsq(lines, np.ones(len(rows)))
@@ -148,12 +147,12 @@ def fit(rows: list[Row]) -> tuple[float, float]:
 
 
 def allowed(count: int) -> float:
-    """Return what a step of so many environments may take [µs]."""
+    """Return the time limit of a step of a number of environments [µs]."""
     return WANTED[0] + WANTED[1] * count
 
 
 def _finding(rows: list[Row]) -> str:
-    """Say what a step takes of one fidelity, measured in one way."""
+    """Return the time of a step of one fidelity, measured in one way."""
     step, env = fit(rows)
     held = sum(float(row["time [µs]"]) <= allowed(int(row["envs"])) for row in rows)
     return (

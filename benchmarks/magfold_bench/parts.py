@@ -1,6 +1,6 @@
-"""The parts of every benchmark: what measures each, what draws it, and how they are run.
+"""The parts of every benchmark: their measurement, drawing and execution.
 
-What is said about them stands in `descriptions.toml`.
+Their descriptions are in `descriptions.toml`.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,10 +29,10 @@ from magfold_env.reporting import machine, plotting
 
 @dataclass(frozen=True)
 class Part:
-    """What can be measured by itself."""
+    """A part that can be measured on its own."""
 
     measure: Callable[[bool, Progress], Measurement]
-    """Takes whether to measure less, and what is told how far it is."""
+    """Measures the part; the arguments are whether to measure less, and a function for progress."""
     draw: Callable[[list[Row]], Any] | None = None
     """Turns the rows into a matplotlib figure."""
 
@@ -71,20 +71,20 @@ def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
     Parameters
     ----------
     name
-        Of the benchmark, and of its JSON file.
+        Name of the benchmark and of its JSON file.
     only
         Names of the parts to measure; all if empty.
     quick
-        Whether to measure less, with fewer repeats: to see that it works, not to quote.
+        Whether to measure less, with fewer repeats, as a trial whose results are not quotable.
     out
-        Folder for CSV, JSON and PNG files, made if need be; None writes nothing.
+        Folder for CSV, JSON and PNG files, created if needed; None writes nothing.
 
     Raises
     ------
     ValueError
         If a part is not known.
     ImportError
-        If diagrams are wanted and matplotlib is not installed.
+        If diagrams are requested and matplotlib is not installed.
     """
     parts = BENCHMARKS[name]
     unknown = [each for each in only if each not in parts]

@@ -1,4 +1,4 @@
-"""What is said about the benchmarks and their parts, and what several show in the same way."""
+"""Descriptions of the benchmarks and their parts, and their common diagrams."""
 
 import importlib
 import math
@@ -21,7 +21,7 @@ MANY = 7  # panels from which on they are lower
 
 
 class Description(NamedTuple):
-    """One part in plain words: a title, and some sentences to each question."""
+    """Description of a part: a title, and some sentences for each question."""
 
     title: str
     measured: str  # what was measured
@@ -48,7 +48,7 @@ def descriptions() -> dict[str, Summary]:
 
 
 class Lines(NamedTuple):
-    """A diagram of rows: which column stands on which axis, log against log, line and panel."""
+    """A log-log diagram of rows: the columns for axes, lines and panels."""
 
     title: str
     x: str
@@ -56,9 +56,9 @@ class Lines(NamedTuple):
     line: str
     panel: tuple[str, ...] = ()
     text: str = ""
-    """What is written beside the points."""
+    """Labels of the points."""
     star: str = ""
-    """Rows in which this is true are marked."""
+    """Column that marks the rows in which it is true."""
     shared: bool = True
     """Whether all panels have the same limits."""
     linear: str = ""

@@ -15,9 +15,9 @@ from magfold_env.scene import Magnets, Scene, Solver
 from magfold_env.simulation.session import Session
 
 STEPS_ALLOWED = 10_000_000  # accuracy must not be cut short by the work cap
-FRAME_RATE = 2000.0  # [1/s] at which motions are compared
+FRAME_RATE = 2000.0  # [1/s] rate of comparison of motions
 NUDGE = 1e-6  # [rad]
-CLOSE = 0.02  # [rad] what an angle may be off
+CLOSE = 0.02  # [rad] allowed error of an angle
 FRICTION = 0.35
 SPEED = 0.1  # [m/s] of the tube's feed
 
@@ -26,7 +26,7 @@ KINDS: dict[str, dict[str, Any]] = {
     f"free, friction {FRICTION}": {"mount": "free", "friction": FRICTION},
     f"tube, {SPEED} m/s": {"mount": "tube", "friction": FRICTION, "feed": {"speed": SPEED}},
 }
-"""What changes a scene into one of a kind."""
+"""Converts a scene to one of a kind."""
 
 Method = Literal["adaptive", "paper"]
 
@@ -37,7 +37,7 @@ class Setting(NamedTuple):
     method: Method
     step: float  # tolerance [rad], or the paper's time step [s]
     accuracy: float | None = None
-    """Of the magnets; None where the scene has no such choice, or keeps its own."""
+    """Accuracy of the magnets; None if the scene has no such choice or keeps its own."""
 
     def __str__(self) -> str:
         step = f"{self.step:g} rad"
@@ -47,17 +47,17 @@ class Setting(NamedTuple):
 
     @property
     def is_default(self) -> bool:
-        """Whether a scene that says nothing is run so."""
+        """Whether this is the default setting of scenes."""
         default = self.accuracy in (None, Magnets().accuracy)
         return default and (self.method, self.step) == (Solver().method, Solver().tolerance)
 
     def as_tight(self, other: Setting) -> bool:
-        """Whether nothing is looser than in another setting of the same method."""
+        """Whether no value is looser than in another setting of the same method."""
         finer = (self.accuracy or 0.0) <= (other.accuracy or 0.0)
         return self.method == other.method and self.step <= other.step and finer
 
     def on(self, scene: Scene) -> Scene:
-        """Return a scene that is run so, with no cap on the work that matters."""
+        """Return a scene with this setting and a sufficient work limit."""
         solver: dict[str, object] = {
             "method": self.method,
             "max_steps": STEPS_ALLOWED,
@@ -90,12 +90,12 @@ def ended(scene: Scene, frame_rate: float | None = None) -> Session:
 
 
 def recorded(scene: Scene) -> Fold:
-    """Run a drawn scene and record how it moves."""
+    """Run a drawn scene and record its motion."""
     return ended(scene, FRAME_RATE).fold()
 
 
 def run_task(*scenes: Scene, frame_rate: float | None = None) -> timing.Task:
-    """Return runs of drawn scenes, one after another, as something to time; prepared untimed."""
+    """Return a task to time: runs of drawn scenes, one after another, prepared without timing."""
 
     def prepare() -> Callable[[], None]:
         sessions = [Session(scene, frame_rate) for scene in scenes]
@@ -110,13 +110,13 @@ def run_task(*scenes: Scene, frame_rate: float | None = None) -> timing.Task:
 
 
 def nudged(scene: Scene) -> Scene:
-    """Return a drawn scene whose joints, or hinges, begin a little, and alternately, off."""
+    """Return a drawn scene whose joints or hinges have small alternating initial offsets."""
     size = scene.n + 1 if scene.mount == "tube" else scene.n - 1
     return moved_start(scene, np.where(np.arange(size) % 2, -NUDGE, NUDGE))
 
 
 def difference(one: Fold, other: Fold) -> float:
-    """Largest difference of a joint's angle at any time [rad]; a chain at rest stays so."""
+    """Largest difference of a joint's angle at any time [rad]; a chain at rest stays at rest."""
     last = max(one.time, other.time)
     times = np.append(np.arange(0.0, last, 1.0 / FRAME_RATE), last)
     return float(np.abs(_joints(one, times) - _joints(other, times)).max(initial=0.0))

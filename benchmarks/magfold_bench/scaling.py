@@ -1,12 +1,12 @@
-"""Who finds a chain's accelerations how fast: this engine, the paper's equation 39, and peers.
+"""Times to compute a chain's accelerations: this engine, the paper's equation 39, and peers.
 
-The chain is pinned; gravity and motors in its hinges pull. Every contender is built for one
-problem, tells its accelerations once, so that they can be compared before anything is timed, and
-does many evaluations a call, so that the call costs nothing. All take turns, so that a ratio
-compares neighbours in time. What their rows include differs: Pinocchio's algorithm works in three
-dimensions and is called from Python, where a call's cost at n = 1, with next to nothing to compute,
-is taken off its times at all other lengths (there it has a row of its own); MuJoCo's is a whole
-step in three dimensions, with positions, velocities and constraints beside accelerations.
+The chain is pinned, and gravity and motors in its hinges act on it. Every contender is built for
+one problem and returns its accelerations once, for a comparison before anything is timed. Each call
+does many evaluations, so that its own cost is negligible. The contenders take turns, so that ratios
+compare measurements close in time. Their rows differ in content: Pinocchio's algorithm works in
+three dimensions and is called from Python; the cost of a call at n = 1, with almost nothing to
+compute, has a row of its own and is subtracted from the times at all other lengths. MuJoCo's row is
+a whole step in three dimensions, with positions, velocities and constraints beside accelerations.
 """
 
 import importlib
@@ -45,12 +45,12 @@ class ChainProblem(NamedTuple):
 
     @property
     def forces(self) -> Array:
-        """Generalised forces (n,) [N·m] of the motors, which turn back what they stand on."""
+        """Generalised forces (n,) [N·m] of the motors and of their reactions."""
         return self.torques - np.append(self.torques[1:], 0.0)
 
     @property
     def joint_angles(self) -> Array:
-        """Turn of each component against the one before, the first against x; (n,) [rad]."""
+        """Turn of each component relative to the one before, of the first to x; (n,) [rad]."""
         return np.diff(self.angles, prepend=0.0)
 
     @property
@@ -60,7 +60,7 @@ class ChainProblem(NamedTuple):
 
 
 def random_problem(n: int, seed: int = 0) -> ChainProblem:
-    """Return a chain of unequal squares, bent anyhow within its stops and moving."""
+    """Return a moving chain of unequal squares, bent arbitrarily within its stops."""
     rng = np.random.default_rng([seed, n])
     mass = MASS * rng.uniform(0.7, 1.3, n)
     bodies = Bodies(
@@ -100,7 +100,7 @@ BASE = (-GRAVITY[0], -GRAVITY[1])
 
 
 class Contender(NamedTuple):
-    """One way to find the accelerations of one problem."""
+    """A way to compute the accelerations of a problem."""
 
     accelerations: Array  # of the headings (n,) [rad/s²]
     work: Callable[[], object]  # what is timed
@@ -121,7 +121,7 @@ def repeat_scalar(
     scratch: Array,
     out: Array,
 ) -> None:
-    """Find the same accelerations again and again."""
+    """Compute the same accelerations repeatedly."""
     for _ in range(times):
         recursion.accelerate(bodies, base[0], base[1], heading, rate, force, scratch, out)
 
@@ -158,7 +158,10 @@ def lanes(problem: ChainProblem) -> Contender:
 
 
 def dense(problem: ChainProblem) -> Contender:
-    """Solve the paper's eq. 39 as it stands; what does not depend on the state is found before."""
+    """Solve the paper's eq.
+
+    39 directly; parts that do not depend on the state are computed earlier.
+    """
     bodies = problem.bodies
     arms = levers(bodies.reach, bodies.length)
     coupling = arms.T @ (bodies.mass[:, None] * arms)
@@ -202,7 +205,7 @@ def pinocchio(problem: ChainProblem) -> Contender:
 def mujoco(problem: ChainProblem) -> Contender:
     """MuJoCo's step, forward dynamics and explicit Euler, repeated in C.
 
-    It is so short that the chain stays where it is.
+    It is so short that the chain does not move.
     """
     mj: Any = importlib.import_module("mujoco")
     bodies = problem.bodies
@@ -233,7 +236,7 @@ def mujoco(problem: ChainProblem) -> Contender:
 
 
 def missing() -> list[str]:
-    """Names of the peers that are not installed; the extra ``peers`` brings them."""
+    """Names of the peers that are not installed; the extra ``peers`` contains them."""
     needs = {PINOCCHIO: "pinocchio", MUJOCO: "mujoco"}
     return [name for name, module in needs.items() if find_spec(module) is None]
 
@@ -251,12 +254,12 @@ LONGEST = {PINOCCHIO: 450, MUJOCO: 1000, DENSE: 1000}
 
 
 def measure(quick: bool, progress: Progress) -> list[Row]:
-    """Time every contender at every length, or at fewer if ``quick``.
+    """Time every contender at every length, or at fewer lengths if ``quick``.
 
     Returns
     -------
     list of Row
-        A row a contender and length; peers that are not installed have none.
+        One row per contender and length; peers that are not installed have none.
 
     Raises
     ------
@@ -319,7 +322,7 @@ def _differences(n: int, contenders: Mapping[str, Contender]) -> dict[str, float
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
-    """Measure every contender at every length, as `measure` does.
+    """Measure every contender at every length, like `measure`.
 
     Peers that are not installed have no rows, and a finding says that they are absent.
     """
@@ -336,7 +339,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def _findings(rows: list[Row]) -> list[str]:
-    """Say what must hold of the accelerations and what was found."""
+    """Return the findings: agreement of the accelerations, and the requirements."""
     found: list[str] = []
     for n, factor in PINOCCHIO_FACTORS.items():
         for row in tables.select(rows, contender=PINOCCHIO, n=n):
@@ -367,12 +370,12 @@ def _findings(rows: list[Row]) -> list[str]:
 
 
 def draw(rows: list[Row]) -> Any:
-    """Draw how the time of an evaluation grows with the length, but for what a call costs."""
+    """Draw the time of an evaluation against the length, without the cost of a call."""
     title = "Accelerations of a pinned chain"
     shown = [row for row in rows if row["contender"] != OVERHEAD]
     return Lines(title, "n", "time [µs]", "contender").draw(shown)
 
 
 def _times(n: int, components: int) -> int:
-    """How often to repeat an evaluation, so that about ``components`` components are done."""
+    """Return the number of repetitions of an evaluation for about ``components`` components."""
     return max(1, components // n)

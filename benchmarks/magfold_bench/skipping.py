@@ -1,10 +1,10 @@
-"""What each feature of a scene costs: what a scene does not need must cost nothing.
+"""The cost of each feature of a scene; unused features must cost nothing.
 
-A scene that has everything loses one feature, then, beginning anew, one after the other, until a
-pinned pendulum is left. Beside it swings the floor, which knows of no features at all. Every scene
-moves in its own way, so what is compared is the time an evaluation of the accelerations takes in a
-run, all else that the run does included; calls from Python are part of it. What comes before a run,
-a scene's numbers as arrays and where these lie, is timed on its own.
+A scene with all features loses each one separately, then one after another until a pinned pendulum
+is left. The lower bound is a program for that pendulum without any features. Because every scene
+moves differently, the benchmark compares the time per evaluation of the accelerations in a run,
+including everything else that the run does and calls from Python. Preparations of a run, which
+convert a scene to arrays, are timed separately.
 """
 
 import math
@@ -48,7 +48,7 @@ SWITCHED_OFF: dict[str, dict[str, Any]] = {
     "magnets": {"magnets": None},
     "contact": {"contact": False},
 }
-"""What switches a feature off, in the order in which they go together."""
+"""Functions that switch features off, in the order of removal."""
 
 EVERYTHING, ONE, TOGETHER, FLOOR = "everything", "one off", "together off", "floor"
 BEFORE, BEFORE_FLOOR = "preparation", "preparation of the floor"
@@ -66,7 +66,7 @@ class Variant(NamedTuple):
 
     @property
     def frame_rate(self) -> float | None:
-        """Frames a second that are kept [1/s]."""
+        """Frames recorded per second [1/s]."""
         return FRAME_RATE if self.recorded else None
 
 
@@ -115,7 +115,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def variants() -> list[Variant]:
-    """Return the scene with everything, without each feature, and with fewer and fewer."""
+    """Return the scene with all features, without each one, and with fewer and fewer."""
     scene = load_scene(SEQUENCE)
     whole = scene.replace(
         mount="tube",

@@ -1,7 +1,7 @@
-"""Run every benchmark, keep what is finished, and report everything on one page.
+"""Run every benchmark, store finished parts, and report everything on one page.
 
-A shared machine changes its pace, and times taken an hour apart compare only as far as it did not.
-So the same fixed work is timed before and after every part: a pendulum's swing (see
+The speed of a shared machine changes, so times taken an hour apart are comparable only if it did
+not. The same fixed work is therefore timed before and after every part: a pendulum's swing (see
 `bare_pendulum`), which like the engine's kernels is compiled arithmetic on numbers that fit into
 the cache.
 """
@@ -34,7 +34,7 @@ Effort = Literal["quick", "full"]
 PAGE, RESULTS = "report.html", "bench.json"
 PACE_ROUNDS = 9
 LEFT_OUT = {"dynamics first-use": "it compiles the engine anew, which takes most of a minute"}
-"""What `--quick` leaves out, and why."""
+"""Parts that `--quick` omits, and why."""
 
 LEAD = (
     "This page is made by one command, which runs every benchmark of magfold_env: a simulator of "
@@ -64,17 +64,17 @@ class Entry(NamedTuple):
 
     @property
     def title(self) -> str:
-        """Both names."""
+        """The names of benchmark and part."""
         return f"{self.benchmark} {self.name}"
 
     @property
     def heading(self) -> str:
-        """What stands above it in the report."""
+        """Heading of the part in the report."""
         return f"{self.description.title} ({self.title})"
 
 
 class Result(NamedTuple):
-    """What one part of the suite gave."""
+    """The results of one part of the suite."""
 
     name: str  # of the benchmark and the part
     found: Measurement
@@ -82,14 +82,14 @@ class Result(NamedTuple):
     pace: tuple[float, float]  # time of the fixed work just before and just after it [s]
 
     def to_json(self) -> dict[str, Any]:
-        """Return everything; numbers that JSON cannot hold become null."""
+        """Return everything; numbers that are not finite become null."""
         shown = [{"title": each.title, "rows": _plain(each.rows)} for each in self.found.tables]
         found = {"rows": _plain(self.found.rows), "tables": shown, "findings": self.found.findings}
         return {"name": self.name, "seconds": self.seconds, "pace": list(self.pace), **found}
 
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> Result:
-        """Return what `to_json` was made of; null becomes nan."""
+        """Return the part from the result of `to_json`; null becomes NaN."""
         shown = [Table(each["title"], _rows(each["rows"])) for each in data["tables"]]
         found = Measurement(_rows(data["rows"]), shown, data["findings"])
         before, after = data["pace"]
@@ -118,27 +118,27 @@ def entries(effort: Effort) -> list[Entry]:
 
 
 def identify() -> dict[str, str]:
-    """Return what measurements must share to belong to one run, both packages' sources included."""
+    """Return the key of a run, which includes the sources of both packages."""
     same = {key: value for key, value in machine.describe().items() if key not in PASSING}
     sources = sources_digest("**/*.py") + sources_digest("**/*.py", folder=Path(__file__).parent)
     return same | {"sources": sources}
 
 
 def run(effort: Effort, out: Path) -> bool:
-    """Measure all parts that are not in the folder yet; returns whether all could be.
+    """Measure all parts that are not in the folder yet; return whether all succeeded.
 
     Parameters
     ----------
     effort
-        Whether everything is measured, or less of it.
+        Whether to measure everything, or less.
     out
-        Folder of the page, of a folder a benchmark with CSV and PNG files, of everything as JSON
-        and of what is finished, from which a killed run goes on.
+        Folder of the page, of one folder per benchmark with CSV and PNG files, of everything as
+        JSON, and of the finished parts, from which an interrupted run continues.
 
     Raises
     ------
     CheckpointError
-        If the folder holds parts of another commit, machine or effort, or damaged ones, or is in
+        If the folder contains parts of another commit, machine or effort, or damaged ones, or is in
         use.
     ImportError
         If matplotlib is not installed.
@@ -184,7 +184,7 @@ def _measure(entry: Entry, effort: Effort, folder: Path) -> Result:
 
 
 def measure_pace() -> timing.Spread:
-    """Return what the fixed work takes [s]."""
+    """Return the time of the fixed work [s]."""
     scene = variants()[-1].scene
     return timing.take_turns({"swing": lambda: prepare_swing(scene)}, PACE_ROUNDS)["swing"].spread
 
@@ -200,9 +200,9 @@ def _page(
     system: Mapping[str, str],
     folder: Path,
 ) -> page.Page:
-    """Return the report of what was measured and of why the rest of the plan was not, by title.
+    """Return the report on the measured parts, and on the reasons for missing ones, by title.
 
-    Diagrams lie in the folder.
+    Diagrams are in the folder.
     """
     usual = float(np.median([pace for each in done.values() for pace in each.pace] or [1.0]))
     sections: list[page.Section] = []
@@ -237,7 +237,7 @@ def _page(
 
 
 def tone(finding: str) -> page.Tone:
-    """Return whether a sentence says that something asked for is met, or missed, or neither."""
+    """Return whether a sentence states a met requirement, a missed one, or neither."""
     counted = re.search(r"\bholds for (\d+) of (\d+)", finding)
     if re.search(r"\bFAILS\b|\bNOT\b", finding) or (counted and counted[1] != counted[2]):
         return "bad"
@@ -245,7 +245,7 @@ def tone(finding: str) -> page.Tone:
 
 
 def _met(entry: Entry, done: Mapping[str, Result]) -> Row:
-    """Return how many requirements a part meets."""
+    """Return the number of requirements that a part meets."""
     each = done.get(entry.title)
     tones = [tone(finding) for finding in each.found.findings] if each else []
     return {

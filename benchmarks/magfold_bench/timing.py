@@ -1,8 +1,8 @@
-"""Time several pieces of work against each other.
+"""Compare the times of several tasks.
 
-A machine's speed drifts: other programs, clock and heat. The pieces therefore take turns, round
-after round, and a ratio is taken within each round, where the drift cancels. The clock is the
-processor time of the calling thread: time that other programs take away does not count.
+The speed of a machine drifts with other programs, clock and heat. The tasks therefore take turns in
+rounds, and ratios are taken within each round, where the drift cancels. The clock is the processor
+time of the calling thread, so that time used by other programs does not count.
 """
 
 import gc
@@ -16,17 +16,17 @@ import numpy as np
 import numpy.typing as npt
 
 Task = Callable[[], Callable[[], object]]
-"""Prepares one call, untimed, and returns what is to be timed."""
+"""Prepares one call without timing and returns the function to time."""
 
 Key = TypeVar("Key", bound=Hashable)
 
 MOST_CALLS = 10_000
-LASTING = 1e-2  # [s]; a call of a kernel with many arrays takes 1e-4
+LASTING = 1e-2  # [s]; calling a kernel with many arrays takes 1e-4
 
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Median and quartiles of something measured once a round."""
+    """Median and quartiles of a quantity measured once per round."""
 
     median: float
     low: float
@@ -36,7 +36,7 @@ class Spread:
         return f"{self.median:.3g} ({self.low:.3g} to {self.high:.3g})"
 
     def cells(self, name: str) -> dict[str, float]:
-        """Return the cells of a table's row that hold this under a name."""
+        """Return the cells of a table row for these values under a name."""
         return {
             name: self.median,
             f"{name}, lower quartile": self.low,
@@ -44,7 +44,7 @@ class Spread:
         }
 
     def time_cells(self, unit: str, scale: float = 1.0) -> dict[str, float]:
-        """Return the cells of a table's row that hold times, ``scale`` times these in ``unit``."""
+        """Return the cells of a table row for times, ``scale`` times the values, in ``unit``."""
         return {
             f"time [{unit}]": scale * self.median,
             f"lower quartile [{unit}]": scale * self.low,
@@ -54,10 +54,10 @@ class Spread:
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """What one piece of work took."""
+    """The times of one task."""
 
     samples: npt.NDArray[np.float64]
-    """Seconds a call, one sample a round."""
+    """Seconds per call, one sample per round."""
 
     @property
     def spread(self) -> Spread:
@@ -70,7 +70,7 @@ class Timing:
         return self.spread.median
 
     def each_of(self, count: int) -> Self:
-        """Return what one of so many took that one call does."""
+        """Return the time of one of several items that one call processes."""
         return type(self)(self.samples / count)
 
 
@@ -81,7 +81,7 @@ def spread_of(samples: npt.NDArray[np.float64]) -> Spread:
 
 
 def ratio(slow: Timing, fast: Timing) -> Spread:
-    """How many times longer ``slow`` takes than ``fast``, taken within each round.
+    """Return the ratio of the times of ``slow`` and ``fast`` within each round.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def ratio(slow: Timing, fast: Timing) -> Spread:
 
 
 def unprepared(call: Callable[[], object]) -> Task:
-    """Return the task to call something that needs no preparation."""
+    """Return the task that calls a function without preparation."""
     return lambda: call
 
 
@@ -110,16 +110,16 @@ def take_turns(
     Parameters
     ----------
     tasks
-        What to time. Each runs twice before the first round: to compile and fill caches, then to
-        see how many calls a sample needs.
+        Tasks to time. Each runs twice before the first round: to compile and fill caches, then to
+        find the number of calls per sample.
     rounds
-        Samples of each task.
+        Number of samples of each task.
     shortest
-        Least time of a sample [s]; shorter calls are repeated and their mean is the sample.
+        Shortest time of a sample [s]; shorter calls are repeated, and the sample is their mean.
     clock
-        Seconds; for work on several threads `time.perf_counter`.
+        Clock in seconds; for work on several threads use `time.perf_counter`.
     tick
-        Is told the finished share of the work, 0 to 1.
+        Called with the finished share of the work, 0 to 1.
     """
     calls: dict[Key, int] = {}
     for name, task in tasks.items():
@@ -146,11 +146,11 @@ def enough_repeats(
     least: float = LASTING,
     clock: Callable[[], float] = time.thread_time,
 ) -> int:
-    """Return how often compiled work must repeat itself in one call that lasts `least` [s].
+    """Return the number of repetitions for which one call of compiled work lasts `least` [s].
 
-    The call itself then costs nothing.
+    The cost of the call itself is then negligible.
     """
-    work(1)  # compiles
+    work(1)  # compiles the work
     repeats = 1
     while True:
         begun = clock()
@@ -161,7 +161,7 @@ def enough_repeats(
 
 
 def _sample(task: Task, calls: int, clock: Callable[[], float]) -> float:
-    """Mean seconds a call."""
+    """Mean time of a call [s]."""
     total = 0.0
     for _ in range(calls):
         call = task()

@@ -29,7 +29,8 @@ COMPARED = {
     SURELY: "on the way, settings that are as exact by luck alone left out",
     AT_END: "at the end",
 }
-"""Columns that tell how many times longer the default takes than what is as exact, and where."""
+"""Columns for the time of the default relative to an equally exact setting, and where it is
+found."""
 TABLES = {
     "The default: medians over starts": ("words right", "set aside", WAY, END, "ms"),
     "The default beside the fastest setting that is as exact": ("fastest as exact", *COMPARED),
@@ -49,7 +50,7 @@ LOOSER = 10.0
 
 
 class Effort(NamedTuple):
-    """How much work a run of the benchmark may be."""
+    """Effort of a run of the benchmark."""
 
     starts: int
     tolerances: tuple[float, ...]
@@ -71,9 +72,9 @@ FULL = Effort(
 
 
 def named_scenes() -> dict[str, Scene]:
-    """Return what a user folds, in every mount there is, with the solver's own settings.
+    """Return typical scenes of users with every mount and the solver's default settings.
 
-    The scenes' start angles are yet to be drawn.
+    The start angles of the scenes are not yet drawn.
     """
     one, two, three = (load_scene(f"paper/sequence-{k}") for k in (1, 2, 3))
     scenes = {
@@ -117,7 +118,7 @@ def settings_of(
 
 
 class Reference(NamedTuple):
-    """What a drawn scene does, and how well that is known."""
+    """The reference of a drawn scene, and its accuracy."""
 
     scene: Scene
     fold: Fold
@@ -126,12 +127,12 @@ class Reference(NamedTuple):
 
     @property
     def sensitive(self) -> bool:
-        """Whether the scene, rather than a setting, decides what comes out."""
+        """Whether small changes of the scene decide the result, rather than the setting."""
         return self.sensitivity > CLOSE
 
     @property
     def unsure(self) -> bool:
-        """Whether it is not known well enough to compare with."""
+        """Whether the reference is too inexact for a comparison."""
         return self.known > CLOSE
 
     def error_on_the_way(self, run: Fold) -> float:
@@ -144,7 +145,7 @@ class Reference(NamedTuple):
 
 
 def reference(scene: Scene, tolerance: float, accuracy: float) -> Reference:
-    """Run a drawn scene as exactly as asked for, and twice more to see how much that is worth."""
+    """Run a drawn scene with a given accuracy, and twice more to measure the accuracy."""
     tight, looser = (
         Setting("adaptive", k * tolerance, k * accuracy if has_accuracy(scene) else None)
         for k in (1.0, LOOSER)
@@ -171,7 +172,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[Row], Row]:
-    """Return a row for every setting of a scene, and what is to be read of them."""
+    """Return a row for every setting of a scene, and the findings."""
     starts = [scene.draw(np.random.default_rng(seed)) for seed in range(effort.starts)]
     known = [reference(start, *effort.reference) for start in starts]
     clear = [each for each in known if not (each.sensitive or each.unsure)] or known
@@ -207,7 +208,7 @@ def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[R
 
 
 def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
-    """Return a setting's errors over the starts, and how many words it gets right."""
+    """Return a setting's errors over the starts, and its number of right words."""
     folds = [recorded(setting.on(each.scene)) for each in references]
     pairs = list(zip(folds, references, strict=True))
     way = [each.error_on_the_way(run) for run, each in pairs]
@@ -223,7 +224,7 @@ def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
 
 
 def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[timing.Timing]) -> Row:
-    """Return the default's errors and time, and how many times the fastest's that is."""
+    """Return the default's errors and time, and the ratio to the fastest setting's time."""
     medians = np.array([time.median for time in times])
     default = next(k for k, setting in enumerate(settings) if setting.is_default)
     way, end = tables.numbers(rows, WAY), tables.numbers(rows, END)
@@ -255,7 +256,7 @@ def fastest(times: Array, errors: Array, error: float) -> int:
 def without_luck(settings: Sequence[Setting], errors: Array) -> Array:
     """Return the largest error of each setting and of all that are at least as tight.
 
-    Errors do not fall evenly: a loose setting may hit by chance what tighter ones miss.
+    Errors do not fall steadily: a loose setting may be right by chance where tighter ones are not.
     """
     return np.array(
         [

@@ -1,1 +1,1 @@
-"""The command line: `app`, and one module a command."""
+"""The command line: `app`, and one module per command."""

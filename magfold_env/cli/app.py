@@ -55,7 +55,7 @@ for _command in (
 def play(
     *,
     target: Annotated[
-        str | None, typer.Option(help="Word to fold, one letter a joint; drawn if left out.")
+        str | None, typer.Option(help="Word to fold, one letter per joint; random by default.")
     ] = None,
     scene: Annotated[str | None, typer.Option(help="Tube scene, by name or path.")] = None,
     components: Annotated[int | None, typer.Option(help="Chain length.")] = None,
@@ -66,7 +66,7 @@ def play(
     """Fold a chain by keyboard, in a window; H shows the keys."""
     with options.errors_in_one_line():
         options.need_render()
-        # For this command only.
+        # Only this command needs these imports.
         from magfold_env.envs.pictures.play import Game  # noqa: PLC0415
         from magfold_env.envs.tube_feed import TubeFeedEnv  # noqa: PLC0415
 

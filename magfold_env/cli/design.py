@@ -1,4 +1,4 @@
-"""`magfold design`: search, show what speaks for the result, and write it."""
+"""`magfold design`: search, show the evidence for the result, and write it."""
 
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -23,7 +23,7 @@ def design(  # noqa: PLR0913 - one parameter an option
     *,
     scene: Annotated[
         str | None,
-        typer.Option(help="Scene whose casing, magnets, friction and spreads count."),
+        typer.Option(help="Scene that sets the casing, magnets, friction and spreads."),
     ] = None,
     mode: options.Mode = "forward",
     objective: Annotated[
@@ -34,17 +34,19 @@ def design(  # noqa: PLR0913 - one parameter an option
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of everything random.")] = 0,
     speed: Annotated[
-        list[float] | None, typer.Option(help="Feed speed to try [m/s]; may repeat.")
+        list[float] | None, typer.Option(help="Feed speed to try [m/s]; may be repeated.")
     ] = None,
-    budget: Annotated[int, typer.Option(help="Releases of the search, about.")] = 2000,
-    goal: Annotated[float, typer.Option(help="Probability that is enough.")] = 0.9,
-    runs: Annotated[int, typer.Option(help="Releases that judge the result.")] = 100,
+    budget: Annotated[
+        int, typer.Option(help="Approximate number of releases in the search.")
+    ] = 2000,
+    goal: Annotated[float, typer.Option(help="Sufficient probability.")] = 0.9,
+    runs: Annotated[int, typer.Option(help="Releases that assess the result.")] = 100,
     workers: options.WorkerCount = None,
     backend: options.BackendName = None,
     address: options.Address = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder for JSON and the scene; a killed command goes on in it."),
+        typer.Option(help="Folder for JSON and the scene; an interrupted command continues there."),
     ] = None,
     json: options.Json = None,
 ) -> None:
@@ -66,7 +68,7 @@ def design(  # noqa: PLR0913 - one parameter an option
             found = designer.design(
                 target,
                 given,
-                # These options are text; the designer says which are allowed.
+                # These options are text; the designer checks them.
                 cast("Any", mode),
                 cast("Any", objective),
                 search=cast("Any", search), seed=seed, speeds=speed or None,
@@ -87,7 +89,7 @@ def design(  # noqa: PLR0913 - one parameter an option
 
 
 def show(design: designer.Design) -> None:
-    """Print a design and what speaks for it, or why there is none."""
+    """Print a design and the evidence for it, or the reason why there is none."""
     if design.scene is None:
         typer.echo(f"{design.target}: cannot be reached; {design.certificate}")
         return

@@ -1,4 +1,4 @@
-"""`magfold ensemble`: release a chain many times, and show and write what came of it."""
+"""`magfold ensemble`: release a chain many times, and show and write the results."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -60,7 +60,7 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
 
 
 def check_pictures(out: Path | None, png: Path | None) -> None:
-    """Fail before the long work if pictures or files are wanted that cannot be written."""
+    """Fail before the long work if a requested picture or file cannot be written."""
     options.check_outputs({"--png": png})
     options.check_folder("--out", out)
     if out is not None or png is not None:
@@ -79,7 +79,7 @@ def changed_scene(
 ) -> Scene:
     """Return the scene that the options of a command ask for; None leaves it as it is.
 
-    A spread of ``start_angles`` also takes back given start angles.
+    A spread of ``start_angles`` also removes given start angles.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def changed_scene(
 
 
 def show(made: releases.Ensemble) -> None:
-    """Print the probabilities, and which searches of the minimiser name each word."""
+    """Print the probabilities and the searches of the minimiser that predict each word."""
     named: dict[str, list[str]] = {}
     for search, word in releases.predictions(made.scene).items():
         named.setdefault(word, []).append(search.removesuffix(" search"))
@@ -127,7 +127,7 @@ def show(made: releases.Ensemble) -> None:
 
 
 def cells(found: Share) -> tuple[str, str, str]:
-    """Return how often, the share and its interval, as tables show them."""
+    """Return the count, the share and its interval as table cells."""
     return str(found.successes), f"{found.rate:.1%}", f"{found.low:.1%} to {found.high:.1%}"
 
 

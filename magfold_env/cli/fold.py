@@ -1,4 +1,4 @@
-"""`magfold fold`: simulate one fold, show how it ended, and write its files."""
+"""`magfold fold`: simulate one fold, print its result and write its files."""
 
 import time
 from pathlib import Path
@@ -69,7 +69,7 @@ def fold(  # noqa: PLR0913 - one parameter an option
 
 
 def check_sheet(path: Path) -> None:
-    """Fail before the long work if the sheet's name does not say in which format."""
+    """Fail before the long work if the sheet's name has no known suffix."""
     from magfold_env.render.sheets import check_suffix  # noqa: PLC0415 - an extra
 
     try:
@@ -79,7 +79,7 @@ def check_sheet(path: Path) -> None:
 
 
 def fold_rows(fold: Fold, taken: float) -> dict[str, str]:
-    """Return how a fold ended; `taken` is the time the computer needed [s]."""
+    """Return the result of a fold as text; `taken` is the computing time [s]."""
     scene = fold.scene
     mount = scene.mount
     if mount == "tube":

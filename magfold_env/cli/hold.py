@@ -1,4 +1,4 @@
-"""`magfold hold`: what a fold withstands before its joints open, or a pull takes it apart."""
+"""`magfold hold`: the loads that a fold withstands before it opens or a pull takes it apart."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -67,7 +67,7 @@ def hold(  # noqa: PLR0913 - one parameter an option
 
 
 def show(found: limit_loads.Holding) -> None:
-    """Print the moments joint by joint, and the pull by its direction."""
+    """Print the moments by joint and the pull by direction."""
     columns = {"joint": True, "letter": False, "left, mN·m": True, "right, mN·m": True}
     joints = options.table(
         f"Moments that open the joints of {found.fold.word or '(one component)'}",

@@ -17,12 +17,12 @@ def lab(
 ) -> None:
     """Open the laboratory in a browser: turn poles, drag friction and speed, watch it fold.
 
-    It is one file that asks for nothing from elsewhere. In a checkout it is compiled at first use.
+    The laboratory is one self-contained file. In a checkout, it is compiled on first use.
     """
     with options.errors_in_one_line((RuntimeError, ValueError, OSError, ImportError)):
         if out is not None:
             options.check_folder("--out", out)
-        # For this command only.
+        # Only this command needs these imports.
         from magfold_env.browser import build  # noqa: PLC0415
 
         page = build.page()

@@ -1,4 +1,4 @@
-"""`magfold bench`, `stress` and `paper`: commands of `magfold_bench`, which only a checkout has."""
+"""`magfold bench`, `stress` and `paper`: commands of `magfold_bench`, which needs a checkout."""
 
 from importlib import import_module
 from importlib.util import find_spec
@@ -19,7 +19,7 @@ HOW_TO_GET = (
 
 
 def add_to(app: options.Application) -> None:
-    """Add the commands; if they are not installed, add ones that say how to get them."""
+    """Add the commands; if they are not installed, add commands that print how to install them."""
     if find_spec("magfold_bench") is None:
         for name, does in COMMANDS.items():
             _add_missing(app, name, does)

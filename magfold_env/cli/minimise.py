@@ -22,15 +22,15 @@ TABLE_1: dict[int, dict[minimiser.Mode, str]] = {
     2: {"forward": "S2B", "backward": "S2B"},
     3: {"forward": "S3A", "backward": "S3A"},
 }
-"""Where the paper's component-by-component search ends, by sequence and direction."""
+"""Results of the paper's component-by-component search, by sequence and direction."""
 MOST_NAMED = 26
-"""States of one of the paper's sequences that are named, a letter each."""
+"""Number of named states of one of the paper's sequences, one letter each."""
 
 
 def minimise(
     scene: options.SceneName,
     mode: options.Mode = "free",
-    top: Annotated[int, typer.Option(help="How many states to show.")] = 5,
+    top: Annotated[int, typer.Option(help="Number of states to show.")] = 5,
     among: Annotated[
         str, typer.Option(help="Words to rank: all, folded (no S) or stable (and no conflict).")
     ] = "all",
@@ -45,7 +45,7 @@ def minimise(
             options.need_render()
         with options.progress_of(1.0) as tell:
             tell(0.0, "searching")
-            # The options are text; the minimiser says which are allowed.
+            # The options are text; the minimiser checks them.
             found = minimiser.minimise(
                 loaded, cast("Any", mode), top, cast("Any", among),
                 progress=lambda done: tell(done, "searching"),
@@ -61,10 +61,10 @@ def minimise(
 
 
 def _feeds(scene: Scene) -> list[minimiser.Minimum]:
-    """Return the component-by-component searches that reach an end."""
+    """Return the component-by-component searches that complete a fold."""
     found: list[minimiser.Minimum] = []
     for mode in MODES:
-        # A search may shut itself in: its next component then overlaps with every letter.
+        # A search may block itself: the next component then overlaps with every letter.
         with suppress(ValueError):
             found.append(minimiser.minimise(scene, mode))
     return found
@@ -93,7 +93,7 @@ def states_table(found: minimiser.Minimum) -> Table:
 
 
 def decisions_table(found: minimiser.Minimum) -> Table:
-    """Return how a component-by-component search decided each joint, in its order."""
+    """Return the table of a component-by-component search's decisions, in their order."""
     columns = ("joint", "energy S", "energy L", "energy R", "letter", "tied")
     table = _table("Decisions", columns, "Energies in mJ; -- is an overlap.")
     for decision in found.decisions:
@@ -110,7 +110,7 @@ def decisions_table(found: minimiser.Minimum) -> Table:
 
 
 def one_by_one_table(scene: Scene, feeds: Sequence[minimiser.Minimum]) -> Table:
-    """Return where component-by-component searches end, beside the paper's Table 1.
+    """Return the results of component-by-component searches beside the paper's Table 1.
 
     The paper calls the stable states of sequence k SkA, SkB, ... by ascending energy.
     """
@@ -137,7 +137,7 @@ def one_by_one_table(scene: Scene, feeds: Sequence[minimiser.Minimum]) -> Table:
 
 
 def to_json(scene: Scene, *searches: minimiser.Minimum) -> str:
-    """Return searches as JSON text: the ranked one first, energies in J."""
+    """Return searches as JSON text, the ranking first, with energies in J."""
     found = [
         {
             **asdict(search),

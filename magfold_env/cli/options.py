@@ -1,4 +1,4 @@
-"""What commands share: their options, checks before the long work, and how they tell things."""
+"""What commands share: options, checks before the long work, output and error messages."""
 
 import os
 import signal
@@ -43,34 +43,36 @@ Seed = Annotated[int, typer.Option(min=0, help="Seed of everything random.")]
 DrawSeed = Annotated[int, typer.Option(help="Seed of all draws.")]
 Png = Annotated[Path | None, typer.Option(help="Draw the result as a picture.")]
 Json = Annotated[Path | None, typer.Option(help="Write the result as JSON.")]
-WorkerCount = Annotated[int | None, typer.Option(help="Runs at a time; all cores if left out.")]
+WorkerCount = Annotated[int | None, typer.Option(help="Parallel runs; one per core by default.")]
 BackendName = Annotated[
-    str | None, typer.Option(help="threads, processes or ray; what suits if left out.")
+    str | None, typer.Option(help="threads, processes or ray; chosen automatically by default.")
 ]
 Address = Annotated[str | None, typer.Option(help="Address of a Ray cluster.")]
 Out = Annotated[
     Path | None,
-    typer.Option(help="Folder for JSON, CSV and PNG files; a killed command goes on in it."),
+    typer.Option(
+        help="Folder for JSON, CSV and PNG files; an interrupted command continues there."
+    ),
 ]
 Quick = Annotated[bool, typer.Option("--quick", help="Measure less: only to try it.")]
 Results = Annotated[
-    Path, typer.Option(help="Folder of the results; a killed command goes on in it.")
+    Path, typer.Option(help="Folder of the results; an interrupted command continues there.")
 ]
 
 SUFFIXES = {"--gif": ".gif", "--png": ".png", "--html": ".html", "--json": ".json"}
-"""How the files must end that options ask for."""
+"""Required suffixes of the files that options name."""
 
-STUBBORN = 3.0  # [s] that a compiler has to stop in
-FILE_WIDTH = 150  # of wide tables where they are not written to a terminal
+STUBBORN = 3.0  # [s] time allowed for a compiler to stop
+FILE_WIDTH = 150  # of wide tables that are not written to a terminal
 WIDEST = 10_000  # of any table
 
 
 _UsageError: Any = typer.BadParameter.__base__
-"""Of click, or of the copy of it that a newer typer holds."""
+"""Classes of click, or of the copy that newer versions of typer contain."""
 
 
 class _Group(typer.core.TyperGroup):
-    """Commands; what is none of them is told in one line."""
+    """A group of commands; an unknown command gives an error of one line."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         with _misuse_in_one_line():
@@ -82,7 +84,7 @@ class _Group(typer.core.TyperGroup):
 
 
 class _Command(typer.core.TyperCommand):
-    """A command; wrong options and arguments are told in one line."""
+    """A command; wrong options and arguments give an error of one line."""
 
     def make_context(self, *args: Any, **options: Any) -> Any:
         with _misuse_in_one_line():
@@ -90,7 +92,7 @@ class _Command(typer.core.TyperCommand):
 
 
 class Application(typer.Typer):
-    """A command line, without commands, that tells in one line what is wrong with its use."""
+    """A command line without subcommands; wrong use gives an error of one line."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(
@@ -102,13 +104,13 @@ class Application(typer.Typer):
         )
 
     def command(self, name: str | None = None, **settings: Any) -> Any:
-        """Return what registers a function as a command, see `typer.Typer.command`."""
+        """Return the decorator that registers a command; see `typer.Typer.command`."""
         return super().command(name, cls=_Command, **settings)
 
 
 @contextmanager
 def _misuse_in_one_line() -> Generator[None]:
-    """Tell what typer found wrong as other errors are told; help that is shown instead passes."""
+    """Print usage errors of typer like other errors; let help pages pass."""
     try:
         yield
     except _UsageError as error:
@@ -126,9 +128,9 @@ def _misuse_in_one_line() -> Generator[None]:
 
 @cache
 def end_long_compilations() -> None:
-    """End the process where Ctrl-C finds a compiler that goes on for `STUBBORN` seconds.
+    """End the process if a compiler continues for `STUBBORN` seconds after Ctrl-C.
 
-    Python acts on a signal between two calls of compiled code, and numba's last takes long.
+    Python handles a signal between two calls of compiled code, and numba's last call is long.
     """
     ear, mouth = socket.socketpair()
     mouth.setblocking(False)
@@ -150,9 +152,9 @@ def end_long_compilations() -> None:
 def errors_in_one_line(
     kinds: tuple[type[Exception], ...] = (ValueError, OSError, ImportError), code: int = 2
 ) -> Generator[None]:
-    """Tell what the user got wrong on one line of stderr and end with an exit code.
+    """Print a user error on one line of stderr and end with an exit code.
 
-    Each of several problems of a scene has its own line. So it is told that Ctrl-C was pressed.
+    Each problem of a scene has its own line. An interruption by Ctrl-C is reported in the same way.
     """
     try:
         yield
@@ -171,7 +173,7 @@ def errors_in_one_line(
 
 
 def check_outputs(paths: Mapping[str, Path | None]) -> None:
-    """Fail before the long work if a result could not be written where its option says."""
+    """Fail before the long work if the path of a result cannot be written."""
     for option, path in paths.items():
         if path is not None and not path.parent.is_dir():
             raise ValueError(f"{option}: {str(path)!r} is not allowed; its folder must exist")
@@ -183,7 +185,7 @@ def check_outputs(paths: Mapping[str, Path | None]) -> None:
 
 
 def check_folder(option: str, path: Path | None) -> None:
-    """Fail before the long work if a folder of results could not be made."""
+    """Fail before the long work if the folder of results cannot be made."""
     if path is None:
         return
     existing = next(each for each in (path, *path.parents) if each.exists())
@@ -197,7 +199,7 @@ def check_folder(option: str, path: Path | None) -> None:
 
 
 def need_render(*, charts: bool = False) -> None:
-    """Fail before the long work if pictures, or charts too, are wanted that cannot be drawn."""
+    """Fail before the long work if requested pictures or charts cannot be drawn."""
     try:
         import magfold_env.render  # noqa: F401, PLC0415  # pyright: ignore[reportUnusedImport]
     except ImportError as error:
@@ -209,7 +211,7 @@ def need_render(*, charts: bool = False) -> None:
 
 
 def need_display() -> None:
-    """Fail where a window would open that nobody sees, unless ``SDL_VIDEODRIVER`` asks for it."""
+    """Fail if there is no display for a window, unless ``SDL_VIDEODRIVER`` selects a driver."""
     if "SDL_VIDEODRIVER" in os.environ:
         return
     import pygame  # noqa: PLC0415 - an extra
@@ -227,7 +229,7 @@ def need_display() -> None:
 
 
 def say_written(*paths: Path | None) -> None:
-    """Tell which files were written, those that were asked for."""
+    """Print the paths of the written files."""
     for path in paths:
         if path is not None:
             typer.echo(f"written: {path}")
@@ -249,15 +251,15 @@ def drawing(name: str, *what: Any, **options: Any) -> Callable[[Path], object]:
 
 
 def busy(what: str) -> Status:
-    """Return a context that shows on stderr, if that is a terminal, that work is going on."""
+    """Return a context that shows a spinner on stderr if it is a terminal."""
     return Console(stderr=True).status(f"{what} ...")
 
 
 def progress_bar(*, text: bool = True, count: bool = False) -> progress.Progress:
-    """Return a bar on stderr, if that is a terminal, that goes when the work is done.
+    """Return a progress bar on stderr, if it is a terminal, that disappears when the work is done.
 
-    It says what is going on, if ``text``, and tells the time taken; if ``count``, how much is done
-    and the time that is left.
+    It shows the elapsed time, a description if ``text``, and the completed count and remaining time
+    if ``count``.
     """
     columns: list[progress.ProgressColumn] = []
     if text:
@@ -277,7 +279,7 @@ def progress_bar(*, text: bool = True, count: bool = False) -> progress.Progress
 def progress_of(
     total: float, *, text: bool = True, count: bool = False
 ) -> Generator[Callable[..., None]]:
-    """Offer what takes how much of one task is done, and what is going on: see `progress_bar`."""
+    """Yield a function that updates the share and description of one task; see `progress_bar`."""
     with progress_bar(text=text, count=count) as bar:
         task = bar.add_task("", total=total)
 
@@ -288,7 +290,7 @@ def progress_of(
 
 
 def show(*what: RenderableType) -> None:
-    """Print tables and other things on stdout; no word in a table is broken."""
+    """Print tables and other objects on stdout without breaking words in tables."""
     for each in what:
         console = Console()
         if isinstance(each, Table):
@@ -297,9 +299,9 @@ def show(*what: RenderableType) -> None:
 
 
 def _least_width(table: Table, console: Console) -> int:
-    """Return the width at which all columns have room for the longest word in any.
+    """Return the width at which every column has room for its longest word.
 
-    The widest columns are the first that are made narrower.
+    The widest columns shrink first.
     """
     room = console.options.update(width=WIDEST)
     columns = [
@@ -313,15 +315,15 @@ def _least_width(table: Table, console: Console) -> int:
 
 
 def wide_console() -> Console:
-    """Return a console on stdout that is wide where that is no terminal."""
+    """Return a console on stdout, which is wide if stdout is not a terminal."""
     console = Console()
     return console if console.is_terminal else Console(width=FILE_WIDTH)
 
 
 def table(title: str, columns: Mapping[str, bool], caption: str | None = None) -> Table:
-    """Return a table without rows, of columns that hold numbers, to the right, or do not.
+    """Return an empty table; columns of numbers are aligned to the right.
 
-    A name of something is never broken.
+    Names are never broken.
     """
     made = Table(title=title, caption=caption)
     for name, numbers in columns.items():
@@ -338,5 +340,5 @@ def entries(title: str, rows: Mapping[str, str]) -> Table:
 
 
 def millijoules(joules: float) -> str:
-    """Return an energy in mJ as tables show it."""
+    """Return an energy in mJ as a table cell."""
     return f"{1e3 * joules:.4f}"

@@ -1,4 +1,4 @@
-"""The command `magfold scenes`: the shipped scenes, and all keys that a scene has."""
+"""`magfold scenes`: the shipped scenes and all keys of a scene."""
 
 import ast
 import inspect
@@ -44,7 +44,7 @@ components. `magfold scenes --keys` prints this table.
 
 
 class Key(NamedTuple):
-    """What there is to tell of one key of a scene."""
+    """Description of one key of a scene."""
 
     key: str
     allowed: str
@@ -92,7 +92,7 @@ def _show_keys() -> None:
 
 def page() -> str:
     """Return the page that lists all keys, as Markdown."""
-    # Without a column of units, so that there is room for what keys mean.
+    # There is no column of units, which leaves room for the descriptions.
     rows = [("key", "allowed", "default", "meaning"), ("---",) * 4]
     for key in scene_keys():
         unit = f" [{key.unit}]" if key.unit else ""
@@ -102,15 +102,16 @@ def page() -> str:
 
 
 def scene_keys() -> Iterator[Key]:
-    """Yield all keys of a scene, a group's after the group."""
+    """Yield all keys of a scene; the keys of a group follow the group."""
     schema = Scene.model_json_schema()
     yield from _keys(schema, schema["$defs"], "")
 
 
 def _meanings(group: str) -> dict[str, str]:
-    """Return what stands below the keys of a group.
+    """Return the docstrings of the keys of a group.
 
-    Pydantic can read it too, but does so in every process that makes a scene: a tenth of a second.
+    Pydantic can read them too, but then every process that makes a scene spends a tenth of a
+    second.
     """
     (kind,) = (each for each in Part.__subclasses__() if each.__name__ == group)
     source: Any = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
@@ -142,7 +143,7 @@ def _keys(group: Schema, groups: Mapping[str, Schema], before: str) -> Iterator[
 
 
 def _groups(entry: Schema) -> Iterator[str]:
-    """Yield the names of the groups that a key may hold."""
+    """Yield the names of the groups that a key may contain."""
     if "$ref" in entry:
         yield entry["$ref"].rpartition("/")[2]
     for each in (*_choices(entry), *filter(None, [entry.get("items")])):
@@ -150,12 +151,12 @@ def _groups(entry: Schema) -> Iterator[str]:
 
 
 def _choices(entry: Schema) -> list[Schema]:
-    """Return the schemas one of which holds; pydantic up to 2.9 writes a single one as all of."""
+    """Return the alternative schemas; pydantic up to 2.9 writes a single one as ``allOf``."""
     return [each for name in ("anyOf", "oneOf", "allOf") for each in entry.get(name, ())]
 
 
 def _written(value: object) -> str:
-    """Return a value as a file has it; nothing for a group, whose keys have their own."""
+    """Return a value as written in a file; empty for a group, whose keys have their own values."""
     if isinstance(value, dict):
         return ""
     if isinstance(value, float):
@@ -164,7 +165,7 @@ def _written(value: object) -> str:
 
 
 def _allowed(entry: Schema, many: bool = False) -> str:
-    """Return in words what a JSON schema allows; ``many`` of it."""
+    """Return a description of what a JSON schema allows, in the plural if ``many``."""
     if "$ref" in entry:
         return "groups of the keys below" if many else "the keys below"
     if choices := _choices(entry):

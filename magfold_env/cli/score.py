@@ -1,4 +1,4 @@
-"""`magfold score`: how a policy or actions that were handed in do on draws of a seed."""
+"""`magfold score`: play a submitted policy or submitted actions on draws of a seed."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""`magfold sweep`: release a chain many times for each value of one or two of its numbers."""
+"""`magfold sweep`: release a chain many times for each value of one or two parameters."""
 
 import math
 from typing import Annotated, Any, cast
@@ -10,7 +10,7 @@ from magfold_env.cli import ensemble, options
 from magfold_env.ensembles import sweeps
 from magfold_env.scene import Problem, SceneError, load_scene
 
-_COUNT = 9  # values of a range that names no number of them
+_COUNT = 9  # default number of values in a range
 
 
 def sweep(  # noqa: PLR0913 - one parameter an option
@@ -23,7 +23,7 @@ def sweep(  # noqa: PLR0913 - one parameter an option
             "or twice: friction=0.05:0.5, feed.speed=0.02:0.2:5:log, magnets.remanence=0.6,1.2."
         ),
     ],
-    runs: Annotated[int, typer.Option(help="How many releases at each point.")] = 100,
+    runs: Annotated[int, typer.Option(help="Number of releases at each point.")] = 100,
     seed: options.DrawSeed = 0,
     mode: options.ReleaseMode = None,
     speed: options.Speed = None,
@@ -74,14 +74,14 @@ def sweep(  # noqa: PLR0913 - one parameter an option
 
 
 def grid_of(texts: list[str]) -> dict[str, list[float]]:
-    """Return the values that some texts, one a number of the scene, stand for.
+    """Return the values described by texts, one text per number of the scene.
 
-    Those of a range have twelve digits.
+    Values of a range have twelve digits.
 
     Raises
     ------
     SceneError
-        If a text is not of the forms that there are, or names a number a second time.
+        If a text has none of the allowed forms, or names a number a second time.
     """
     grid: dict[str, list[float]] = {}
     for text in texts:
@@ -109,13 +109,13 @@ def _range(text: str) -> list[float]:
         raise ValueError(f"COUNT must be 2 to {sweeps.MOST}")
     if log and first <= 0.0:
         raise ValueError("LOW must be greater than 0 for log")
-    with np.errstate(all="ignore"):  # told as values that are not allowed
+    with np.errstate(all="ignore"):  # reported as values that are not allowed
         values = (np.geomspace if log else np.linspace)(first, last, count).tolist()
     return [first, *(float(f"{value:.12g}") for value in values[1:-1]), last]
 
 
 def show(made: sweeps.Sweep, chosen: sweeps.Outcome | None) -> None:
-    """Print what occurs most at each point, and how often what was chosen does."""
+    """Print the most frequent result at each point, and the frequency of the chosen one."""
     columns = dict.fromkeys(made.over, True) | {"most frequent": False}
     columns |= {"runs": True, "share": True, "95 %": True}
     if chosen is not None:

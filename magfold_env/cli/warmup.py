@@ -1,4 +1,4 @@
-"""`magfold warmup`: compile every kernel ahead, so that no first use has to wait for it."""
+"""`magfold warmup`: compile every kernel in advance, so that no first use has to wait."""
 
 import time
 from collections.abc import Callable
@@ -18,7 +18,7 @@ SEQUENCE = ("NNSS", "SSNN", "NNNS", "NSSS", "NSNS")
 
 
 def warmup() -> None:
-    """Compile all kernels now; later uses load them from the disk."""
+    """Compile all kernels now; later uses load them from disk."""
     with options.errors_in_one_line():
         begun = time.monotonic()
         with options.progress_bar(count=True) as bar:
@@ -32,7 +32,7 @@ def warmup() -> None:
 
 
 def work() -> dict[str, Callable[[], Any]]:
-    """Return something short to do for every kind of work that there is."""
+    """Return a short task for every kind of work."""
     tube = mf.Scene(sequence=SEQUENCE, mount="tube", feed=mf.Feed(speed=0.6))
     free = tube.replace(mount="free")
     magnet = {"position": (0.1, 0.1), "heading": 0.3, "width": 0.01}
@@ -78,7 +78,7 @@ def _fold(scene: mf.Scene) -> None:
 
 
 def _play(env_id: str) -> None:
-    """Play an episode, alone and side by side."""
+    """Play an episode in a single environment and in a vector environment."""
     env = gymnasium.make(env_id)
     env.reset(seed=0)
     ended = False

@@ -1,4 +1,4 @@
-"""Design: magnets, and a feed speed, with which a chain folds into a wanted shape."""
+"""Design: find magnets and a feed speed with which a chain folds into a target shape."""
 
 from magfold_env.designer.evidence import Evidence
 from magfold_env.designer.exhaustive import GapDesign, gap_designs

@@ -1,15 +1,16 @@
-"""Design by energy for chains of any length: annealing against the rivals that matter.
+"""Design by energy for chains of any length: annealing against the relevant rivals.
 
-A chain has far too many words to compare a sequence with all of them, and few come near the
-target. Annealing therefore compares with some, the words one letter off at first; the exact search
-for ground states then names the words that the sequence it found has really to fear, and annealing
-goes on with them, until it names none that is new.
+A long chain has too many words to compare a sequence with all of them, and few come close to the
+target. Annealing therefore compares with some of them, at first the words that differ in one
+letter. The exact search for ground states then finds the real rivals of the resulting sequence, and
+annealing continues with them until the search finds no new ones.
 
-It may keep to sequences of which the target is the only stable word. Where joint k is to be L, the
-faces that touch when it is L must have opposite poles, and those that touch when it is R equal
-ones: no other fully folded word is then without conflict, whatever the rest. With the target's
-other contacts, opposite too, these are equations between the signs of two faces each. They cut the
-faces into groups within which one sign gives all others.
+Annealing can be restricted to sequences whose only stable word is the target. Where joint k of the
+target is L, the faces that touch when it is L must have opposite poles, and the faces that touch
+when it is R equal ones; every other fully folded word then has a conflict. The faces at the
+target's other contacts must have opposite poles as well. Each condition is an equation between the
+signs of two faces. Together they divide the faces into groups in which one sign determines all
+others.
 """
 
 import math
@@ -26,13 +27,13 @@ from magfold_env.minimiser.lattice import Ints, from_words
 from magfold_env.scene import Scene
 
 STEPS = 60_000
-"""Flips that are tried between two exact searches."""
+"""Number of flips tried between two exact searches."""
 
 ROUNDS = 40
-"""Most exact searches of one annealing."""
+"""Largest number of exact searches in one annealing."""
 
 RIVALS = 8
-"""Lowest states that an exact search adds to the rivals."""
+"""Number of lowest states that an exact search adds to the rivals."""
 
 _HOT, _COLD = 1.0, 0.01  # of the spread of the scores of random sequences
 _SAMPLES = 64
@@ -42,11 +43,12 @@ _EQUAL, _OPPOSITE = 1, -1
 
 
 class Annealed(NamedTuple):
-    """A sequence that an annealing found."""
+    """A sequence found by annealing."""
 
     sequence: tuple[str, ...]
     score: float
-    """Of its worst rival: the energy above the target [J], exact, or the least tolerance known."""
+    """Score of the worst rival: the exact energy above the target [J], or the least known
+    tolerance."""
 
 
 def anneal_sequence(
@@ -61,10 +63,10 @@ def anneal_sequence(
 ) -> Annealed:
     """Search for the sequence whose worst rival scores highest, or the first above ``good_enough``.
 
-    Rivals of the target, a word without overlap, are scored by their energy above it [J], or if
-    ``tolerant`` by their tolerance. The scene's sequence does not count; if ``stable``, only those
-    are sought of which the target is the only stable word, see `stable_groups`. Flips tried are
-    added to the ``energies`` of ``calls``, exact searches to its ``ground states``.
+    The score of a rival of the target, a word without overlap, is its energy above the target [J],
+    or its tolerance if ``tolerant``. The scene's sequence is ignored. If ``stable``, the search
+    includes only sequences whose only stable word is the target; see `stable_groups`. Flips tried
+    are added to the ``energies`` of ``calls``, exact searches to its ``ground states``.
     """
     if stable:
         signs, groups = stable_signs(target, rng)
@@ -96,9 +98,9 @@ def anneal_sequence(
 
 
 def sequence_of_signs(signs: Array) -> tuple[str, ...]:
-    """Return the sequence of the signs of its faces, shape (4n,): N positive.
+    """Return the sequence for the signs of its faces, shape (4n,), N positive.
 
-    To flip all changes nothing; the first face is N.
+    Flipping all signs changes nothing, so the first face is N.
     """
     letters = "".join("N" if sign == signs[0] else "S" for sign in signs)
     return tuple(letters[k : k + 4] for k in range(0, len(letters), 4))
@@ -107,16 +109,16 @@ def sequence_of_signs(signs: Array) -> tuple[str, ...]:
 def stable_groups(target: str) -> tuple[Array, list[Ints]]:
     """Return signs (4n,) that make a fully folded target the only stable word, and groups of faces.
 
-    Each face is in one group: whichever groups are flipped, it stays so.
+    Each face is in one group; flipping any groups keeps the property.
 
     Raises
     ------
     ValueError
-        If the equations contradict each other. For no word of up to 16 components do they.
+        If the equations contradict each other, which happens for no word of up to 16 components.
     """
     equations = [(a, b, _OPPOSITE) for a, b in states.touching_faces(from_words([target]))]
     for k, letter in enumerate(target):
-        # The faces that would touch if the joint took the other letter repel each other.
+        # The faces that touch if the joint takes the other letter repel each other.
         front, back = {"L": (_FRONT_RIGHT, _BACK_RIGHT), "R": (_FRONT_LEFT, _BACK_LEFT)}[letter]
         equations.append((4 * k + front, 4 * (k + 1) + back, _EQUAL))
     faces = 4 * (len(target) + 1)
@@ -136,7 +138,7 @@ def stable_groups(target: str) -> tuple[Array, list[Ints]]:
 
 
 def stable_signs(target: str, rng: np.random.Generator) -> tuple[Array, list[Ints]]:
-    """Return such signs, drawn evenly from all that there are, and the groups."""
+    """Return such signs, drawn uniformly from all possible ones, and the groups."""
     signs, groups = stable_groups(target)
     for group in groups:
         signs[group] *= rng.choice([-1.0, 1.0])
@@ -159,13 +161,13 @@ def anneal(
     excess: Array, faces: Ints, first: Ints, proposals: Ints, chances: Array, temperatures: Array,
     tolerant: bool, signs: Array,
 ) -> float:  # fmt: skip
-    """Leave the best signs that an annealing passes in ``signs`` (4n,) and return their score.
+    """Anneal; write the best signs found to ``signs`` (4n,) and return their score.
 
     The score is that of the worst rival, see `Rivals`: its energy above the target [J], or if
     ``tolerant`` its tolerance. ``excess`` (rivals, 4n, 4n) are the rivals' forms. Group g, faces
     ``faces[first[g]:first[g + 1]]``, flips as one. Step k flips group ``proposals[k]`` if that
-    raises the score, or with Boltzmann's probability at ``temperatures[k]``, in the unit of the
-    score, against ``chances[k]`` from 0 to 1.
+    raises the score, or if Boltzmann's probability at ``temperatures[k]`` (in units of the score)
+    exceeds ``chances[k]``, which is from 0 to 1.
     """
     rivals, size = excess.shape[0], signs.size
     fields, energies, trials = np.empty((rivals, size)), np.empty(rivals), np.empty(rivals)
@@ -203,7 +205,7 @@ def anneal(
 
 @allocating_kernel
 def change_of(form: Array, field: Array, signs: Array, group: Ints) -> float:
-    """Return by how much the energy sᵀ A s rises if a group of faces flips [J]."""
+    """Return the increase of the energy sᵀ A s when a group of faces flips [J]."""
     change = 0.0
     for f in group:
         others = float(field[f])
@@ -217,7 +219,7 @@ def change_of(form: Array, field: Array, signs: Array, group: Ints) -> float:
 def score_of(
     excess: Array, fields: Array, energies: Array, signs: Array, group: Ints, tolerant: bool
 ) -> float:
-    """Return the worst rival's score, ``energies`` being those after ``group`` has flipped."""
+    """Return the worst rival's score, given the ``energies`` after ``group`` has flipped."""
     worst = math.inf
     for w in range(energies.size):
         score = float(energies[w])

@@ -1,6 +1,6 @@
-"""A target among the words it competes with: what speaks for a sequence, by energy.
+"""A target among its competitors: evidence for a sequence by energy.
 
-What is said of a sequence is exact, for chains of any length that the search can handle.
+The evidence is exact for chains of any length that the search can handle.
 """
 
 from collections import Counter
@@ -15,13 +15,13 @@ from magfold_env.scene import Scene
 from magfold_env.shapes import overlaps
 
 LOWEST = 30
-"""States among which the least tolerance is looked for."""
+"""Number of states that the search for the least tolerance includes."""
 
 
 class Rivals:
-    """Words other than the target, with the energies by which they lie above it as forms.
+    """Words other than the target, with quadratic forms for their energies above it.
 
-    The target is a word of the scene's length without overlap; the scene's sequence does not count.
+    The target is a word of the scene's length without overlap; the scene's sequence is ignored.
     """
 
     def __init__(self, scene: Scene, target: str, words: Iterable[str] = ()) -> None:
@@ -34,7 +34,7 @@ class Rivals:
         self.add(words)
 
     def add(self, words: Iterable[str]) -> bool:
-        """Add the words that are not yet there, nor the target; return whether there were any."""
+        """Add the words that are new and not the target; return whether there were any."""
         known = {self.target, *self.words}
         new = [word for word in dict.fromkeys(words) if word not in known]
         if new:
@@ -44,19 +44,19 @@ class Rivals:
         return bool(new)
 
     def energies(self, signs: Array) -> Array:
-        """Return how far each rival lies above the target [J], shape (rivals,)."""
+        """Return the energy of each rival above the target [J], shape (rivals,)."""
         return np.einsum("a,mab,b->m", signs, self.excess, signs)
 
     def tolerances(self, signs: Array) -> Array:
-        """Return the error of single magnets at which each rival may overtake, shape (rivals,).
+        """Return the tolerated error of single magnets for each rival, shape (rivals,).
 
         If the strengths of all faces vary independently with this relative standard deviation, the
-        rival's energy above the target varies, to first order, by one standard deviation as much
-        as it is: E / ‖∂E/∂(relative strengths)‖. It is negative for rivals below the target.
+        standard deviation of the rival's energy above the target equals that energy to first order:
+        E / ‖∂E/∂(relative strengths)‖. It is negative for rivals below the target.
         """
         slopes = 2.0 * signs * (self.excess @ signs)
         size = np.sqrt(np.square(slopes).sum(axis=1))
-        # A rival of the same energy whatever the strengths has no slope either.
+        # A rival whose energy is equal for all strengths has no slope either.
         return self.energies(signs) / np.maximum(size, np.finfo(np.float64).tiny)
 
 
@@ -76,20 +76,20 @@ class Evidence:
     """A target's place among the states of a sequence."""
 
     energy: float
-    """Of the target [J]."""
+    """Energy of the target [J]."""
     gap: float
-    """How far the lowest other word lies above the target [J]; negative if it lies below."""
+    """Energy of the lowest other word above the target [J]; negative if it is below."""
     rival: str
-    """That word."""
+    """The lowest other word."""
     tolerance: float
-    """Error of single magnets at which a rival may overtake: the relative standard deviation of all
-    faces' strengths, independent of each other, at which the rival's energy above the target varies
-    by as much as it is, to first order. The least among the rivals of lowest energy and those one
-    letter off; negative if one lies below the target."""
+    """Tolerated error of single magnets: the relative standard deviation of all faces' independent
+    strengths at which the standard deviation of a rival's energy above the target equals that
+    energy, to first order. The value is the least among the rivals of lowest energy and those that
+    differ in one letter; it is negative if one is below the target."""
     stable: bool
     """Whether the target is fully folded and no equal poles touch."""
     only_stable: bool
-    """Whether no other word is."""
+    """Whether no other word is stable."""
 
     @property
     def ground(self) -> bool:
@@ -98,7 +98,7 @@ class Evidence:
 
 
 def weigh(scene: Scene, target: str, calls: Counter[str]) -> Evidence:
-    """Compare a target without overlap with the other words of a sequence, two components at least.
+    """Compare a target without overlap with the other words of two or more components.
 
     The exact searches are added to the ``ground states`` of ``calls``.
     """

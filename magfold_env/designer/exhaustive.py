@@ -1,4 +1,4 @@
-"""Design by energy over every sequence of a short chain: proven optima, or the proof of none."""
+"""Design by energy over all sequences of a short chain: proven optima, or proof of none."""
 
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ from magfold_env.shapes import folded_words, overlaps, parse_word
 Flags = NDArray[np.bool_]
 
 LONGEST = every_sequence.LONGEST_OF_ALL
-"""Most components of the exhaustive search."""
+"""Largest number of components for the exhaustive search."""
 
 TOLERANCE = 1e-9
-"""Relative difference below which two gaps are equal, as symmetric sequences' are."""
+"""Relative difference below which two gaps count as equal, such as those of symmetric sequences."""
 
-_BLOCK = 1 << 18  # sequences at a time
+_BLOCK = 1 << 18  # number of sequences per batch
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class GapDesign:
     """A sequence designed for a target word."""
 
     sequence: tuple[str, ...]
-    """The components, component 1 first; of equal gaps the alphabetically first."""
+    """The components, component 1 first; the alphabetically first sequence of equal gap."""
     gap: float
     """Energy of the best competitor above the target's [J]."""
     energy: float
@@ -43,13 +43,13 @@ class GapDesign:
 def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, GapDesign | None]:
     """Find the sequence of largest energy gap for each target, over all sequences.
 
-    The gap of a sequence is the energy of the best other word without overlap, less the target's.
+    The gap of a sequence is the energy of the best other word without overlap minus the target's.
 
     Parameters
     ----------
     scene
-        Its casing, its magnets and its number of components count, its sequence does not: every
-        face of a design is N or S, as strong as the scene has it.
+        The scene sets the casing, the magnets and the number of components. Its sequence is
+        ignored: every face of a design is N or S with the strength that the scene sets.
     targets
         Words of the scene's length without overlap.
 
@@ -63,7 +63,7 @@ def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, GapDes
     ------
     ValueError
         If the scene has an external field, the chain has fewer than 2 or more than 6 components,
-        or a target is no such word.
+        or a target is not such a word.
     """
     energies.refuse_field(scene)
     wanted = list(dict.fromkeys(targets))
@@ -96,7 +96,7 @@ def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, GapDes
 def _first_of_largest(scores: Array, tie: float) -> int | None:
     """Return the number of the first sequence of largest score, None if no score exceeds a tie.
 
-    Scores that differ by rounding are equal, so that it does not decide which sequence is first.
+    Scores that differ by rounding count as equal, so that rounding does not decide the result.
     """
     largest = float(scores.max())
     if largest <= tie:
@@ -107,7 +107,7 @@ def _first_of_largest(scores: Array, tie: float) -> int | None:
 class Exhaustive:
     """Every sequence of a scene's length, compared by the energies of one target and all rivals.
 
-    The scene has at most six components; its sequence does not count. The target does not overlap.
+    The scene has at most six components; its sequence is ignored. The target does not overlap.
     """
 
     def __init__(self, scene: scenes.Scene, target: str) -> None:
@@ -116,14 +116,14 @@ class Exhaustive:
         lattice, forms, every = _compared_by_magnets(magnets, scene.casing.side, scene.n)
         row = every.words.index(target)
         self.calls = len(lattice) * every.gap.size
-        """Energies that were compared."""
+        """Number of energies compared."""
         self._lattice, self.tie = lattice, every.tie
         own = every_sequence.every_energy(forms[row])
         self.gaps: Array = np.where(every.word == row, every.gap, every.energy - own)
         """Energy of the best rival above the target [J], for every sequence."""
 
     def only_stable(self) -> Flags:
-        """Return of which sequences the target is the only stable word."""
+        """Return which sequences have the target as their only stable word."""
         if "S" in self._target:
             return np.zeros(self.gaps.size, dtype=np.bool_)
         contacts = {
@@ -143,8 +143,8 @@ class Exhaustive:
     def tolerances(self) -> Array:
         """Return the tolerance of the worst rival, −inf where the target is no ground state.
 
-        Where a rival is below the best found so far, which is enough to know that a sequence is
-        not the best, it stands for the worst.
+        If a rival scores below the best sequence so far, its value replaces that of the worst
+        rival, because the sequence cannot be the best.
         """
         found = np.full(self.gaps.size, -np.inf)
         numbers = np.flatnonzero(self.gaps > self.tie)
@@ -156,7 +156,8 @@ class Exhaustive:
         best = float(rivals.tolerances(chosen).min())
         worst = np.full(numbers.size, np.inf)
         signs = _signs(numbers, 4 * self._scene.n)
-        # Those that the likely one has most to fear come first: they rule out most.
+        # The closest rivals of the likely best sequence come first, because they rule out most
+        # sequences.
         for form in rivals.excess[np.argsort(rivals.tolerances(chosen))]:
             kept = worst >= best
             fields = signs[kept] @ form
@@ -167,16 +168,16 @@ class Exhaustive:
         return found
 
     def best(self, scores: Array, where: Flags | None = None) -> int | None:
-        """Return the number of the best sequence, the first of equal ones; None if none will do.
+        """Return the number of the best sequence, the first of equal ones; None if there is none.
 
-        Of the scores, one a sequence, those that are not positive, up to rounding, will not do.
-        ``where`` says which sequences to choose from.
+        Sequences whose scores are not positive, up to rounding, do not qualify. ``where`` selects
+        the sequences to choose from.
         """
         scores = scores if where is None else np.where(where, scores, -np.inf)
         return _first_of_largest(scores, self.tie)
 
     def spread_out(self, scores: Array, count: int, apart: int) -> list[int]:
-        """Return the numbers of good sequences, best first, any two so many faces apart."""
+        """Return the numbers of good sequences, best first, that differ in enough faces."""
         chosen: list[int] = []
         wanted = np.flatnonzero(scores > self.tie)
         for number in wanted[np.argsort(-scores[wanted], kind="stable")].tolist():
@@ -195,7 +196,7 @@ def _compared(scene: scenes.Scene) -> tuple[Lattice, Array, EverySequence]:
     return lattice, forms, every_sequence.best_words(forms, lattice.words, tie)
 
 
-@lru_cache(maxsize=1)  # some hundred megabytes, and seconds, for all targets of one kind of chain
+@lru_cache(maxsize=1)  # some hundred megabytes and seconds for all targets of one kind of chain
 def _compared_by_magnets(
     magnets: scenes.Magnets | None, side: float, n: int
 ) -> tuple[Lattice, Array, EverySequence]:

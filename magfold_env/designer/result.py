@@ -1,4 +1,4 @@
-"""Design: the magnets and the speed that were found for a target, and what speaks for them."""
+"""The result of a design: the magnets and the speed for a target, and the evidence for them."""
 
 import json
 from dataclasses import asdict, dataclass
@@ -22,37 +22,38 @@ class Design:
     """The result of `design`."""
 
     target: str
-    """The word that was wanted."""
+    """The target word."""
     mode: Mode
     """How the chain is released."""
     objective: Objective
-    """What was sought, see `design`."""
+    """The objective; see `design`."""
     search: Search
-    """How."""
+    """The search method."""
     scene: Scene | None
-    """The chain with the sequence and the speed that were found, ready for `simulate`; None if no
-    sequence is left to give."""
+    """The chain with the resulting sequence and speed, ready for `simulate`; None if there is no
+    sequence."""
     reached: bool
-    """Whether the objective is met: by energy the target is the only ground state, and for `unique`
-    the only stable word; for `probability` the share of successes reaches the goal."""
+    """Whether the objective is met. By energy, the target must be the only ground state, and for
+    `unique` the only stable word; for `probability`, the share of successes must reach the goal."""
     score: float | None
-    """The gap [J], or, where those were sought, the tolerance or the share of successes."""
+    """The gap [J], or the tolerance or share of successes if that was the objective."""
     bound: float | None
-    """What no sequence exceeds, proved; None if unknown."""
+    """Proven upper bound of the score; None if unknown."""
     evidence: Evidence | None
-    """By energy."""
+    """The evidence by energy."""
     probability: Share | None
-    """Of settling as the target, on releases of their own; None if none were asked for."""
+    """Share of separate releases that settled as the target; None if none were requested."""
     releases_seed: int
-    """Their seed: ``ensemble(design.scene, runs, design.releases_seed)`` repeats them."""
+    """Seed of these releases; ``ensemble(design.scene, runs, design.releases_seed)`` repeats
+    them."""
     calls: dict[str, int]
-    """What was asked of each oracle: ``energies`` of one word, or flips of one face judged, exact
-    searches for ``ground states``, and ``releases`` simulated in the search."""
+    """Number of calls of each kind in the search: ``energies`` of one word or flips of one face,
+    exact searches for ``ground states``, and simulated ``releases``."""
     certificate: str
-    """Why no sequence can do what was sought; empty if that is not proved."""
+    """Why no sequence can meet the objective; empty if that is not proved."""
 
     def __repr__(self) -> str:
-        """Return what was found, and how often it folds as wanted."""
+        """Return the result and its success rate as text."""
         if self.scene is None:
             return f"<Design of {self.target}: none; {self.certificate}>"
         speed = "" if self.speed is None else f" at {self.speed} m/s"
@@ -67,13 +68,13 @@ class Design:
         Raises
         ------
         ValueError
-            If there are none.
+            If there is none.
         """
         return self._found.sequence
 
     @property
     def speed(self) -> base.Each[base.Speed] | None:
-        """Feed speed [m/s], one or one a component; None if no tube feeds.
+        """Feed speed [m/s], one or one per component; None without a tube.
 
         Raises
         ------
@@ -84,7 +85,7 @@ class Design:
 
     @property
     def shortfall(self) -> float | None:
-        """How far the score lies below what is proved to be the most; None if that is unknown."""
+        """Difference between the proven bound and the score; None if the bound is unknown."""
         if self.bound is None or self.score is None:
             return None
         return max(0.0, self.bound - self.score)
@@ -106,12 +107,12 @@ class Design:
 
     @classmethod
     def from_json(cls, path: str | Path) -> Self:
-        """Read a design that `to_json` wrote; equal to it.
+        """Read a design that `to_json` wrote; the result equals the original.
 
         Raises
         ------
         ValueError
-            If the file is no such design.
+            If the file is not such a design.
         """
         with reading_json(path, "a design", FORMAT) as data:
             kinds = {"scene": Scene, "evidence": Evidence, "probability": Share}

@@ -1,6 +1,6 @@
-"""From a wanted shape to magnets and a feed speed: `design`.
+"""The function `design`: from a target shape to magnets and a feed speed.
 
-Sequences that speak for themselves by energy come first; under `probability` they are released.
+The search first selects sequences by energy; for the objective `probability` it releases them.
 """
 
 from collections import Counter
@@ -50,58 +50,62 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
     state: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Design:
-    """Search for magnets, and a feed speed, with which a chain folds into a wanted shape.
+    """Search for magnets and a feed speed with which a chain folds into a target shape.
 
     Parameters
     ----------
     target
-        A word; its letters say how many components there are.
+        A word; its length sets the number of components.
     scene
         Casing, magnets, friction, spreads: everything but the sequence, the feed's direction and
-        its speed. None takes a shipped one, `design` for up to six components, else `design-long`.
+        its speed. None takes a shipped scene: `design` for up to six components, else
+        `design-long`.
     mode
         How the chain is released: `free`, or out of a tube `forward` or `backward`.
     objective
-        `probability`: that the chain settles as the target, under the scene's spreads. By energy
-        alone: `ground`, any sequence whose only ground state it is; `unique`, one of which it is
-        the only stable word, of lowest energy; `gap`, the one with the largest distance to the
-        next word; `sensitivity`, the one that bears the largest error of single magnets.
+        `probability` maximises the probability that the chain settles as the target under the
+        scene's spreads. The others use energies alone: `ground` finds any sequence whose only
+        ground state is the target; `unique`, the one of lowest energy whose only stable word is the
+        target; `gap`, the one with the largest energy gap to the next word; `sensitivity`, the one
+        that tolerates the largest error of single magnets.
     search
-        `exhaustive` compares all sequences of up to six components and proves what it finds;
-        `annealing` is for any length. Under `probability` both propose sequences, which are then
-        released, at one speed after another, the more often the better they do; where annealing's
-        will not do, further sequences of which the target is the only stable word join them. If
-        none will do, `cross-entropy` goes on from the best. That search can also be had from the
-        start: it needs no energies. None is exhaustive where that is possible, else annealing.
+        `exhaustive` compares all sequences of up to six components and proves its result;
+        `annealing` works for any length. With the objective `probability`, both propose sequences,
+        which are then released at one speed after another; better sequences get more releases. If
+        the proposals of annealing fail, further sequences whose only stable word is the target are
+        added. If all fail, `cross-entropy` continues from the best. That search can also be
+        selected directly; it needs no energies. None takes `exhaustive` if that is possible, else
+        `annealing`.
     seed
-        Of everything that is drawn.
+        Seed of all random draws.
     speeds
-        Feed speeds to choose from under `probability` [m/s], tried in this order until one does;
-        None takes 0.2, 0.5, 0.08 and 0.03. Designs by energy keep the scene's.
+        Feed speeds [m/s] to choose from for `probability`, tried in this order until one succeeds;
+        None takes 0.2, 0.5, 0.08 and 0.03. Designs by energy keep the scene's speed.
     budget
-        Releases that no generation of `cross-entropy`, but for its first, may exceed.
+        Number of releases after which `cross-entropy` begins no further generation that would
+        exceed it; the first generation always runs.
     goal
-        Probability that is enough. The search wants half of what is then left to certainty as
-        well: what was selected does a little worse on other releases.
+        Sufficient probability. The search itself requires a value halfway between this one and 1,
+        because selected choices do slightly worse on other releases.
     runs
-        Releases by which the result is assessed, none of which the search has seen; 0 for none.
+        Number of releases that assess the result, none of which the search has used; may be 0.
     workers, backend, address
         See `ensemble`.
     state
-        Folder in which releases are kept as they are made. Called again with it, after a kill, the
-        search goes the same way without repeating them.
+        Folder that stores releases as they are made. A search that is interrupted and called again
+        with the same folder follows the same path without repeating them.
     progress
-        Is told what is being done, and which share of it.
+        Called with a description of the current work and its completed share.
 
     Raises
     ------
     SceneError
         If an argument is not allowed.
     ValueError
-        If the target is no word, or the scene has an external field.
+        If the target is not a word, or the scene has an external field.
     CheckpointError
-        If what is in `state` is damaged, or was written for another search or physics, or if
-        another process uses it.
+        If the contents of `state` are damaged or belong to another search or physics, or if another
+        process uses the folder.
     """
     errors.refuse(errors.unless_function("progress", progress))
     task = task_for(
@@ -123,13 +127,13 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
         found = best_by_energy(task, run.calls, lambda done: run.report("energies", done))
         if found.sequence is None:
             return run.refused(found.certificate)
-        # Energies know no speed: the scene's is left as it is.
+        # Energies do not depend on the speed, so the scene keeps its own.
         return run.assessed(Choice(found.sequence, None), found.score, found.bound)
 
 
 @dataclass(frozen=True)
 class _Run:
-    """A task, who works on it, and what was asked so far."""
+    """A task, its workers, and the counts of calls so far."""
 
     task: Task
     workers: Workers
@@ -165,7 +169,7 @@ class _Run:
         return evaluations[0]
 
     def assessed(self, choice: Choice, score: float | None, bound: float | None) -> Design:
-        """Weigh a choice by energy, and release it on draws that the search has not seen."""
+        """Collect the evidence for a choice: energies, and releases on draws new to the search."""
         task = self.task
         scene = choice.applied(task.scene)
         weighed = evidence.weigh(scene, task.target, self.calls)
@@ -189,7 +193,7 @@ class _Run:
         )  # fmt: skip
 
     def refused(self, certificate: str) -> Design:
-        """Return that no sequence will do, and why."""
+        """Return a result without a sequence, with the reason."""
         task = self.task
         return Design(
             task.target, task.mode, task.objective, task.search, None, False, None, None,
@@ -200,7 +204,7 @@ class _Run:
 def _raced(
     task: Task, releases: trials.Trials, few: list[tuple[str, ...]], many: list[tuple[str, ...]]
 ) -> list[trials.Evaluation]:
-    """Try few sequences at the first speed, then more of them and more speeds, until one does."""
+    """Try few sequences at the first speed, then more sequences and speeds until one succeeds."""
     speeds = task.speeds or (None,)
     stages = [(few, 1), *(([*few, *many], count) for count in range(1, len(speeds) + 1))]
     evaluations: list[trials.Evaluation] = []
@@ -215,10 +219,10 @@ def _raced(
 def _refined(
     task: Task, releases: trials.Trials, evaluations: list[trials.Evaluation]
 ) -> list[trials.Evaluation]:
-    """Go on from the best choice so far, if there is one, and keep what was better."""
+    """Continue from the best choice so far, if there is one, and keep the better result."""
     rng = np.random.default_rng([task.searching_seed, 1])
     first = evaluations[0].choice if evaluations else None
-    # Of what annealing proposes the target is the only stable word; so it shall stay.
+    # The target is the only stable word of annealing's proposals, and must remain so.
     groups = annealing.stable_groups(task.target)[1] if task.search == "annealing" else None
     others = trials.cross_entropy(
         releases, 4 * task.scene.n, task.speeds, rng, task.budget,
@@ -232,14 +236,14 @@ class Found(NamedTuple):
 
     sequence: tuple[str, ...] | None
     score: float | None
-    """Its gap [J]; its tolerance if that was sought."""
+    """The gap [J], or the tolerance if that is the objective."""
     bound: float | None
-    """What no sequence exceeds, proved; None if unknown."""
+    """Proven upper bound of the score; None if unknown."""
     certificate: str = ""
 
 
 def best_by_energy(task: Task, calls: Counter[str], report: Report) -> Found:
-    """Search for the best sequence under one of the objectives of energy."""
+    """Search for the best sequence for one of the energy objectives."""
     if task.search == "exhaustive":
         return _best_of_all(task, calls)
     rng = np.random.default_rng(task.searching_seed)
@@ -260,7 +264,7 @@ def best_by_energy(task: Task, calls: Counter[str], report: Report) -> Found:
 
 
 def candidates(task: Task, calls: Counter[str], report: Report) -> Sequences:
-    """Return sequences that differ and of which each is good by energy, for the dearer test.
+    """Return distinct sequences that are good by energy, for the more expensive test.
 
     The target must be fully folded.
     """
@@ -283,7 +287,7 @@ def candidates(task: Task, calls: Counter[str], report: Report) -> Sequences:
 
 
 def stable_sequences(task: Task) -> Sequences:
-    """Return sequences of which the target is the only stable word, drawn evenly."""
+    """Return sequences whose only stable word is the target, drawn uniformly."""
     rng = np.random.default_rng([task.searching_seed, 2])
     drawn = [
         annealing.sequence_of_signs(annealing.stable_signs(task.target, rng)[0])

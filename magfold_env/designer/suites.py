@@ -1,4 +1,4 @@
-"""Target suites: fixed lists of words, with witnesses that each can be made, or why it cannot."""
+"""Target suites: fixed lists of words, each with a witness or a reason why there is none."""
 
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -10,8 +10,8 @@ from magfold_env.scene import Problem, Scene, base, errors, io, load_scene
 from magfold_env.shapes import overlaps, parse_word
 
 Kind = Literal["ground", "unique", "forward", "backward", "free"]
-"""What a witness shows. The target is the only ground state of its sequence, or the only stable
-word; or a chain with it settles so when it is released in one of the three modes."""
+"""Kinds of witnesses. The target is the only ground state of the sequence or its only stable word,
+or a chain with the sequence settles as the target when released in one of the three modes."""
 
 
 class Witness(base.Part):
@@ -22,11 +22,11 @@ class Witness(base.Part):
     speed: float | None = None
     """Feed speed [m/s]."""
     gap: float | None = None
-    """For `ground`: distance to the next word [J]."""
+    """For `ground`: energy gap to the next word [J]."""
     successes: Annotated[int, Field(ge=0)] | None = None
-    """For the modes of release: how many of the `releases` settled as the target."""
+    """For the modes of release: number of the `releases` that settled as the target."""
     releases: Annotated[int, Field(ge=1)] | None = None
-    """None of them was used in the search."""
+    """Number of releases, none of which the search used."""
     certificate: str = ""
     """Why there is no such sequence; empty if that is not proved."""
 
@@ -37,17 +37,17 @@ class Witness(base.Part):
 
     @property
     def probability(self) -> Share | None:
-        """Of settling as the target; None where no chain was released."""
+        """Share of releases that settled as the target; None if no chain was released."""
         if self.successes is None or self.releases is None:
             return None
         return share(self.successes, self.releases)
 
 
 class Suite(base.Part):
-    """Words of one length that are to be made of one scene."""
+    """Target words of one length for one scene."""
 
     scene_name: str
-    """A shipped scene, or the path of one."""
+    """Name of a shipped scene, or a path."""
     words: dict[str, dict[Kind, Witness]]
     """The targets, in their order, with their witnesses."""
 

@@ -1,4 +1,4 @@
-"""What a design is asked for, checked, and what it decides."""
+"""The checked arguments of a design, and the choices it makes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ SPEEDS: tuple[float, ...] = (0.2, 0.5, 0.08, 0.03)
 
 
 class Choice(NamedTuple):
-    """The magnets of every component, and how fast the tube feeds them."""
+    """The magnets of every component and the feed speed."""
 
     sequence: tuple[str, ...]
     speed: float | None
-    """Feed speed [m/s]; None where no tube feeds."""
+    """Feed speed [m/s]; None without a tube."""
 
     def applied(self, scene: Scene) -> Scene:
         """Return the scene with this choice."""
@@ -36,37 +36,37 @@ class Choice(NamedTuple):
 
 @dataclass(frozen=True)
 class Task:
-    """A target and all that a search for it depends on."""
+    """A target and everything that a search for it depends on."""
 
     target: str
     scene: Scene
-    """As it is released, but for sequence and speed."""
+    """The scene of a release, except for sequence and speed."""
     mode: Mode
     objective: Objective
     search: Search
     seed: int
     speeds: tuple[float, ...]
-    """Feed speeds to choose from [m/s]; none where no tube feeds, or energies decide."""
+    """Feed speeds to choose from [m/s]; empty without a tube or for energy objectives."""
     budget: int
-    """Releases of the search."""
+    """Budget of releases in the search."""
     goal: float
-    """Probability that is enough."""
+    """Sufficient probability."""
     runs: int
-    """Releases that the result is assessed by."""
+    """Number of releases that assess the result."""
 
     @property
     def enough(self) -> float:
-        """Share of successes that ends the search: what was selected does worse afterwards."""
+        """Share of successes that ends the search; selected choices do worse later."""
         return 0.5 * (1.0 + self.goal)
 
     @property
     def searching_seed(self) -> int:
-        """Seed of the releases that choices are selected on."""
+        """Seed of the releases that select choices."""
         return self._seeds[0]
 
     @property
     def releases_seed(self) -> int:
-        """Seed of the releases that the result is assessed by."""
+        """Seed of the releases that assess the result."""
         return self._seeds[1]
 
     @property
@@ -75,7 +75,7 @@ class Task:
 
     @property
     def impossible(self) -> str:
-        """Why no sequence can make the target what it shall be; empty if one might."""
+        """Why no sequence can meet the objective; empty if one might."""
         places = [tuple(cell) for cell in cells(self.target).tolist()]
         for j, place in enumerate(places):
             if place in places[:j]:
@@ -102,14 +102,14 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
     goal: float,
     runs: int,
 ) -> Task:
-    """Check what is asked for and fill in what was left out.
+    """Check the arguments and fill in defaults.
 
     Raises
     ------
     SceneError
         If an argument is not allowed.
     ValueError
-        If the target is no word, or the scene has an external field.
+        If the target is not a word, or the scene has an external field.
     """
     n = len(parse_word(target, key="target")) + 1
     problems = [
@@ -140,7 +140,7 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
         problems.append(Problem("speeds", speeds, allowed))
     errors.refuse(problems)
     scene = load_scene(default_scene(n)) if scene is None else scene
-    # Whatever the poles: a sequence of the target's length.
+    # Any sequence of the target's length will do.
     released = release(scene.replace(sequence=("NNNN",) * n, start_angles=None), mode)
     refuse_field(released)
     chosen: tuple[float, ...] = ()
@@ -153,5 +153,5 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
 
 
 def default_scene(n: int) -> str:
-    """Return the name of the shipped scene that chains of n components are designed for."""
+    """Return the name of the shipped scene for designs of n components."""
     return "design" if n <= LONGEST_OF_ALL else "design-long"

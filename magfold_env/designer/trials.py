@@ -1,9 +1,10 @@
-"""Searches among choices by the dear test: releases of the chain, each with draws of its own.
+"""Searches among choices by the expensive test: releases of the chain, each with its own draws.
 
-`race` tries many choices a little, the best of them more: successive halving. `cross_entropy` knows
-no energy, nothing but what happens: choices are drawn from a distribution, independent for each
-face, or group of faces that flip as one, and for the logarithm of the speed, and the distribution
-is moved towards the best of them (Rubinstein and Kroese, *The Cross-Entropy Method*, 2004).
+`race` is successive halving: it tries many choices a few times and the best of them more often.
+`cross_entropy` uses no energies, only results of releases. It draws choices from a distribution
+that is independent for each face (or group of faces that flip together) and for the logarithm of
+the speed, and moves the distribution towards the best choices (Rubinstein and Kroese, *The
+Cross-Entropy Method*, 2004).
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -25,15 +26,15 @@ from magfold_env.shapes import similarity, word_to_angles
 from magfold_env.simulation.simulate import simulate
 
 PACE = 200
-"""Steps a component in one simulated second, at a tolerance of 1e-3 rad, before a search gives a
-release up. Chains that fold take a third of them at most; others may rattle up to the scene's cap,
-which takes 200 times as long as a fold."""
+"""Steps per component and simulated second, at a tolerance of 1e-3 rad, after which a search
+abandons a release. Chains that fold take at most a third of them; others may rattle up to the
+scene's limit, which takes 200 times as long as a fold."""
 
 RUNGS: tuple[tuple[int, int | None], ...] = ((1, None), (4, 12), (12, 4))
-"""Releases of a choice, and how many of the choices have so many: None stands for all."""
+"""Releases per choice, and the number of choices that get that many; None means all."""
 
 FINAL = 40
-"""Releases of the finalists, those of the last rung, one after another until one does."""
+"""Releases of the finalists of the last rung, one after another until one succeeds."""
 
 POPULATION = 60
 ELITE = 10
@@ -41,19 +42,19 @@ RELEASES = 4
 """Of every choice."""
 
 _STEP = 0.7  # from the old distribution to that of the elite
-_SURE = 0.97  # no group of faces is more certain than that
-_NEAR = 0.85  # how certain those of a first choice are
-_NARROW = 0.05  # least standard deviation of the speed's logarithm
+_SURE = 0.97  # largest certainty of a group of faces
+_NEAR = 0.85  # initial certainty of the first choice
+_NARROW = 0.05  # smallest standard deviation of the speed's logarithm
 
 Key = tuple[tuple[str, ...], float | None, int]
 
 
 class Oracle(Protocol):
-    """What answers how choices do; `Trials` of the dynamics, or a stand-in."""
+    """Source of the scores of choices: `Trials` of the dynamics, or a substitute."""
 
     @property
     def count(self) -> int:
-        """How many answers were asked for."""
+        """Number of requested releases."""
         ...
 
     def scores(self, choices: Sequence[Choice], draws: int) -> Array:
@@ -62,7 +63,7 @@ class Oracle(Protocol):
 
 
 class Evaluation(NamedTuple):
-    """What releases of a choice have shown."""
+    """Results of the releases of a choice."""
 
     choice: Choice
     mean: float
@@ -77,10 +78,10 @@ class Evaluation(NamedTuple):
 
 
 def race(choices: Sequence[Choice], trials: Oracle, enough: float = 1.0) -> list[Evaluation]:
-    """Try choices on ever more releases, those that do best only, and return them `ranked`.
+    """Try choices on more and more releases, keeping only the best, and return them `ranked`.
 
-    Of equal ones the first are preferred. ``enough`` is the share of successes that ends the race;
-    finalists that can no longer have it are left out.
+    The first of equal choices are preferred. ``enough`` is the share of successes that ends the
+    race; finalists that can no longer reach it are dropped.
     """
     field = list(dict.fromkeys(choices))
     known: dict[Choice, Evaluation] = {}
@@ -98,7 +99,7 @@ def race(choices: Sequence[Choice], trials: Oracle, enough: float = 1.0) -> list
 
 
 def ranked(evaluations: Iterable[Evaluation]) -> list[Evaluation]:
-    """Return those of most releases first, then of most successes, then of the highest mean."""
+    """Sort by number of releases, then by successes, then by mean, in descending order."""
     return sorted(evaluations, key=lambda each: (-each.releases, -each.successes, -each.mean))
 
 
@@ -112,11 +113,11 @@ def _tried(choices: Sequence[Choice], trials: Oracle, releases: int) -> list[Eva
 
 class _Distribution(NamedTuple):
     signs: Array
-    """Of all faces, shape (4n,)."""
+    """Signs of all faces, shape (4n,)."""
     group: IntArray
-    """To which group each face belongs, shape (4n,); the faces of a group flip as one."""
+    """Group of each face, shape (4n,); the faces of a group flip together."""
     kept: Array
-    """Probability that a group has these signs, shape (groups,)."""
+    """Probability that each group has these signs, shape (groups,)."""
     mean: float
     """Of the speed's logarithm."""
     deviation: float
@@ -134,11 +135,11 @@ def cross_entropy(
 ) -> list[Evaluation]:
     """Search for the choice that folds into the target most often.
 
-    It begins with ``first``, or with every choice equally likely, and stays between the slowest and
-    the fastest of the ``speeds`` [m/s]; there are none where no tube feeds. The signs of each group
-    of faces stay as they are in ``first`` relative to each other; None makes each face a group. No
-    generation but the first may exceed the budget of releases, those before the search included;
-    the share of successes ``goal`` ends it. Returns the choices that came nearest, by `race`.
+    The search begins with ``first``, or with all choices equally likely, and stays between the
+    slowest and the fastest of ``speeds`` [m/s], which is empty without a tube. The relative signs
+    within each group of faces stay those of ``first``; None makes each face a group. Generations
+    after the first must stay within the budget of releases, which includes earlier releases. The
+    share of successes ``goal`` ends the search. Returns the best choices, ranked by `race`.
     """
     current = _around(first, faces, speeds, groups)
     best: list[Evaluation] = []
@@ -184,7 +185,7 @@ def _drawn(
 
 def _moved(current: _Distribution, elite: Sequence[Choice]) -> _Distribution:
     leads = np.unique(current.group, return_index=True)[1]
-    # To flip all poles changes nothing: `sequence_of_signs` makes the first face N, as it is here.
+    # Flipping all poles changes nothing: `sequence_of_signs` makes the first face N, as here.
     drawn = np.array([signs(choice.sequence).ravel() for choice in elite])
     alike = drawn[:, leads] == current.signs[leads]
     kept = (1.0 - _STEP) * current.kept + _STEP * alike.mean(axis=0)
@@ -199,11 +200,11 @@ def _moved(current: _Distribution, elite: Sequence[Choice]) -> _Distribution:
 
 
 class Trials:
-    """Releases choices, and keeps how each release ended.
+    """Releases choices and stores the result of each release.
 
     Release k of every choice draws from the same generator, so that choices are compared under
-    equal conditions; what was asked before is not simulated again. Releases are kept in, and taken
-    from, a checkpoint; ``report`` is told their number so far.
+    equal conditions. A release is simulated only once. A checkpoint stores releases; ``report`` is
+    called with their number so far.
     """
 
     def __init__(
@@ -222,7 +223,7 @@ class Trials:
 
     @property
     def count(self) -> int:
-        """How many releases were asked for, those kept from before included."""
+        """Number of requested releases, including stored ones."""
         return len(self._asked)
 
     def scores(self, choices: Sequence[Choice], draws: int) -> Array:
@@ -243,8 +244,8 @@ class Trials:
 
 
 def hurried(scene: Scene) -> Scene:
-    """Return a scene in which chains that rattle are given up."""
-    # Steps of the fifth order grow with the tolerance's fifth root.
+    """Return a scene in which rattling chains are abandoned."""
+    # Step sizes of a fifth-order method grow with the fifth root of the tolerance.
     steps = round(PACE * scene.n * (1e-3 / scene.solver.tolerance) ** 0.2)
     most = min(max(steps, 1), scene.solver.max_steps_per_second)
     return scene.replace(solver={"max_steps_per_second": most})

@@ -1,1 +1,1 @@
-"""Many perturbed releases of a scene, and of all that a grid of its numbers makes of it."""
+"""Ensembles of perturbed releases of a scene, and sweeps over grids of its numbers."""

@@ -1,6 +1,6 @@
-"""Ensembles: many perturbed releases of a scene, and the probabilities of where they end.
+"""Ensembles: many perturbed releases of a scene, and the probabilities of their outcomes.
 
-Each run has draws of its own; all are made on all cores.
+Each run has its own draws; the runs use all cores.
 """
 
 from __future__ import annotations
@@ -36,21 +36,21 @@ K = TypeVar("K")
 FORMAT = "magfold_env ensemble 1"
 
 MOST_RUNS = 10_000_000
-"""Each is kept in memory."""
+"""Largest number of runs; each is kept in memory."""
 
-_SIDE_BY_SIDE = 8  # scenes at most, half of the geometries whose tables are kept
-MOST_SHOWN = 3  # ends in a line
+_SIDE_BY_SIDE = 8  # most scenes in a batch, half of the geometries whose tables are cached
+MOST_SHOWN = 3  # outcomes shown in one line
 
 
 class Run(NamedTuple):
-    """What is kept of a fold."""
+    """The stored values of a fold."""
 
     number: int
-    """From 0, in the ensemble, or among the runs of several; see `released`."""
+    """Number from 0, in the ensemble or among the runs of several ensembles; see `released`."""
     word: str
     """Nearest fold word."""
     status: str
-    """How it ended, see `FoldStatus`."""
+    """Status of the fold; see `FoldStatus`."""
     energy: float
     """Magnetic energy at the end [J]."""
     time: float
@@ -59,18 +59,18 @@ class Run(NamedTuple):
     """Absolute headings at the end [rad], component 1 first."""
 
     def to_record(self) -> list[Any]:
-        """Return the run as values that JSON can hold; numbers that broke down are None."""
+        """Return the run as JSON values; numbers that are not finite become None."""
         finite = [x if math.isfinite(x) else None for x in (self.energy, self.time, *self.angles)]
         return [self.number, self.word, self.status, *finite]
 
     @classmethod
     def from_record(cls, record: list[Any], n: int) -> Run:
-        """Return the run of a chain of ``n`` components that `to_record` was made of.
+        """Return the run of a chain of ``n`` components from the result of `to_record`.
 
         Raises
         ------
         ValueError
-            If it was made of none.
+            If it is not such a result.
         """
         number, word, status, *values = record
         energy, time, *angles = (math.nan if x is None else float(x) for x in values)
@@ -80,10 +80,10 @@ class Run(NamedTuple):
 
 
 def generator(seed: int, index: int) -> np.random.Generator:
-    """Return the generator that run `index` of an ensemble draws from.
+    """Return the random generator of run `index` of an ensemble.
 
-    It is the generator of ``SeedSequence(seed).spawn(runs)[index]``: it depends neither on the
-    number of runs nor on the order in which they are made.
+    It is the generator of ``SeedSequence(seed).spawn(runs)[index]`` and depends neither on the
+    number nor on the order of the runs.
     """
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
 
@@ -97,15 +97,15 @@ def run_one(scene: Scene, seed: int, index: int) -> Run:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Ensemble:
-    """Many releases of one scene: columns with an entry a run, and probabilities.
+    """Many releases of one scene: columns with one entry per run, and probabilities.
 
-    The probabilities' intervals are Wilson's, each at 95 % by itself.
+    The intervals of the probabilities are Wilson's, each at 95 % on its own.
     """
 
     scene: Scene
     """The scene, before its draws."""
     seed: int
-    """Seed of the draws; run i draws from ``generator(i)``."""
+    """Seed of the draws; run i uses ``generator(i)``."""
     word: Texts
     """Nearest fold word, shape (runs,)."""
     status: Texts
@@ -119,7 +119,7 @@ class Ensemble:
 
     @classmethod
     def of(cls, scene: Scene, seed: int, runs: Sequence[Run]) -> Ensemble:
-        """Return the ensemble of runs that are given in order."""
+        """Return the ensemble of runs given in order."""
         return cls(
             scene,
             seed,
@@ -135,7 +135,7 @@ class Ensemble:
         return len(self.word)
 
     def __repr__(self) -> str:
-        """Return the most frequent ends, each with its share."""
+        """Return the most frequent outcomes, each with its share."""
         first = [f"{word} {status} {found}" for (word, status), found in self.outcomes.items()]
         more = f", … ({len(first) - MOST_SHOWN} more)" if len(first) > MOST_SHOWN else ""
         return f"<Ensemble, runs={len(self)}: {', '.join(first[:MOST_SHOWN])}{more}>"
@@ -146,7 +146,7 @@ class Ensemble:
     def words(self) -> dict[str, Share]:
         """The probability of every word that occurred, most frequent first.
 
-        Every run counts by its nearest word, also one that misfolded: for a fold see `outcomes`.
+        Every run counts by its nearest word, even if it misfolded; `outcomes` separates them.
         """
         return _shares(self.word.tolist())
 
@@ -164,16 +164,16 @@ class Ensemble:
     def probability(self, word: str | None = None, status: str | None = None) -> Share:
         """Return the probability of a word, of a status, or of both together.
 
-        It is 0, with its interval, for what did not occur.
+        It is 0, with an interval, for words and statuses that did not occur.
 
         Raises
         ------
         ValueError
-            If there is no such status, or the word is none of the chain's.
+            If there is no such status, or the word is not one of the chain's.
         """
         hits = np.ones(len(self), dtype=np.bool_)
         if word is not None:
-            # It is empty where numbers broke down.
+            # It is empty if the simulation failed.
             hits &= self.word == (word and parse_word(word, self.scene.n))
         if status is not None:
             hits &= self._ended(status)
@@ -182,7 +182,7 @@ class Ensemble:
     # --- single runs -------------------------------------------------------------------------
 
     def generator(self, index: int) -> np.random.Generator:
-        """Return the generator that run `index` drew from: `simulate` with it repeats the run.
+        """Return the generator of run `index`; `simulate` with it repeats the run.
 
         Raises
         ------
@@ -199,7 +199,7 @@ class Ensemble:
     # --- files -------------------------------------------------------------------------------
 
     def columns(self) -> dict[str, npt.NDArray[Any]]:
-        """Return the runs as columns of equal length, as data frames are made of."""
+        """Return the runs as columns of equal length, for a data frame."""
         angles = {f"angle_{k + 1}": column for k, column in enumerate(self.angles.T)}
         return {
             "run": np.arange(len(self)),
@@ -215,7 +215,7 @@ class Ensemble:
         return [outcome_row(*outcome, found) for outcome, found in self.outcomes.items()]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the ensemble as values that JSON can hold; numbers that broke down are None."""
+        """Return the ensemble as JSON values; numbers that are not finite become None."""
         outcomes = [
             {"word": word, "status": status.value, **_plain(found)}
             for (word, status), found in self.outcomes.items()
@@ -236,12 +236,12 @@ class Ensemble:
 
     @classmethod
     def from_json(cls, path: str | Path) -> Ensemble:
-        """Read an ensemble that `to_json` wrote; equal to it, bit for bit.
+        """Read an ensemble that `to_json` wrote; the result equals it bit for bit.
 
         Raises
         ------
         ValueError
-            If the file is no such ensemble.
+            If the file is not such an ensemble.
         """
         with reading_json(path, "an ensemble", FORMAT) as data:
             scene = Scene(**data["scene"])
@@ -249,13 +249,13 @@ class Ensemble:
             return cls.of(scene, data["seed"], runs)
 
     def to_csv(self, path: str | Path) -> None:
-        """Write `columns` as CSV, a line a run, under a temporary name first."""
+        """Write `columns` as CSV, one line per run, under a temporary name first."""
         columns = self.columns()
         lines = zip(*(column.tolist() for column in columns.values()), strict=True)
         write_text(path, to_csv([dict(zip(columns, line, strict=True)) for line in lines]))
 
     def _ended(self, status: str) -> BoolArray:
-        """Return which runs ended so, shape (runs,)."""
+        """Return which runs have this outcome, shape (runs,)."""
         errors.refuse(errors.unless_one_of("status", status, FoldStatus))
         return self.status == FoldStatus(status).value
 
@@ -266,7 +266,7 @@ class Ensemble:
 
 
 def release(scene: Scene, mode: Mode, speed: float | None = None) -> Scene:
-    """Return a scene whose chain is let go in one of the paper's deployment modes.
+    """Return a scene whose chain is released in one of the paper's deployment modes.
 
     Parameters
     ----------
@@ -281,7 +281,7 @@ def release(scene: Scene, mode: Mode, speed: float | None = None) -> Scene:
     Raises
     ------
     SceneError
-        If an argument is none of these.
+        If an argument is not one of these.
     """
     errors.refuse(unless_a_scene(scene) + errors.unless_one_of("mode", mode, get_args(Mode)))
     feed = {} if speed is None else {"speed": speed}
@@ -301,11 +301,11 @@ def ensemble(
     state: str | Path | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Ensemble:
-    """Simulate many releases, each with draws of its own, and count where they end.
+    """Simulate many releases, each with its own draws, and count the outcomes.
 
-    What is drawn is what the scene leaves to chance: `start_angle_spread` and `spreads`. Run i
-    draws from ``generator(seed, i)`` alone, so that the result depends neither on the number of
-    workers nor on their kind, and ``simulate(scene, generator(seed, i))`` repeats it.
+    The draws are those that the scene leaves open: `start_angle_spread` and `spreads`. Run i uses
+    only ``generator(seed, i)``, so that the result depends neither on the number of workers nor on
+    their kind, and ``simulate(scene, generator(seed, i))`` repeats it.
 
     Parameters
     ----------
@@ -316,27 +316,27 @@ def ensemble(
     seed
         Seed of all draws.
     workers
-        How many runs are made at a time; None takes all cores, or a cluster's CPUs.
+        Number of parallel runs; None uses all cores, or all CPUs of a cluster.
     backend
-        `threads`, `processes` of this machine, or `ray`: a Ray cluster, through joblib. None takes
-        processes for many runs on more than four workers, else threads.
+        `threads` or `processes` of this machine, or `ray`, a Ray cluster through joblib. None
+        selects processes for many runs on more than four workers, else threads.
     address
-        Of the Ray cluster; None takes the one in ``RAY_ADDRESS``, or starts one here.
+        Address of the Ray cluster; None takes the one in ``RAY_ADDRESS``, or starts a local one.
     state
-        Folder in which runs are kept as they are made, every two seconds. Called again with it,
-        only missing runs are made: after a kill, or for more runs than before.
+        Folder that stores completed runs every two seconds. A later call with the same folder makes
+        only the missing runs, after an interruption or for a larger number of runs.
     progress
-        Is told how many runs are made, of how many.
+        Called with the number of completed runs and the number of all runs.
 
     Raises
     ------
     SceneError
         If an argument is not allowed.
     CheckpointError
-        If what is in `state` is damaged, or was written for another scene, seed or physics, or if
-        another process uses it.
+        If the contents of `state` are damaged or belong to another scene, seed or physics, or if
+        another process uses the folder.
     ImportError
-        If Ray is wanted and not installed.
+        If Ray is selected and not installed.
     """
     asked = Workers(workers, backend, address)
     errors.refuse(unless_a_scene(scene))
@@ -353,27 +353,27 @@ def released(
     state: str | Path | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> list[Ensemble]:
-    """Return an ensemble of each of some scenes of equally many components.
+    """Return an ensemble for each of several scenes with equal numbers of components.
 
-    Run i of every scene draws from ``generator(seed, i)``. Among all runs it is number i times the
-    number of scenes, plus the place of its scene.
+    Run i of every scene uses ``generator(seed, i)``. Its number among all runs is i times the
+    number of scenes, plus the index of its scene.
 
     Parameters
     ----------
     scenes
-        What to release; one at least.
+        The scenes to release, at least one.
     runs
-        How many releases of each.
+        Number of releases of each scene.
     seed
         Seed of all draws.
     workers
-        Who makes the runs.
+        The workers that make the runs.
     key
-        What the scenes depend on, for `state`.
+        Everything that the scenes depend on, for `state`.
     state
-        Folder in which runs are kept, see `ensemble`.
+        Folder that stores the runs; see `ensemble`.
     progress
-        Is told how many runs are made, of how many.
+        Called with the number of completed runs and the number of all runs.
 
     Raises
     ------
@@ -392,8 +392,8 @@ def released(
         found = kept.read(partial(Run.from_record, n=scenes[0].n))
         made = {run.number: run for run in found if run.number < total}
         missing = [number for number in range(total) if number not in made]
-        # Scene by scene: the first run of a geometry makes its tables. Threads share them, so that
-        # as many scenes are taken up together; a process keeps its own.
+        # Runs are ordered by scene, because the first run of a geometry makes its tables. Threads
+        # share these, so several scenes run together; a process keeps its own.
         together = 1
         if workers.kind(len(missing)) == "threads":
             together = min(workers.count or os.cpu_count() or 1, _SIDE_BY_SIDE)
@@ -424,7 +424,7 @@ PREDICTORS: dict[Mode, str] = {
 
 
 def varied(scene: Scene) -> str:
-    """Return what is drawn anew for every run of a scene, and how widely, in words."""
+    """Return a description of the draws of every run of a scene and their spreads."""
     found: list[str] = []
     if scene.start_angles is None and scene.start_angle_spread > 0.0:
         found.append(f"start angles ±{scene.start_angle_spread:g} rad")
@@ -438,9 +438,9 @@ def varied(scene: Scene) -> str:
 
 
 def predictions(scene: Scene) -> dict[str, str]:
-    """Return the word that each of the minimiser's searches ends in, by the search's name.
+    """Return the word that each of the minimiser's searches predicts, by the name of the search.
 
-    Searches that refuse the scene, or shut themselves in, are left out.
+    Searches that refuse the scene or block themselves are omitted.
     """
     found: dict[str, str] = {}
     for mode, name in PREDICTORS.items():
@@ -450,10 +450,10 @@ def predictions(scene: Scene) -> dict[str, str]:
 
 
 class Bar(NamedTuple):
-    """How often a chain ended in one way."""
+    """The frequency of one outcome."""
 
     word: str
-    """Fold word; empty for several together."""
+    """Fold word; empty for several outcomes together."""
     status: str
     """The text of a `FoldStatus`, or `others`."""
     rate: float
@@ -463,7 +463,7 @@ class Bar(NamedTuple):
     high: float
     """Upper end of its interval."""
     joints: tuple[float, ...]
-    """Joint angles of a run that ended so [rad]; none for several together."""
+    """Joint angles of a run with this outcome [rad]; empty for several outcomes together."""
 
 
 def bars(ensemble: Ensemble) -> list[Bar]:
@@ -477,13 +477,13 @@ def bars(ensemble: Ensemble) -> list[Bar]:
 
 
 def _shares(entries: list[K]) -> dict[K, Share]:
-    """Return the share of each entry, most frequent first, equally frequent ones sorted."""
+    """Return the share of each entry, most frequent first; equally frequent entries are sorted."""
     counts = most_first(Counter(entries))
     return {entry: share(count, len(entries)) for entry, count in counts.items()}
 
 
 def most_first(counts: Counter[K]) -> Counter[K]:
-    """Return counts, largest first, equal ones by name."""
+    """Return counts, largest first; equal counts are sorted by name."""
     return Counter(dict(sorted(counts.items(), key=lambda item: (-item[1], str(item[0])))))
 
 

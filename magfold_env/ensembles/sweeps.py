@@ -27,28 +27,28 @@ from magfold_env.shapes import parse_word
 FORMAT = "magfold_env sweep 1"
 
 MOST = 100
-"""Most values of a parameter."""
+"""Largest number of values of a parameter."""
 
 KEYS_AND_VALUES = "a mapping of a scene's keys to their values"
 
-_LARGEST = 2.0**53  # up to here, floats are the whole numbers they look like
+_LARGEST = 2.0**53  # up to here, floats represent whole numbers exactly
 
 
 class Outcome(NamedTuple):
-    """What a run may end in: a word, a status, or both; as text `LRL`, `folded`, `LRL folded`."""
+    """An outcome of a run: a word, a status, or both; as text `LRL`, `folded`, `LRL folded`."""
 
     word: str | None = None
     """Fold word; None for any."""
     status: FoldStatus | None = None
-    """How it ended; None for any."""
+    """Status; None for any."""
 
     def __str__(self) -> str:
-        """Return what is named, the word first."""
+        """Return the outcome as text, the word first."""
         return " ".join(part for part in self if part)
 
     @classmethod
     def parse(cls, text: str, n: int) -> Outcome:
-        """Return what a text names for `n` components.
+        """Return the outcome that a text names for `n` components.
 
         Raises
         ------
@@ -68,7 +68,7 @@ class Outcome(NamedTuple):
 
 
 def outcomes(made: Ensemble) -> Counter[Outcome]:
-    """Return how many runs ended in what, most first: a full fold's word, else the status alone."""
+    """Return the outcomes by frequency with counts: a full fold's word, else the status."""
     counts = Counter[Outcome]()
     for (word, status), found in made.outcomes.items():
         folded = status is FoldStatus.FOLDED
@@ -81,36 +81,36 @@ class Sweep:
     """Ensembles of one scene over a grid of one or two of its numbers, with the same draws."""
 
     scene: Scene
-    """The scene, before the parameters are put in."""
+    """The scene before the parameters are set."""
     seed: int
-    """Seed of the draws: run i of every point draws from the ensemble's ``generator(i)``."""
+    """Seed of the draws: run i of every point uses the ensemble's ``generator(i)``."""
     over: dict[str, tuple[float, ...]]
     """Values of each parameter, by its dotted key."""
     ensembles: tuple[Ensemble, ...]
-    """An ensemble for each of the `points`."""
+    """One ensemble for each of the `points`."""
 
     def __len__(self) -> int:
         """Return the number of points."""
         return len(self.ensembles)
 
     def __repr__(self) -> str:
-        """Return what was varied, and how often it was released."""
+        """Return the varied parameters and the number of releases."""
         over = " × ".join(f"{key} ({len(values)} values)" for key, values in self.over.items())
         return f"<Sweep over {over}, runs={len(self.ensembles[0])}>"
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """How many values each parameter has."""
+        """Number of values of each parameter."""
         return tuple(len(values) for values in self.over.values())
 
     @property
     def points(self) -> list[dict[str, float]]:
-        """The parameters at each point of the grid; the last one changes first."""
+        """The parameters at each point of the grid; the last one varies fastest."""
         return points(self.over)
 
     @cached_property
     def leading(self) -> Counter[Outcome]:
-        """How many runs of all points ended in what, see `outcomes`."""
+        """Number of runs of all points by outcome; see `outcomes`."""
         return most_first(sum(map(outcomes, self.ensembles), Counter[Outcome]()))
 
     def probability(self, word: str | None = None, status: str | None = None) -> list[Share]:
@@ -124,7 +124,7 @@ class Sweep:
         return [each.probability(word, status) for each in self.ensembles]
 
     def rows(self) -> list[Row]:
-        """Return rows of a table: at each point, all that occurs at any, most frequent first."""
+        """Return table rows: for each point, every outcome of the sweep, most frequent first."""
         counts = Counter[tuple[str, FoldStatus]]()
         for each in self.ensembles:
             counts.update({ends: found.successes for ends, found in each.outcomes.items()})
@@ -139,7 +139,7 @@ class Sweep:
         write_text(path, to_csv(self.rows()))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the sweep as values that JSON can hold; numbers that broke down are None."""
+        """Return the sweep as JSON values; numbers that are not finite become None."""
         found: list[dict[str, Any]] = []
         for point, each in zip(self.points, self.ensembles, strict=True):
             content = each.to_dict()
@@ -160,12 +160,12 @@ class Sweep:
 
     @classmethod
     def from_json(cls, path: str | Path) -> Sweep:
-        """Read a sweep that `to_json` wrote; equal to it, bit for bit.
+        """Read a sweep that `to_json` wrote; the result equals it bit for bit.
 
         Raises
         ------
         ValueError
-            If the file is no such sweep.
+            If the file is not such a sweep.
         """
         with reading_json(path, "a sweep", FORMAT) as data:
             scene, seed, over = Scene(**data["scene"]), data["seed"], _checked(data["over"])
@@ -190,36 +190,36 @@ def sweep(  # noqa: PLR0913 - what to sweep, and what `ensemble` takes
 ) -> Sweep:
     """Simulate an ensemble of a scene at every point of a grid of one or two of its numbers.
 
-    All points share their random numbers: run i draws alike at each, so that what differs from
-    point to point is the parameters' doing. An ensemble of a point's scene, made by itself, is
-    equal to the sweep's, bit for bit.
+    All points share their random numbers: run i draws the same at each point, so that only the
+    parameters cause differences between points. A separate ensemble of a point's scene equals the
+    sweep's ensemble bit for bit.
 
     Parameters
     ----------
     scene
         What to release.
     over
-        The values, increasing, of one or two numbers of the scene, by their dotted keys:
+        Increasing values of one or two numbers of the scene, by their dotted keys:
         ``{"friction": [0.1, 0.2, 0.4], "magnets.remanence": np.linspace(0.6, 1.4, 9)}``.
     runs
-        How many releases a point.
+        Number of releases per point.
     seed
         Seed of all draws.
     workers, backend, address
-        Who makes the runs, as for `ensemble`.
+        The workers that make the runs, as for `ensemble`.
     state
-        Folder in which runs are kept as they are made, every two seconds. Called again with it,
-        only missing runs are made: after a kill, or for more runs a point than before.
+        Folder that stores completed runs every two seconds. A later call with the same folder makes
+        only the missing runs, after an interruption or for more runs per point.
     progress
-        Is told how many runs of all points are made, of how many.
+        Called with the number of completed runs at all points and the number of all runs.
 
     Raises
     ------
     SceneError
         If an argument is not allowed, or the scene is not valid at a point.
     CheckpointError
-        If what is in `state` is damaged, or was written for another sweep or physics, or if
-        another process uses it.
+        If the contents of `state` are damaged or belong to another sweep or physics, or if another
+        process uses the folder.
     ImportError
         If Ray is wanted and not installed.
     """
@@ -232,7 +232,7 @@ def sweep(  # noqa: PLR0913 - what to sweep, and what `ensemble` takes
 
 
 def points(over: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
-    """Return the parameters at each point of a grid; the last one changes first."""
+    """Return the parameters at each point of a grid; the last one varies fastest."""
     return [dict(zip(over, values, strict=True)) for values in product(*over.values())]
 
 
@@ -242,8 +242,8 @@ def scenes(scene: Scene, over: Mapping[str, Sequence[float]]) -> list[Scene]:
     Raises
     ------
     SceneError
-        If one is not valid, it names the point; or if the scene has several numbers at a key, as
-        magnets of different strengths, which one would replace.
+        If a scene is not valid (the message names the point), or if a key has several numbers in
+        the scene, such as magnets of different strengths, which one number would replace.
     """
     for key, values in over.items():
         given: Any = scene
@@ -274,7 +274,7 @@ def keys(part: type[Part] = Scene, before: str = "") -> Iterator[str]:
 
 
 def _kinds(annotation: Any) -> Iterator[Any]:
-    """Yield what an annotation allows, one by one."""
+    """Yield the types that an annotation allows, one by one."""
     if get_origin(annotation) is Annotated:
         yield from _kinds(get_args(annotation)[0])
     elif get_origin(annotation) in {Union, UnionType}:
@@ -285,7 +285,7 @@ def _kinds(annotation: Any) -> Iterator[Any]:
 
 
 def _checked(over: Mapping[str, Sequence[float]]) -> dict[str, tuple[float, ...]]:
-    """Return the parameters' values as floats, or refuse them."""
+    """Return the values of the parameters as floats, or refuse them."""
     if not 1 <= len(over) <= 2:
         errors.refuse([Problem("over", list(over), "must name one or two numbers of the scene")])
     known = list(keys())
@@ -317,13 +317,13 @@ def _increasing(values: Any) -> bool:
 
 
 def _nested(point: Mapping[str, float]) -> dict[str, Any]:
-    """Return the changes that put values under dotted keys into a scene."""
+    """Return the changes that set values of dotted keys in a scene."""
     changes: dict[str, Any] = {}
     for key, value in point.items():
         *groups, name = key.split(".")
         inner = changes
         for group in groups:
             inner = inner.setdefault(group, {})
-        # Where a scene asks for a whole number it takes no other; elsewhere it takes both.
+        # Where a scene requires a whole number it accepts no float; elsewhere it accepts both.
         inner[name] = int(value) if value % 1.0 == 0.0 and abs(value) < _LARGEST else value
     return changes

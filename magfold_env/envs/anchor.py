@@ -17,39 +17,39 @@ from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.simulation.endings import FOLDED_WITHIN
 
 OUT = 0.95
-"""Share of the last component that comes out of the tube."""
+"""Share of the last component that leaves the tube."""
 
 SETTLING = 0.3
-"""Time that a chain has to settle in when its last component has been fed [s]."""
+"""Time for a chain to settle after its last component is fed [s]."""
 
 STAGES = 5
-"""Equal parts in which a pull comes to its full size."""
+"""Number of equal steps in which a pull grows to its full size."""
 
 STAGE = 0.03
-"""How long each of them lasts [s]."""
+"""Duration of each step [s]."""
 
 LASTING = 0.15
-"""How long the whole of it lasts [s]."""
+"""Duration of a whole pull [s]."""
 
 PULL_SCALE = 0.5
-"""Component of a pull that is shown as one half [N]."""
+"""Component of a pull that an observation shows as one half [N]."""
 
 
 class AnchorEpisodes(TrayEpisodes):
-    """Episodes in which folds are to bear a pull while the tube holds the last component."""
+    """Episodes in which folds must bear a pull while the tube holds the last component."""
 
     task_kind = AnchorTask
     lacking = "not left"
     kept = (*TrayEpisodes.kept, "scores", "_tested")
 
     def allocate(self) -> None:
-        """Make the arrays that episodes keep."""
+        """Allocate the arrays of the episodes."""
         super().allocate()
         self.scores: Floats = np.zeros(self.count)
-        """Scores of episodes whose chains were left, (m,)."""
+        """Scores of episodes whose chains were left, shape (m,)."""
         self._tested: Bools = np.zeros(self.count, dtype=np.bool_)  # in the last step
         self.sizes: Floats = np.array([task.pull for task in self.world.tasks])
-        """Of the pulls [N], (tasks,)."""
+        """Sizes of the pulls [N], (tasks,)."""
         towards = np.array([task.towards for task in self.world.tasks])
         self.pulls: Floats = self.sizes[:, None] * np.stack([np.cos(towards), np.sin(towards)], 1)
         """The pulls [N], (tasks, 2)."""
@@ -57,7 +57,7 @@ class AnchorEpisodes(TrayEpisodes):
 
     @classmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, CameraLayout]:
-        """Return how actions are written, and where entries of observations lie."""
+        """Return the form of actions and the layout of observations."""
         table, layout = super().spaces(world, options)
         before = {"pull": 2, **layout.before}
         del before["target"]
@@ -66,38 +66,38 @@ class AnchorEpisodes(TrayEpisodes):
 
     @classmethod
     def baselines(cls, world: TaskWorld) -> TrayStore:
-        """Return what the minimiser's chains make of the tasks of a world."""
+        """Return the baselines that the minimiser's chains set for the tasks of a world."""
         return TrayStore(cls, world, (*PROTOCOL, OUT, SETTLING, STAGES, STAGE, LASTING))
 
     def infos(self, rows: Ints) -> Columns:
-        """Return the infos of some episodes, whether they go on or have ended."""
+        """Return the infos of some episodes, running or ended."""
         return super().infos(rows) | {"pull": self.sizes[self.numbers[rows]]}
 
     def final_infos(self, rows: Ints) -> Columns:
-        """Return the infos that episodes which have terminated have besides."""
+        """Return the additional infos of episodes that have terminated."""
         scores = self.scores[rows]
         return super().final_infos(rows) | {"score": scores, "is_success": scores == 1.0}
 
     def turned(self, rows: Ints) -> Bools:
-        """Return which joints of some chains lie as in a fold, (rows, n - 1)."""
+        """Return which joints of some chains are folded, (rows, n - 1)."""
         joints = np.diff(self.arrays.angles[rows], axis=1)
         return np.abs(np.abs(joints) - 0.5 * np.pi) <= FOLDED_WITHIN
 
     def is_whole(self, rows: Ints) -> Bools:
-        """Return which chains have been fed as far as they are to be."""
+        """Return which chains are completely fed."""
         return self.arrays.fed[rows] == self.n
 
     def is_tested(self, rows: Ints) -> Bools:
-        """Return which chains have been pulled at in the last step."""
+        """Return which chains were pulled in the last step."""
         return self._tested[rows]
 
     def borne(self, rows: Ints) -> Floats:
-        """Return which share of their pulls chains bore that have been tested, as measured."""
+        """Return the measured share of the pull that each tested chain bore."""
         share = np.clip(self._force[rows] / self.sizes[self.numbers[rows]], 0.0, 1.0)
         return np.where(self._tested[rows], share, 0.0)
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations, but for the frame, by their groups' names."""
+        """Return the entries of observations by group, without the camera's frame."""
         groups, pulls = super().groups(), self.pulls[self.numbers] / PULL_SCALE
         del groups["target"]
         return groups | {
@@ -106,14 +106,14 @@ class AnchorEpisodes(TrayEpisodes):
         }
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return how far an episode has come, and lines of a picture above and below energies."""
+        """Return an episode's progress, and the lines above and below the energies in a picture."""
         title, _, done = super().caption(row)
         task: Any = self.world.tasks[int(self.numbers[row])]
         wanted: Lines = [("pull", f"{task.pull:.2f} N at {np.degrees(task.towards):.0f}°")]
         return title, wanted, done
 
     def prepare(self, rows: Ints) -> None:
-        """Put all components on their trays, and draw the strengths of their magnets."""
+        """Put all components on their trays and draw the strengths of their magnets."""
         super().prepare(rows)
         self.scores[rows], self._tested[rows] = 0.0, False
 
@@ -136,16 +136,16 @@ class AnchorEpisodes(TrayEpisodes):
             self.chains.pull(last, np.zeros((len(last), 2)), SETTLING)
 
     def _until(self, rows: Ints, speeds: Floats) -> Floats:
-        """Return when feeds pause [s]: the tube keeps a part of the last component."""
+        """Return when feeds pause [s]: part of the last component stays in the tube."""
         n, late = self.n, np.full(len(rows), self.late)
         factors = self.chains.drawn.factors[rows, np.where(self.arrays.forward[rows], n - 1, 0)]
-        # A drive that has slipped may have let it come out a little.
+        # A drive that has slipped may have let it out a little.
         way = self._last_comes_out - self.chains.drawn.chains.q[rows, n]
         last = self.arrays.fed[rows] == n - 1
         return np.where(last, np.minimum(self.times(rows) + way / (speeds * factors), late), late)
 
     def _test(self, rows: Ints, leaves: Bools) -> None:
-        """Pull at some chains, and leave those that are said."""
+        """Pull some chains, and leave those that are selected."""
         began, turned = self.times(rows), self.turned(rows)
         borne = self._bear(rows, turned)
         size = self.sizes[self.numbers[rows]]
@@ -159,7 +159,7 @@ class AnchorEpisodes(TrayEpisodes):
         self._stop_late(rows)
 
     def _bear(self, rows: Ints, turned: Bools) -> Floats:
-        """Pull more and more until a joint leaves its stop; return which share chains bore."""
+        """Increase pulls until a joint leaves its stop; return the share that each chain bore."""
         borne, pulls = np.zeros(len(rows)), self.pulls[self.numbers[rows]]
         going = np.arange(len(rows))
         for stage in range(1, STAGES + 1):
@@ -181,8 +181,8 @@ class AnchorEnv(TrayEnv):
 
     `reset` selects a task: a tray, a feed direction, and the size [N] and direction of a pull. Any
     fold that bears the pull is a success. Dead and weak magnets and the strength of each are drawn
-    as there; the strength of all magnets varies by ±30 % and friction is log-uniform from 0.05 to
-    1.
+    as in that class; the strength of all magnets varies by ±30 % and friction is log-uniform from
+    0.05 to 1.
 
     The tube keeps the last component, which comes out as far as 0.95 of its diagonal; then the
     chain has 0.3 s to settle. All components but the first can be drawn back and chosen again. The

@@ -1,4 +1,4 @@
-"""What tracks have in common of which a camera and the feed's force tell: what is hidden counts."""
+"""What the tracks observed by a camera and the feed's force share; their hidden draws matter."""
 
 from abc import abstractmethod
 from collections.abc import Sequence
@@ -23,46 +23,46 @@ from magfold_env.envs.tasks.feed_tasks import FeedOptions, Task, TaskWorld
 from magfold_env.scene import Scene
 
 TIME_COST = 0.02
-"""What a second costs."""
+"""Cost of a simulated second."""
 
 FORCE_NOISE = 0.01
 """Standard deviation of a measured force [N]."""
 
 FORCE_SCALE = 0.1
-"""Force that is shown as one half [N]."""
+"""Force that an observation shows as one half [N]."""
 
 
 class CameraEpisodes(Episodes[NDArray[np.float32]]):
-    """Episodes of tasks, seen by a camera."""
+    """Episodes of tasks that a camera observes."""
 
     world: TaskWorld
     chains: DynamicChains
     task_kind: ClassVar[type[Task]]
-    """What a task is."""
+    """The type of a task."""
     lacking: ClassVar[str] = "not at rest and all out"
-    """What those are not that come too late."""
+    """What a chain that runs out of time failed to be, for the message."""
     shown: ClassVar[int]
-    """Which frame is shown: 1, the last, or 0, the last but one."""
+    """Which frame an observation shows: 1 for the last, 0 for the last but one."""
 
     kept = (*Episodes.kept, "_frames", "_force", "_took", "speeds")
 
     def allocate(self) -> None:
-        """Make the arrays that episodes keep."""
+        """Allocate the arrays of the episodes."""
         super().allocate()
         width = sum(self.world.layout.frame_sizes.values())
         self._frames: Floats = np.zeros((2, self.count, width))  # the last but one, and the last
         self._force: Floats = np.zeros(self.count)
-        self._took: Floats = np.zeros(self.count)  # time of the last steps [s]
+        self._took: Floats = np.zeros(self.count)  # duration of the last steps [s]
         self.speeds: Floats = np.zeros(self.count)
-        """Feed speeds of the last steps [m/s], below 0 back, (m,)."""
+        """Feed speeds of the last steps [m/s], negative to pull back, (m,)."""
 
     @classmethod
     @abstractmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[Any, CameraLayout]:
-        """Return how actions are written, and where entries of observations lie."""
+        """Return the form of actions and the layout of observations."""
 
     def make_chains(self, threads: int, frame_rate: float | None) -> DynamicChains:
-        """Return the chains, of which each is drawn from the scene of its task."""
+        """Return the chains, each drawn from the scene of its task."""
         templates = self.world.templates
         return DynamicChains(DrawnChains(templates, self.count, threads, frame_rate, endless=True))
 
@@ -73,10 +73,10 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     @classmethod
     @abstractmethod
     def baselines(cls, world: Any) -> TaskStore:
-        """Return what simple choices make of the tasks of a world."""
+        """Return the baselines that simple schedules set for the tasks of a world."""
 
     def find_baseline(self, number: int) -> Baseline:
-        """Return what simple choices make of a task, if the reward asks for it."""
+        """Return the baseline of a task, if the reward uses it."""
         if self.world.rule.kind != "relative":
             return super().find_baseline(number)
         store = self.baselines(self.world)
@@ -85,22 +85,22 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     @property
     @abstractmethod
     def late(self) -> float:
-        """Time after which it is too late [s]."""
+        """Time limit [s]."""
 
     @abstractmethod
     def times(self, rows: Ints) -> Floats:
-        """Return for how long some episodes have gone on [s]."""
+        """Return the elapsed time of some episodes [s]."""
 
     def infos(self, rows: Ints) -> Columns:
-        """Return the infos of some episodes, whether they go on or have ended."""
+        """Return the infos of some episodes, running or ended."""
         return super().infos(rows) | {"time": self.times(rows), "force": self._force[rows]}
 
     def step_rewards(self, rows: Ints) -> Floats:
-        """Return what every step is worth: it costs time."""
+        """Return the reward of every step: its time costs."""
         return super().step_rewards(rows) - TIME_COST * self._took[rows]
 
     def final_infos(self, rows: Ints) -> Columns:
-        """Return the infos that episodes which have terminated have besides."""
+        """Return the additional infos of episodes that have terminated."""
         ends = super().final_infos(rows)
         late = self.arrays.status[rows] == UNSETTLED
         return ends | {"score": np.where(late, 0.0, ends["score"])}
@@ -115,7 +115,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         return out
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations, but for the frame, by their groups' names."""
+        """Return the entries of observations by group, without the camera's frame."""
         return {
             "target": self.goals.one_hot,
             "magnets": self.arrays.signs.reshape(self.count, -1),
@@ -126,7 +126,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         }
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return how far an episode has come, and lines of a picture above and below energies."""
+        """Return an episode's progress, and the lines above and below the energies in a picture."""
         title, wanted, _ = super().caption(row)
         done: Lines = [
             ("time", f"{self.times(self.rows)[row]:.2f} s"),
@@ -136,7 +136,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         return title, wanted, done
 
     def reset_rows(self, rows: Ints) -> None:
-        """Draw the chains of some episodes, and load them."""
+        """Draw the chains of some episodes and load them."""
         kinds = np.array(self.world.kinds)[self.numbers[rows]]
         for kind in np.unique(kinds).tolist():
             self.chains.begin(rows[kinds == kind], self.rngs, kind)
@@ -147,17 +147,17 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     @abstractmethod
     def prepare(self, rows: Ints) -> None:
-        """Prepare what episodes whose chains are in their tubes begin with."""
+        """Initialise episodes whose chains are in their tubes."""
 
     def _stop_late(self, rows: Ints) -> None:
-        """End those of some episodes whose time is over."""
+        """End the episodes that have reached the time limit."""
         over = (self.times(rows) >= self.late - 1e-9) & ~self.terminated[rows]
         self.chains.stop(rows[over], f"late: {self.lacking} after {self.late:g} s")
 
     def _measure(self, rows: Ints, force: Floats) -> None:
-        """Take frames of some chains, and note the force of their drives [N], all with noise.
+        """Take frames of some chains and record the force of their drives [N], all with noise.
 
-        It is drawn after everything else, so that a seed gives the physics that it gives without.
+        The noise is drawn after everything else, so that it does not change the physics of a seed.
         """
         noise = np.empty((len(rows), 3 * self.n + 1))
         for place, row in enumerate(rows.tolist()):
@@ -169,7 +169,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
 
 class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
-    """One episode of tasks; what is to be done is left to subclasses.
+    """One environment with tasks; subclasses define the goal.
 
     Parameters
     ----------
@@ -184,13 +184,13 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     Raises
     ------
     ValueError
-        For any argument that is not allowed; the message names it and what is.
+        If an argument is not allowed; the message names it and the allowed values.
     """
 
     make_episodes: ClassVar[type[CameraEpisodes]]
     default_scene: ClassVar[str]
     default_tasks: ClassVar[str]
-    """Name of the list of tasks that there is by default."""
+    """Name of the default list of tasks."""
 
     world: Any
 
@@ -207,7 +207,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     def make_world(
         cls, scene: str | Path | Scene | None = None, **options: Unpack[FeedOptions]
     ) -> TaskWorld:
-        """Return what all episodes share; arguments are those of the environment."""
+        """Return what all episodes share; the arguments are those of the environment."""
         options.setdefault("tasks", cls.default_tasks)
         scene = cls.default_scene if scene is None else scene
         return TaskWorld(cls.make_episodes, scene, **options)
@@ -224,11 +224,11 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
 
     @property
     def actions(self) -> Any:
-        """How actions are read."""
+        """The form of actions."""
         return self.world.actions
 
     def baseline_of(self, task: int) -> Baseline:
-        """Return what simple choices make of a task, by its number.
+        """Return the baseline of a task, given by its number.
 
         May take some seconds where neither the package nor the disk cache has it.
         """
@@ -236,7 +236,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
         return store.get(store.names[self.world.number_of(task)])
 
     def plan_of(self, numbers: Sequence[int]) -> Plan:
-        """Return what plays the schedules that set the baselines of tasks, each in its own row.
+        """Return a player of the schedules that set the tasks' baselines, one row per task.
 
         Raises
         ------

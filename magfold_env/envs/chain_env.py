@@ -27,7 +27,7 @@ _ROW = np.array([0])
 
 
 class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
-    """One chain in the world of a task; what is chosen and wanted is left to subclasses.
+    """One chain in a world; subclasses define the actions and the goal.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 4}  # noqa: RUF012
     make_episodes: ClassVar[Any]
-    """The class of the episodes, which states what the environment is."""
+    """The class of the episodes, which defines the environment."""
 
     def __init__(self, world: World, render_mode: str | None) -> None:
         self.world = world
@@ -55,7 +55,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         self.action_space = world.actions.space
         self.observation_space: gymnasium.Space[Any] = self.layout.space
         self._made: Episodes[ObsType] | None = None
-        # What the episode began with, if that is known, and what has been chosen since.
+        # The initial state of the episode, if known, and the actions since.
         self._began: tuple[Mapping[str, Any], Sequence[int] | None] | None = None
         self._choices: list[tuple[NDArray[Any], ...]] = []
 
@@ -66,17 +66,17 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
 
     @property
     def layout(self) -> Layout:
-        """Where each group of entries lies in an observation."""
+        """The slice of each group of entries in an observation."""
         return self.world.layout
 
     @property
     def state(self) -> ChainState:
-        """The chain as it is, beyond what an observation tells of it."""
+        """The complete state of the chain, including what observations hide."""
         return self._running().state(0)
 
     @property
     def episodes(self) -> Episodes[ObsType]:
-        """The episode, as one of one."""
+        """The episodes, of which there is one."""
         made = self._made
         if made is None:
             made = self._made = self.make_episodes(self.world, 1, 1, self.viewer.frame_rate)
@@ -87,13 +87,13 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
     ) -> tuple[ObsType, dict[str, Any]]:
         """Load a new chain; ``options`` may fix the target, or the task.
 
-        Everything random is drawn here, the target or task first and whether or not it is fixed,
-        so one seed gives one physics whatever the target.
+        Everything random is drawn here. The target or task is drawn first, even if it is fixed, so
+        that a seed gives the same physics for every target.
 
         Raises
         ------
         ValueError
-            For an unknown option or a value that is not among the env's.
+            For an unknown option, or a value that the environment does not have.
         """
         super().reset(seed=seed)
         episodes = self.episodes
@@ -106,12 +106,12 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         return self._observation(), self._info()
 
     def step(self, action: Any) -> tuple[ObsType, float, bool, bool, dict[str, Any]]:
-        """Do what `action` asks for.
+        """Carry out `action`.
 
         Raises
         ------
         ValueError
-            If the action lies outside the space.
+            If the action is not in the space.
         gymnasium.error.ResetNeeded
             Before the first reset and after the end of an episode.
         """
@@ -127,17 +127,17 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         return observation, float(rewards[0]), bool(ends), False, info
 
     def get_state(self) -> EpisodesState:
-        """Return everything that decides how the environment goes on.
+        """Return the complete state of the environment.
 
-        It does not change when the environment does, and may be set as often as wanted.
+        Later steps do not change the returned state, and it can be set any number of times.
         """
         return self._running().get_state()
 
     def set_state(self, state: EpisodesState) -> tuple[ObsType, dict[str, Any]]:
-        """Go back to a state of this environment, or of one made with the same options.
+        """Restore a state of this environment, or of one made with the same options.
 
-        From there every step gives exactly what it gave then. Returns what `step` or `reset` had
-        returned of it.
+        Steps from there repeat exactly. Returns the observation and info that `step` or `reset`
+        returned with that state.
         """
         episodes = self.episodes
         episodes.rngs[0] = self.np_random
@@ -148,7 +148,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         return self._observation(), self._info(ends)
 
     def render(self) -> Any:
-        """Return the chain as an image or as text, or show it, as `render_mode` says.
+        """Return the chain as an image or as text, or show it, according to `render_mode`.
 
         ``rgb_array_list`` returns all frames since the last call, or the last reset: the motion
         between decisions, at half its speed if they are shown at ``metadata["render_fps"]``.
@@ -168,20 +168,20 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
     def to_html(self, path: str | Path) -> None:
         """Write a page that plays the episode so far: see `magfold_env.replay.write_html`.
 
-        The episode is simulated once more, bit for bit, and recorded; any `render_mode` will do.
+        The episode is simulated again, bit for bit, and recorded; any `render_mode` works.
 
         Parameters
         ----------
         path
-            Where to; written under a temporary name first.
+            Path of the page; it is first written under a temporary name.
 
         Raises
         ------
         gymnasium.error.ResetNeeded
             Before the first reset.
         ValueError
-            Before the first step, after `set_state`, and where nothing moves: with
-            ``fidelity="quasistatic"``.
+            Before the first step, after `set_state`, and with ``fidelity="quasistatic"``, where
+            nothing moves.
         """
         self._running()
         if self._began is None or not self._choices:
@@ -194,11 +194,11 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         write_html(recording(again, self._choices), path)
 
     def close(self) -> None:
-        """Close the window, if there is one; the environment stays as it is."""
+        """Close the window, if there is one; the environment does not change."""
         self.viewer.close()
 
     def _running(self) -> Episodes[ObsType]:
-        """Return the episodes, one of which has begun."""
+        """Return the episodes, after a check that one has begun."""
         self.episodes.check_begun()
         return self.episodes
 
@@ -215,6 +215,6 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         return {key: column.tolist()[0] for key, column in infos.items()}
 
     def _show(self) -> None:
-        """Play or keep what has happened since the last time, if the render mode does."""
+        """Play or record the motion since the last call, if the render mode does so."""
         if self.render_mode in ("human", "rgb_array_list"):
             self.viewer.follow(self.episodes.chains.motion(), self.snapshot())

@@ -1,7 +1,7 @@
 """Episodes side by side: what happens in an environment, for any number of chains.
 
-A single environment is row 0 of episodes of one, so that alone and among many a chain is drawn,
-fed, seen and rewarded by the same lines.
+A single environment is row 0 of one episode, so the same code draws, feeds, observes and rewards a
+single chain and many.
 """
 
 import copy
@@ -33,24 +33,24 @@ from magfold_env.simulation.view import ChainState
 
 ObsType = TypeVar("ObsType")
 Columns = dict[str, Any]
-"""Infos of some episodes: an array for every key, with an entry for each episode."""
+"""Infos of some episodes: one array per key, with one entry per episode."""
 
 Lines = list[tuple[str, str]]
-"""Names and values that are to be read beside a picture."""
+"""Names and values shown beside a picture."""
 
 
 @dataclass(frozen=True)
 class EpisodesState:
-    """Everything that decides how episodes go on; see `Episodes.get_state`.
+    """The complete state of episodes; see `Episodes.get_state`.
 
     Attributes
     ----------
     rngs : list of dict
-        States of the random numbers of episodes to come.
+        States of the random generators of future episodes.
     chains : tuple
         The chains.
     arrays : dict
-        What else the episodes keep, by name.
+        The other arrays of the episodes, by name.
     """
 
     rngs: Sequence[Mapping[str, Any]]
@@ -58,7 +58,7 @@ class EpisodesState:
     arrays: Mapping[str, Any]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return what pickles hold: most of a state is scratch space, and most of that zeros."""
+        """Return a compressed state: most of it is scratch space that consists of zeros."""
         content = pickle.dumps((self.rngs, self.chains, self.arrays))
         return _unpacked, (zlib.compress(content, level=1),)
 
@@ -73,18 +73,18 @@ class Goals:
     Parameters
     ----------
     words : sequence of str
-        What may be wanted, all of one length.
+        Possible targets, all of one length.
     match : {"word", "outline"}
-        What will do for a word; see `Goal`.
+        What counts as reaching a word; see `Goal`.
     count : int
         Number of chains.
 
     Attributes
     ----------
     names : array of str, shape (m,)
-        The words that are wanted.
+        The target words.
     one_hot : array, shape (m, 3 (n − 1))
-        The same as entries of an observation.
+        The same words as entries of an observation.
     """
 
     def __init__(self, words: Sequence[str], match: Match, count: int) -> None:
@@ -102,11 +102,11 @@ class Goals:
 
     @property
     def turns(self) -> Floats:
-        """Joint angles of the words themselves [rad], (m, n − 1)."""
+        """Joint angles of the target words [rad], (m, n − 1)."""
         return self._angles[:, 0]
 
     def want(self, rows: Ints, numbers: Ints) -> None:
-        """Set the goals of some chains, by their numbers among the words."""
+        """Set the goals of some chains by the numbers of the words."""
         self.names[rows] = self._all_names[numbers]
         self.one_hot[rows] = self._one_hots[numbers]
         for row, number in zip(rows.tolist(), numbers.tolist(), strict=True):
@@ -119,14 +119,15 @@ class Goals:
             self._angles[row, :count], self._folds[row, :count] = goal.angles, goal.headings
 
     def judge(self, rows: Ints, status: Ints, angles: Floats) -> Floats:
-        """Return how near some chains are to their goals.
+        """Return how close some chains are to their goals.
 
         Parameters
         ----------
         rows : array of int
             Which.
         status : array of int, shape (m,)
-            How all chains ended, by number among `STATUSES`; others are neither folded nor failed.
+            How all chains ended, as numbers of `STATUSES`; other numbers are neither folded nor
+            failed.
         angles : array, shape (m, n)
             Headings of all chains [rad].
 
@@ -145,7 +146,7 @@ class Goals:
 class Episodes(Generic[ObsType]):
     """Chains, each in an episode of its own.
 
-    An environment is a subclass. It states what actions do (`act`) and what is observed
+    An environment is a subclass. It defines what actions do (`act`) and what is observed
     (`observe`), and, where they differ, the arrays that it keeps (`allocate`, `kept`), how chains
     begin (`reset_rows`), the rewards (`step_rewards`, `end_rewards`) and the infos (`infos`,
     `final_infos`).
@@ -153,31 +154,31 @@ class Episodes(Generic[ObsType]):
     Parameters
     ----------
     world : World
-        What they share.
+        What the episodes share.
     count : int
         How many.
     threads : int
-        How many threads simulate.
+        Number of threads that simulate.
     frame_rate : float, optional
-        Frames that are recorded a simulated second [1/s], of a single chain.
+        Frames recorded per simulated second [1/s], for a single chain.
 
     Attributes
     ----------
     chains : DynamicChains or QuasistaticChains
         The chains.
     goals : Goals
-        What they are to fold into.
+        The goals of the chains.
     numbers : array of int, shape (m,)
         Numbers of the targets, or tasks, of the episodes.
     """
 
     kept: tuple[str, ...] = ("numbers", "_potentials")
-    """Names of the arrays, one entry an episode, that are part of its state."""
+    """Names of the arrays that are part of the state, with one entry per episode."""
 
     has_true_strengths: ClassVar[bool] = True
     """Whether the magnets of `scene` have the strengths that act."""
 
-    # Subclasses say which kind of world and of chains they have.
+    # Subclasses declare their own types of world and chains.
     world: Any
     chains: Any
 
@@ -194,20 +195,20 @@ class Episodes(Generic[ObsType]):
         self._baselines: list[Baseline | None] = [None] * len(world.words)
         self.chains = self.make_chains(threads, frame_rate)
         self.arrays: ChainArrays = self.chains.arrays
-        """What the chains look like."""
+        """The visible state of the chains."""
         self.allocate()
 
-    # --- what differs from environment to environment --------------------------------------
+    # --- defined by every environment ------------------------------------------------------
 
     @abstractmethod
     def act(self, rows: Ints, choice: Any) -> None:
-        """Do what actions ask for, as `World.actions` reads them."""
+        """Carry out actions, in the form that `World.actions` returns."""
 
     @abstractmethod
     def observe(self) -> ObsType:
         """Return new observations of all episodes, as Gymnasium batches them."""
 
-    # --- what may differ -------------------------------------------------------------------
+    # --- open to change --------------------------------------------------------------------
 
     def make_chains(
         self, threads: int, frame_rate: float | None
@@ -216,20 +217,20 @@ class Episodes(Generic[ObsType]):
         return DynamicChains(DrawnChains((self.world.scene,), self.count, threads, frame_rate))
 
     def allocate(self) -> None:
-        """Make the arrays that episodes keep."""
+        """Allocate the arrays of the episodes."""
         self.goals = Goals(self.world.words, self.world.match, self.count)
         self.numbers: Ints = np.zeros(self.count, dtype=np.int64)
         self.baseline: Floats = np.zeros(self.count)
-        """Scores of the baselines, (m,); 0 where the reward asks for none."""
+        """Scores of the baselines, (m,); 0 if the reward uses none."""
         self._flagged: Bools = np.zeros(self.count, dtype=np.bool_)
         self._potentials: Floats = np.zeros(self.count)
 
     def reset_rows(self, rows: Ints) -> None:
-        """Draw the chains of some episodes, and load them."""
+        """Draw the chains of some episodes and load them."""
         self.chains.begin(rows, self.rngs)
 
     def step_rewards(self, rows: Ints) -> Floats:
-        """Return what every step is worth; see `magfold_env.envs.tasks.reward`."""
+        """Return the reward of every step; see `magfold_env.envs.tasks.reward`."""
         if self.world.rule.shaping is None:
             return np.zeros(len(rows))
         after = self.potential(rows)
@@ -238,15 +239,15 @@ class Episodes(Generic[ObsType]):
         return rewards
 
     def end_rewards(self, ends: Columns) -> Floats:
-        """Return what the last steps of episodes are worth besides."""
+        """Return the additional reward of the last steps of episodes."""
         return self.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
 
     def infos(self, rows: Ints) -> Columns:
-        """Return the infos of some episodes, whether they go on or have ended."""
+        """Return the infos of some episodes, running or ended."""
         return {"target": self.goals.names[rows], "word": self.words(rows)}
 
     def final_infos(self, rows: Ints) -> Columns:
-        """Return the infos that episodes which have terminated have besides."""
+        """Return the additional infos of episodes that have terminated."""
         status = self.arrays.status
         _, score, success = self.goals.judge(rows, status, self.arrays.angles)
         return {
@@ -260,45 +261,45 @@ class Episodes(Generic[ObsType]):
         }
 
     def action_masks(self, actions: Any) -> NDArray[np.bool_] | None:
-        """Return which actions of a table ask for what can be done, (m, …).
+        """Return which actions of a table are possible, (m, …).
 
-        None where that is the same all along, and `actions` says it.
+        None if these are always the same; `actions` then returns them.
         """
         return None
 
     def find_baseline(self, number: int) -> Baseline:
-        """Return the baseline of a target, or task; flagged where there is none."""
+        """Return the baseline of a target or task; it is flagged if there is none."""
         return unknown_baseline(self.world.words[number])
 
     def acting(self, row: int) -> int:
-        """Return how many components of a chain have magnets that act, in the order of feed."""
+        """Return the number of components, in the order of feed, whose magnets act."""
         return int(self.arrays.fed[row])
 
     def lattice(self, row: int) -> LatticeFeed:
-        """Return what energy minimisation needs to know of a chain."""
+        """Return the rules by which energy minimisation folds a chain."""
         return self.world.lattice
 
     def scene(self, row: int) -> Scene:
-        """Return the drawn scene of a chain, with the magnets and speeds of components fed."""
+        """Return the drawn scene of a chain with the magnets and speeds of the fed components."""
         return self.chains.scene(row)
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return how far an episode has come, and lines of a picture above and below energies."""
+        """Return an episode's progress, and the lines above and below the energies in a picture."""
         return f"fed {self.arrays.fed[row]} of {self.n}", [("target", self.goals.names[row])], []
 
-    # --- what does not ---------------------------------------------------------------------
+    # --- fixed -----------------------------------------------------------------------------
 
     @property
     def terminated(self) -> Bools:
-        """Which episodes have ended, (m,); a limit of time that is a task's own ends them too."""
+        """Which episodes have ended, (m,); the time limit of a task ends them too."""
         return self.arrays.status > 0
 
     def parse_reset_options(
         self, options: Mapping[str, Any], others: Sequence[str] = ()
     ) -> Sequence[int] | None:
-        """Return the targets, or tasks, of all episodes that options of `reset` ask for, by number.
+        """Return the targets or tasks that options of `reset` request, by number, for all episodes.
 
-        `others` are options that may be there besides.
+        `others` are further options that are allowed.
         """
         key, kind = self.world.option
         found = given_for_each(options, (key, *others), self.count, kind)
@@ -307,15 +308,15 @@ class Episodes(Generic[ObsType]):
     def begin(self, rows: Ints, given: Sequence[int] | None = None) -> None:
         """Begin some episodes.
 
-        All that is random is drawn here: the target, or task, first and whether or not it is given,
-        so that a seed gives one physics whatever the target.
+        Everything random is drawn here. The target or task is drawn first, even if it is given, so
+        that a seed gives the same physics for every target.
 
         Parameters
         ----------
         rows : array of int
             Which.
         given : sequence of int, optional
-            Numbers of the targets, or tasks, of all episodes; by default they are drawn.
+            Numbers of the targets or tasks of all episodes; by default they are drawn.
         """
         for row in rows.tolist():
             if self.rngs[row] is None:
@@ -339,13 +340,13 @@ class Episodes(Generic[ObsType]):
         rows : array of int
             Which.
         choice : Any
-            What their actions ask for, as `World.actions` reads them.
+            Their actions, in the form that `World.actions` returns.
 
         Returns
         -------
         rewards : array, shape (rows,)
         ends : dict
-            `final_infos` of those that have terminated, in ascending order.
+            `final_infos` of the episodes that have terminated, in ascending order.
         """
         if not len(rows):
             return np.zeros(0), {}
@@ -367,16 +368,16 @@ class Episodes(Generic[ObsType]):
         Parameters
         ----------
         seeds : sequence of int
-            Of the episodes' draws, as `reset` of a single environment takes them; one a row.
+            Seeds of the episodes, as for `reset` of a single environment; one per row.
         given : sequence of int
-            Numbers of their targets, or tasks.
+            Numbers of their targets or tasks.
         choose : callable
-            What the actions of the rows that it is given ask for, as `World.actions` reads them.
+            Returns the actions of given rows, in the form that `World.actions` returns.
 
         Returns
         -------
         dict
-            `final_infos` of all of them.
+            `final_infos` of all episodes.
         """
         self.rngs[: len(seeds)] = [seeding.np_random(seed)[0] for seed in seeds]
         played = rows = self.rows[: len(seeds)]
@@ -387,7 +388,7 @@ class Episodes(Generic[ObsType]):
         return self.final_infos(played)
 
     def potential(self, rows: Ints) -> Floats:
-        """Return Φ of the shaping for chains as they are, 0 at their ends."""
+        """Return Φ of the shaping for chains in their present state; 0 at the end of an episode."""
         found = np.zeros(len(rows))
         going = ~self.terminated[rows]
         if going.any():
@@ -395,7 +396,7 @@ class Episodes(Generic[ObsType]):
         return found
 
     def _shaped(self, rows: Ints) -> Floats:
-        """Return Φ of the shaping of episodes that go on."""
+        """Return Φ of the shaping for running episodes."""
         arrays = self.arrays
         if self.world.rule.shaping == "similarity":
             return self.goals.judge(rows, arrays.status, arrays.angles)[0]
@@ -422,11 +423,11 @@ class Episodes(Generic[ObsType]):
         return found
 
     def words(self, rows: Ints) -> Any:
-        """Return the fold words nearest to some chains as they are, an array of str."""
+        """Return the nearest fold words of some chains as an array of str."""
         n = self.arrays.angles.shape[1]
         letters = np.empty((len(rows), n - 1), dtype=np.uint32)
         write_words(rows, self.arrays.angles, letters)
-        if len(rows) == 1:  # several times as fast as an array of one
+        if len(rows) == 1:  # several times as fast as an array of one element
             return np.array([letters.tobytes().decode("utf-32")], dtype=object)
         return letters.view(f"<U{n - 1}")[:, 0].astype(object)
 
@@ -437,9 +438,9 @@ class Episodes(Generic[ObsType]):
         return ChainState(*(each[row].copy() for each in values))
 
     def get_state(self) -> EpisodesState:
-        """Return everything that decides how the episodes go on.
+        """Return the complete state of the episodes.
 
-        It does not change when they do, and may be set as often as wanted.
+        Later steps do not change the returned state, and it can be set any number of times.
 
         Raises
         ------
@@ -452,9 +453,9 @@ class Episodes(Generic[ObsType]):
         return EpisodesState(rngs, self.chains.contents(), kept)
 
     def set_state(self, state: EpisodesState) -> None:
-        """Go back to a state of these episodes, or of others of a world made with the same options.
+        """Restore a state of these episodes, or of others in a world made with the same options.
 
-        From there every step gives exactly what it gave then.
+        Steps from there repeat exactly.
         """
         for row, own in enumerate(state.rngs):
             if self.rngs[row] is None:
@@ -468,7 +469,7 @@ class Episodes(Generic[ObsType]):
         self._set_targets(self.rows)
 
     def _set_targets(self, rows: Ints) -> None:
-        """Set the targets of episodes, by their `numbers`, and their baselines."""
+        """Set the targets and baselines of episodes from their `numbers`."""
         self.goals.want(rows, self.numbers[rows])
         for row in rows.tolist():
             found = self.baseline_at(row)
@@ -490,13 +491,13 @@ class Episodes(Generic[ObsType]):
         self.chains.close()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what copies and pickles hold: compiled code and addresses are made anew."""
+        """Return the state for copies and pickles, without compiled code and addresses."""
         going = self.get_state() if self._all_begun else None
         own = self.world, self.count, self._threads, self._frame_rate
         return {"own": own, "rngs": self.rngs, "state": going}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make the episodes of `__getstate__`; the motion so far is forgotten."""
+        """Restore episodes from `__getstate__`; the motion so far is discarded."""
         self.__init__(*state["own"])
         if state["state"] is not None:
             self.set_state(state["state"])

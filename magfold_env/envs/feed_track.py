@@ -1,4 +1,4 @@
-"""What tracks have in common whose chain is given and whose only action is the feed's speed."""
+"""What the tracks share in which the chain is given and the only action is the feed speed."""
 
 from collections.abc import Sequence
 from typing import Any, ClassVar, cast
@@ -20,7 +20,7 @@ INTERVAL = 0.02
 """Time between two decisions [s]."""
 
 STEEPEST = 0.2
-"""Most that the drive changes its speed by from one step to the next [m/s]."""
+"""Largest change of the drive's speed from one step to the next [m/s]."""
 
 
 class FeedEpisodes(CameraEpisodes):
@@ -29,12 +29,12 @@ class FeedEpisodes(CameraEpisodes):
     task_kind = FeedTask
     shown = 0
     horizon: ClassVar[int]
-    """Steps after which it is too late."""
+    """Number of steps allowed in an episode."""
 
     kept = (*CameraEpisodes.kept, "steps", "driven")
 
     def allocate(self) -> None:
-        """Make the arrays that episodes keep."""
+        """Allocate the arrays of the episodes."""
         super().allocate()
         self.steps: Ints = np.zeros(self.count, dtype=np.int64)
         """Number of steps taken in each episode, (m,)."""
@@ -44,7 +44,7 @@ class FeedEpisodes(CameraEpisodes):
 
     @classmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, CameraLayout]:
-        """Return how actions are written, and where entries of observations lie."""
+        """Return the form of actions and the layout of observations."""
         n = world.scene.n
         before = {"target": 3 * (n - 1), "magnets": 4 * n, "direction": 1}
         after = {"advance": 1, "speed": 1, "force": 1, "time": 1}
@@ -53,37 +53,37 @@ class FeedEpisodes(CameraEpisodes):
 
     @property
     def late(self) -> float:
-        """Time after which it is too late [s]."""
+        """Time limit [s]."""
         return INTERVAL * self.horizon
 
     def scene(self, row: int) -> Scene:
-        """Return the drawn scene of a chain, whose feed speeds say what factors were drawn."""
+        """Return the drawn scene of a chain; its feed speeds contain the drawn factors."""
         sequence = self.world.tasks[int(self.numbers[row])].sequence
         return self.chains.drawn.scene(row).replace(sequence=sequence)
 
     def acting(self, row: int) -> int:
-        """Return how many components of a chain have magnets that act, in the order of feed."""
+        """Return the number of components, in the order of feed, whose magnets act."""
         return self.chains.acting(row)
 
     def times(self, rows: Ints) -> Floats:
-        """Return for how long some episodes have gone on [s]."""
+        """Return the elapsed time of some episodes [s]."""
         return self.steps[rows].astype(np.float64) * INTERVAL
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations, but for the frame, by their groups' names."""
+        """Return the entries of observations by group, without the camera's frame."""
         return super().groups() | {
-            # Rounded, or last bits would tell how the chain lay at first.
+            # Rounded; otherwise the last bits would reveal the initial offsets of the chain.
             "advance": np.round(self.chains.advances() / self._length, 9)[:, None],
             "time": self.steps[:, None] / self.horizon,
         }
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return how far an episode has come, and lines of a picture above and below energies."""
+        """Return an episode's progress, and the lines above and below the energies in a picture."""
         _, wanted, done = super().caption(row)
         return f"{int(self.arrays.released[row].sum())} of {self.n} out", wanted, done
 
     def prepare(self, rows: Ints) -> None:
-        """Give chains that are in their tubes their magnets."""
+        """Set the magnets of chains in their tubes."""
         self.steps[rows] = 0
         for row in rows.tolist():
             sequence = self.world.tasks[int(self.numbers[row])].sequence
@@ -91,7 +91,7 @@ class FeedEpisodes(CameraEpisodes):
             self.chains.load(self.rows[row : row + 1], signs)
 
     def act(self, rows: Ints, choice: tuple[Floats]) -> None:
-        """Drive the feeds for an interval, at speeds as near to those asked for as can be."""
+        """Drive the feeds for an interval, at speeds as close to the requested ones as possible."""
         before = self.speeds[rows]
         speeds = before + np.clip(choice[0] - before, -STEEPEST, STEEPEST)
         self.speeds[rows], self._took[rows] = speeds, INTERVAL
@@ -102,7 +102,7 @@ class FeedEpisodes(CameraEpisodes):
 
 
 class FeedTrackEnv(CameraTrackEnv):
-    """Feed a given chain, back and forth; what is wanted of it is left to subclasses.
+    """Feed a given chain back and forth; subclasses define the goal.
 
     Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.
     """
@@ -118,21 +118,21 @@ class FeedTrackEnv(CameraTrackEnv):
     def to_scene(self) -> Scene:
         """Return the concrete scene of the episode.
 
-        `replay` repeats the episode from it and `history`, bit for bit. The feed speeds in it hold
-        the factors that were drawn.
+        `replay` repeats the episode from it and `history`, bit for bit. Its feed speeds contain the
+        drawn factors.
         """
         return self._running().scene(0)
 
 
 def replay(scene: Scene, speeds: Sequence[float]) -> DynamicChains:
-    """Return the chain that `scene` and the feed speeds [m/s] lead to, bit for bit.
+    """Simulate `scene` with the given feed speeds [m/s] and return the chain, bit for bit.
 
     Parameters
     ----------
     scene : Scene
-        What `FeedTrackEnv.to_scene` returns.
+        The scene that `FeedTrackEnv.to_scene` returns.
     speeds : sequence of float
-        What `FeedTrackEnv.history` is.
+        The value of `FeedTrackEnv.history`.
     """
     chains, row = DynamicChains(DrawnChains((scene,), 1, endless=True)), np.array([0])
     chains.begin(row, [np.random.default_rng()])

@@ -1,4 +1,4 @@
-"""What the environments in which magnets are chosen have in common."""
+"""What the environments share in which the agent chooses magnets."""
 
 from pathlib import Path
 from typing import Any, ClassVar, Literal, TypeVar, Unpack
@@ -29,7 +29,7 @@ class FoldEpisodes(Episodes[Any]):
     def make_chains(
         self, threads: int, frame_rate: float | None
     ) -> DynamicChains | QuasistaticChains:
-        """Return the chains, simulated or not, as the fidelity says."""
+        """Return the chains, simulated or not, according to the fidelity."""
         if self.world.fidelity == "quasistatic":
             return QuasistaticChains(self.world.lattice, self.count)
         return super().make_chains(threads, frame_rate)
@@ -39,7 +39,7 @@ class FoldEpisodes(Episodes[Any]):
         return self.world.baseline_of(self.world.words[number])
 
     def act(self, rows: Ints, choice: Choice) -> None:
-        """Feed the next component of each chain, or all."""
+        """Feed the next component of each chain, or all components."""
         self.chains.feed(rows, *choice)
 
     def observe(self) -> Any:
@@ -54,11 +54,11 @@ class FoldEpisodes(Episodes[Any]):
         return out
 
     def infos(self, rows: Ints) -> Columns:
-        """Return the infos of some episodes, whether they go on or have ended."""
+        """Return the infos of some episodes, running or ended."""
         return super().infos(rows) | {"step": self.arrays.fed[rows]}
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return how far an episode has come, and lines of a picture above and below energies."""
+        """Return an episode's progress, and the lines above and below the energies in a picture."""
         arrays, fed = self.arrays, int(self.arrays.fed[row])
         done: Lines = []
         if fed:
@@ -74,8 +74,8 @@ class FoldEnv(ChainEnv[ObsType]):
     Parameters
     ----------
     scene : str, Path or Scene, optional
-        A tube scene: a shipped name, a path or the scene. Its sequence and feed speeds are the
-        agent's to choose and so are ignored: every face gets a magnet. By default the scene that
+        A tube scene: a shipped name, a path or the scene. Its sequence and feed speeds are ignored,
+        because the agent chooses them and every face gets a magnet. The default is the scene that
         the target suite is meant for, or the environment's own.
     render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
         What `render` returns; ``human`` shows every step in a window by itself.
@@ -85,7 +85,7 @@ class FoldEnv(ChainEnv[ObsType]):
     Raises
     ------
     ValueError
-        For any option that is not allowed; the message names it and what is.
+        If an option is not allowed; the message names it and the allowed values.
     """
 
     make_episodes = FoldEpisodes
@@ -112,12 +112,12 @@ class FoldEnv(ChainEnv[ObsType]):
 
     @property
     def actions(self) -> ActionTable:
-        """How actions are read."""
+        """The form of actions."""
         return self.task.actions
 
     @property
     def target(self) -> str:
-        """The word that this episode wants."""
+        """The target word of this episode."""
         return self._running().goals.names[0]
 
     @property
@@ -139,7 +139,7 @@ class FoldEnv(ChainEnv[ObsType]):
         Raises
         ------
         RuntimeError
-            If all have been fed.
+            If all components have been fed.
         """
         arrays = self._running().arrays
         if arrays.fed[0] == self.scene.n:
@@ -147,9 +147,9 @@ class FoldEnv(ChainEnv[ObsType]):
         return arrays.order(0)[int(arrays.fed[0])]
 
     def action_masks(self) -> NDArray[np.bool_]:
-        """Return which actions ask for nothing but components of the catalogue.
+        """Return which actions request only components of the catalogue.
 
-        In the form that sb3-contrib's ``MaskablePPO`` looks for; `ActionTable.masks`.
+        The form is that of sb3-contrib's ``MaskablePPO``; see `ActionTable.masks`.
         """
         return self.actions.masks()
 
@@ -162,7 +162,7 @@ class FoldEnv(ChainEnv[ObsType]):
         Raises
         ------
         RuntimeError
-            While components remain to be fed: half a chain is not a scene.
+            While components remain to be fed, because a partial chain is not a scene.
         """
         episodes = self._running()
         fed = int(episodes.arrays.fed[0])

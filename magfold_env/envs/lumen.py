@@ -1,4 +1,4 @@
-"""``MagFold/Lumen-v0``: fold a given chain in a chamber that is not known."""
+"""``MagFold/Lumen-v0``: fold a given chain in an unknown chamber."""
 
 from typing import Any
 

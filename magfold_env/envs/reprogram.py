@@ -15,72 +15,72 @@ from magfold_env.envs.tasks.feed_tasks import FeedOptions, RefoldTask, TaskWorld
 from magfold_env.envs.vector_env import ChainVectorEnv
 
 HORIZON = 500
-"""Steps after which it is too late: 10 s."""
+"""Number of steps allowed in an episode: 10 s."""
 
 LASTING = 5
 """Steps that the first word must last while the tube holds the last component: 0.1 s."""
 
 FIRST, BACK, SECOND = range(3)
-"""What is to be done next: reach the first word, draw the chain in, reach the second word."""
+"""Stages of an episode: reach the first word, draw the chain in, reach the second word."""
 
 
 class ReprogramEpisodes(FeedEpisodes):
-    """Episodes in which two folds are wanted, one after the other."""
+    """Episodes with two target folds, one after the other."""
 
     task_kind = RefoldTask
     horizon = HORIZON
     kept = (*FeedEpisodes.kept, "stage", "_lasted")
 
     def allocate(self) -> None:
-        """Make the arrays that episodes keep."""
+        """Allocate the arrays of the episodes."""
         super().allocate()
         self.stage: Ints = np.zeros(self.count, dtype=np.int64)
-        """What is to be done next in each episode, (m,): FIRST, BACK or SECOND."""
-        self._lasted: Ints = np.zeros(self.count, dtype=np.int64)  # steps, of the first word
+        """The stage of each episode, (m,): FIRST, BACK or SECOND."""
+        self._lasted: Ints = np.zeros(self.count, dtype=np.int64)  # steps of the first word
         words = zip(*(task.words for task in self.world.tasks), strict=True)
         self.goals = Goals(sum(words, ()), self.world.match, self.count)
 
     @classmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, CameraLayout]:
-        """Return how actions are written, and where entries of observations lie."""
+        """Return the form of actions and the layout of observations."""
         table, layout = super().spaces(world, options)
         return table, replace(layout, after={**layout.after, "stage": 3})
 
     @classmethod
     def baselines(cls, world: TaskWorld) -> ThreeSpeedStore:
-        """Return what pushing, pulling and pushing at constant speeds make of a world's tasks."""
+        """Return the baselines that pushing, pulling and pushing set for the tasks of a world."""
         return ThreeSpeedStore(cls, world, (INTERVAL, HORIZON, STEEPEST, LASTING))
 
     def infos(self, rows: Ints) -> Columns:
-        """Return the infos of some episodes, whether they go on or have ended."""
+        """Return the infos of some episodes, running or ended."""
         return super().infos(rows) | {"stage": self.stage[rows]}
 
     def final_infos(self, rows: Ints) -> Columns:
-        """Return the infos that episodes which have terminated have besides."""
+        """Return the additional infos of episodes that have terminated."""
         ends = super().final_infos(rows)
         second = ends["is_success"] & (self.stage[rows] == SECOND)
         score = np.where(self.arrays.status[rows] == FAILED, 0.0, self._reached(rows))
         return ends | {"score": score + 0.5 * second, "is_success": second}
 
     def is_last_held(self, rows: Ints) -> Bools:
-        """Return whether the tube holds nothing but the last component of some chains."""
+        """Return whether the tube holds only the last component of some chains."""
         return self.arrays.released[rows].sum(axis=1) == self.n - 1
 
     def is_in(self, rows: Ints) -> Bools:
-        """Return whether the centres of some chains' components are in the tube, but for one."""
+        """Return whether all centres of some chains' components but one are in the tube."""
         return self._frames[1, rows, : self.n].sum(axis=1) <= 1.0
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations, but for the frame, by their groups' names."""
+        """Return the entries of observations by group, without the camera's frame."""
         return super().groups() | {"stage": self.stage[:, None] == np.arange(3)}
 
     def _shaped(self, rows: Ints) -> Floats:
-        """Return Φ: half the words reached, and half of the next one's, but for drawing in."""
+        """Return Φ: half the words reached, plus half of the next one's unless drawing in."""
         sought = np.where(self.stage[rows] == BACK, 0.0, super()._shaped(rows))
         return self._reached(rows) + 0.5 * sought
 
     def _reached(self, rows: Ints) -> Floats:
-        """Return what the words reached on the way are worth."""
+        """Return the rewards for words reached before the end."""
         return np.where(self.stage[rows] == FIRST, 0.0, 0.5)
 
     def _set_targets(self, rows: Ints) -> None:
@@ -88,18 +88,18 @@ class ReprogramEpisodes(FeedEpisodes):
         self._seek(rows)
 
     def _seek(self, rows: Ints) -> None:
-        """Let the goals of episodes be the words that are sought now."""
+        """Set the goals of episodes to the words of their current stages."""
         later = np.where(self.stage[rows] == FIRST, 0, len(self.world.tasks))
         self.goals.want(rows, self.numbers[rows] + later)
 
     def reset_rows(self, rows: Ints) -> None:
-        """Draw the chains of some episodes, and load them."""
+        """Draw the chains of some episodes and load them."""
         super().reset_rows(rows)
         self.stage[rows] = self._lasted[rows] = 0
         self._seek(rows)
 
     def act(self, rows: Ints, choice: tuple[Floats]) -> None:
-        """Drive the feeds for an interval, and see which stages are done."""
+        """Drive the feeds for an interval, and check which stages are complete."""
         super().act(rows, choice)
         stage = self.stage[rows]
         as_if = np.full(self.count, FOLDED)

@@ -1,4 +1,4 @@
-"""``MagFold/Tray-v0``: fold a chain of components from a tray, some of whose magnets are bad."""
+"""``MagFold/Tray-v0``: fold a chain of components from a tray with some bad magnets."""
 
 from typing import Any, ClassVar, cast
 
@@ -30,22 +30,22 @@ DEAD = 0.15
 """Share of the magnets that are dead."""
 
 WEAK = 0.1
-"""Share of those that are weak."""
+"""Share of the magnets that are weak."""
 
 WEAKNESS = 0.3
-"""Strength of a weak magnet, and of a sound one 1, both but for `SPREAD`."""
+"""Strength of a weak magnet, where a sound one has 1; both vary by `SPREAD`."""
 
 SPREAD = 0.15
 """Largest relative deviation of the strength of a magnet."""
 
 PROTOCOL = (LATE, DEAD, WEAK, WEAKNESS, SPREAD)
-"""What baselines depend on besides."""
+"""Further values that baselines depend on."""
 
 _TURNS = np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])  # cosines and sines
 
 
 class TrayEpisodes(CameraEpisodes):
-    """Episodes in which components are taken from trays, and put back."""
+    """Episodes in which components are taken from trays and put back."""
 
     task_kind: ClassVar[type[Task]] = TrayTask
     shown = 1
@@ -53,23 +53,23 @@ class TrayEpisodes(CameraEpisodes):
     kept = (*CameraEpisodes.kept, "strengths", "places", "lies", "returned")
 
     def allocate(self) -> None:
-        """Make the arrays that episodes keep."""
+        """Allocate the arrays of the episodes."""
         super().allocate()
         shape = self.count, self.world.actions.parts
         self.poles: Floats = SIGNS[self.world.patterns]
-        """Outward poles of the components as they come, (tasks, parts, 4)."""
+        """Outward poles of the components on the trays, (tasks, parts, 4)."""
         self.strengths: Floats = np.ones((*shape, 4))
-        """What the strengths of components' magnets are multiplied by, which nobody is told."""
+        """Hidden factors of the strengths of the components' magnets."""
         self.places: Ints = np.zeros(shape, dtype=np.int64)
         """Places of components in the order of feed, from 1; 0 on the tray, (m, parts)."""
         self.lies: Ints = np.zeros(shape, dtype=np.int64)
-        """How components that are out lie, (m, parts)."""
+        """Orientations of the components that are out, (m, parts)."""
         self.returned: Ints = np.zeros(shape, dtype=np.int64)
         """How often each component was drawn back, (m, parts)."""
 
     @classmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, CameraLayout]:
-        """Return how actions are written, and where entries of observations lie."""
+        """Return the form of actions and the layout of observations."""
         scene = feedable(world.scene, "component")
         n, sizes = scene.n, sorted({len(task.tray) for task in world.tasks})
         if len(sizes) != 1:
@@ -89,7 +89,7 @@ class TrayEpisodes(CameraEpisodes):
 
     @classmethod
     def baselines(cls, world: TaskWorld) -> TrayStore:
-        """Return what the minimiser's chains make of the tasks of a world."""
+        """Return the baselines that the minimiser's chains set for the tasks of a world."""
         return TrayStore(cls, world, PROTOCOL)
 
     @property
@@ -98,7 +98,7 @@ class TrayEpisodes(CameraEpisodes):
         return LATE
 
     def times(self, rows: Ints) -> Floats:
-        """Return for how long some episodes have gone on [s]."""
+        """Return the elapsed time of some episodes [s]."""
         return self.chains.times(rows)
 
     def may_draw_back(self) -> Bools:
@@ -106,11 +106,11 @@ class TrayEpisodes(CameraEpisodes):
         return self.arrays.fed > 1
 
     def action_masks(self, actions: Any) -> NDArray[np.bool_]:
-        """Return which actions of a table ask for what can be done; `TrayTable.masks`."""
+        """Return which actions of a table are possible; see `TrayTable.masks`."""
         return actions.masks(self.places == 0, self.may_draw_back())
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations, but for the frame, by their groups' names."""
+        """Return the entries of observations by group, without the camera's frame."""
         lies, tray = self.lies, self.poles[self.numbers]
         out, side = self.places > 0, np.where(lies < 4, 1.0, -1.0)
         along, across = (table[lies % 4] for table in _TURNS)
@@ -123,15 +123,15 @@ class TrayEpisodes(CameraEpisodes):
         }
 
     def prepare(self, rows: Ints) -> None:
-        """Put all components on their trays, and draw the strengths of their magnets."""
+        """Put all components on their trays and draw the strengths of their magnets."""
         for row in rows.tolist():
             self.strengths[row] = self._drawn_strengths(int(self.numbers[row]), self.rngs[row])
         self.places[rows] = self.lies[rows] = self.returned[rows] = 0
 
     def _drawn_strengths(self, number: int, rng: Any) -> Floats:
-        """Draw what the strengths of a tray's magnets are multiplied by, (parts, 4).
+        """Draw the factors of the strengths of a tray's magnets, (parts, 4).
 
-        As much is drawn for every task, so that a seed draws one physics whatever the task.
+        The number of draws is the same for every task, so that a seed gives the same physics.
         """
         kind, spread = rng.random((2, *self.strengths.shape[1:]))
         given = self.world.tasks[number].strengths
@@ -159,7 +159,7 @@ class TrayEpisodes(CameraEpisodes):
         self._stop_late(rows)
 
     def _feed(self, rows: Ints, parts: Ints, lies: Ints, speeds: Floats) -> None:
-        """Feed components, or the next ones on the tray, counted round, of those that are there."""
+        """Feed components; replace those that are out by the next ones on the tray, cyclically."""
         there = self.places[rows] == 0
         parts = parts.copy()
         for k in np.flatnonzero(~there[np.arange(len(rows)), parts]).tolist():
@@ -173,11 +173,11 @@ class TrayEpisodes(CameraEpisodes):
         self.chains.feed(rows, patterns, speeds, scaled, grades, until)
 
     def _until(self, rows: Ints, speeds: Floats) -> float | Floats:
-        """Return when feeds that bring the next component out pause [s], at the latest."""
+        """Return the latest time at which feeds of the next component pause [s]."""
         return self.late
 
     def _draw_back(self, rows: Ints, speeds: Floats) -> None:
-        """Draw the last components that are out back, and put them on the trays."""
+        """Draw back the last components that are out and put them on the trays."""
         self.chains.draw_back(rows, speeds, self.late)
         back = self.places[rows] > self.arrays.fed[rows, None]
         self.returned[rows] += back
@@ -185,7 +185,7 @@ class TrayEpisodes(CameraEpisodes):
 
 
 class TrayEnv(CameraTrackEnv):
-    """Build a chain from the components of a tray, and put some back.
+    """Build a chain from the components of a tray, with the option to put some back.
 
     `reset` selects a task: a tray of components, a feed direction and a target. It draws and hides
     which magnets are dead (15 %) or weak (10 %, at 0.3 of their strength), the strength of each
@@ -207,9 +207,9 @@ class TrayEnv(CameraTrackEnv):
     **Action**: ``MultiDiscrete([parts, 8, speeds, 2])``: the component, by its place on the tray;
     how it lies, 0 to 3 quarter turns, then the same turned over
     (`magfold_env.envs.spaces.actions.FACES`); the speed level, 5 of them log-spaced from 0.03
-    to 0.6 m/s; and 1 to draw back at that speed, whatever the first two say. A component that is
-    out stands for the next one that is on the tray, counted round; where nothing can be drawn back,
-    a component is fed. `action_masks` leaves both out. ``actions="discrete"`` is the same as one
+    to 0.6 m/s; and 1 to draw back at that speed, whatever the first two say. If the component is
+    out, the next one on the tray is fed instead, cyclically; if nothing can be drawn back, a
+    component is fed. `action_masks` excludes both cases. ``actions="discrete"`` is the same as one
     number.
 
     **Observation**: a flat ``Box(−1, 1)`` of ``12 n + 1 + 9 parts`` entries; of the chain component
@@ -261,7 +261,7 @@ class TrayEnv(CameraTrackEnv):
     default_tasks: ClassVar[str] = "trays-6"
 
     def action_masks(self) -> NDArray[np.bool_]:
-        """Return which actions ask for what can be done; `TrayTable.masks`."""
+        """Return which actions are possible; see `TrayTable.masks`."""
         return cast("TrayEpisodes", self._running()).action_masks(self.actions)[0]
 
 

@@ -22,7 +22,7 @@ GoalObservation = dict[str, NDArray[np.float32]]
 
 
 class GoalEpisodes(FoldEpisodes):
-    """Episodes whose goals lie apart from their observations, and whose every step is judged."""
+    """Episodes with goals separate from the observations, and with a reward in every step."""
 
     def observe(self) -> GoalObservation:
         """Return new observations, (m, …) each."""
@@ -31,7 +31,7 @@ class GoalEpisodes(FoldEpisodes):
         return {"observation": seen, "achieved_goal": achieved, "desired_goal": wanted}
 
     def _goals(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return what is achieved and what is wanted, (m, n) each."""
+        """Return the achieved and the desired goals, (m, n) each."""
         status = self.arrays.status
         achieved = achieved_goals(self.arrays.angles, (status == FOLDED) | (status == MISFOLDED))
         wanted = np.ones_like(achieved)
@@ -44,12 +44,12 @@ class GoalEpisodes(FoldEpisodes):
         return np.asarray(compute_reward(achieved[rows], wanted[rows], self.world.match))
 
     def end_rewards(self, ends: Columns) -> Floats:
-        """Return 0: the end is worth nothing besides."""
+        """Return 0: the end has no additional reward."""
         return np.zeros(len(ends["score"]))
 
 
 class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
-    """`magfold_env.envs.tube_feed.TubeFeedEnv` with the goal apart from the observation.
+    """`magfold_env.envs.tube_feed.TubeFeedEnv` with the goal separate from the observation.
 
     **Action**, horizon and info are the same.
 
@@ -93,18 +93,18 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
     def compute_reward(
         self, achieved_goal: NDArray[Any], desired_goal: NDArray[Any], info: object
     ) -> NDArray[np.float64] | float:
-        """Return the reward of having `achieved_goal` where `desired_goal` was wanted.
+        """Return the reward for `achieved_goal` given `desired_goal`.
 
-        It is 0 if every joint is within 0.05 rad of the one wanted, or, with ``match="outline"``,
-        both lie within 0.05 rad of fully folded words with one outline, and if the chain has
-        settled where it is wanted to. Otherwise it is −1.
+        It is 0 if every joint is within 0.05 rad of the desired angle and the chain has settled
+        where the goal requires it. With ``match="outline"``, both goals must instead be within 0.05
+        rad of fully folded words with the same outline. Otherwise the reward is −1.
 
         Parameters
         ----------
         achieved_goal, desired_goal : array, shape (n,) or (m, n)
             One goal, or a batch of them.
         info : object
-            Not looked at.
+            Ignored.
 
         Returns
         -------
@@ -127,7 +127,7 @@ class TubeFeedGoalVectorEnv(ChainVectorEnv[GoalObservation]):
 def compute_reward(
     achieved_goal: NDArray[Any], desired_goal: NDArray[Any], match: Match
 ) -> NDArray[np.float64] | float:
-    """Return `TubeFeedGoalEnv.compute_reward` for goals that are met as `match` says."""
+    """Return `TubeFeedGoalEnv.compute_reward` for goals that `match` compares."""
     achieved, desired = np.asarray(achieved_goal), np.asarray(desired_goal)
     apart = np.abs(achieved[..., :-1] - desired[..., :-1])
     alike = (apart <= SUCCESS_TOLERANCE).all(axis=-1)
@@ -144,7 +144,7 @@ def compute_reward(
 
 
 def achieved_goals(angles: NDArray[np.float64], settled: Any) -> NDArray[np.float32]:
-    """Return what chains achieve: their joint angles, from −π to π, and 1 if they have settled.
+    """Return the achieved goals: joint angles from −π to π, then 1 for a settled chain.
 
     Parameters
     ----------

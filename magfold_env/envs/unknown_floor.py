@@ -1,4 +1,4 @@
-"""``MagFold/UnknownFloor-v0``: feed a given chain, back and forth, over a floor unknown."""
+"""``MagFold/UnknownFloor-v0``: feed a given chain back and forth over an unknown floor."""
 
 from typing import Any
 
@@ -8,17 +8,17 @@ from magfold_env.envs.tasks.feed_tasks import TaskWorld
 from magfold_env.envs.vector_env import ChainVectorEnv
 
 HORIZON = 250
-"""Steps after which it is too late: 5 s."""
+"""Number of steps allowed in an episode: 5 s."""
 
 
 class FloorEpisodes(FeedEpisodes):
-    """Episodes in which one fold is wanted."""
+    """Episodes with one target fold."""
 
     horizon = HORIZON
 
     @classmethod
     def baselines(cls, world: TaskWorld) -> ConstantSpeedStore:
-        """Return what the best constant speeds make of the tasks of a world."""
+        """Return the baselines that constant speeds set for the tasks of a world."""
         return ConstantSpeedStore(cls, world, (INTERVAL, HORIZON, STEEPEST))
 
 

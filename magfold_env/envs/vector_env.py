@@ -1,7 +1,7 @@
 """Vector environments: many chains stepped by one compiled call.
 
-``gymnasium.make_vec(id, num_envs=m)`` makes one. It says what `gymnasium.vector.SyncVectorEnv` says
-of as many single environments with the same seeds, bit for bit.
+``gymnasium.make_vec(id, num_envs=m)`` makes one. Its results equal those of
+`gymnasium.vector.SyncVectorEnv` with single environments and the same seeds, bit for bit.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,19 +35,19 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
     Parameters
     ----------
     num_envs : int
-        How many.
+        Number of environments.
     autoreset_mode : AutoresetMode or str
-        When an episode that has ended is followed by another; Gymnasium's three modes.
+        When a new episode follows one that has ended; Gymnasium's three modes.
     threads : int, optional
-        How many threads simulate, by default as many as the process may use cores. Results do not
-        depend on it.
+        Number of threads that simulate; by default, one per core that the process may use. Results
+        do not depend on it.
     **options
-        Those of the single environment.
+        Options of the single environment.
 
     Raises
     ------
     ValueError
-        For any argument that is not allowed; the message names it and what is.
+        If an argument is not allowed; the message names it and the allowed values.
     """
 
     single: ClassVar[Any]
@@ -102,10 +102,11 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         Parameters
         ----------
         seed : int or sequence of int, optional
-            The first environment's seed, the others follow on; or one each.
+            The first environment's seed, from which the others count up, or one seed per
+            environment.
         options : mapping, optional
-            The single environment's, a value for all or a list of one each; ``reset_mask``, an
-            array of bool, says which environments are meant.
+            Options of the single environment: one value for all, or a list with one value each;
+            ``reset_mask``, an array of bool, selects the environments to reset.
 
         Raises
         ------
@@ -128,7 +129,7 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         Raises
         ------
         ValueError
-            If an action lies outside the space.
+            If an action is not in the space.
         gymnasium.error.ResetNeeded
             Before the first reset, and, with the mode DISABLED, where an episode has ended.
         """
@@ -167,29 +168,29 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         return masks
 
     def get_state(self) -> EpisodesState:
-        """Return everything that decides how the environments go on.
+        """Return the complete state of the environments.
 
-        It does not change when the environments do, and may be set as often as wanted.
+        Later steps do not change the returned state, and it can be set any number of times.
         """
         return self.episodes.get_state()
 
     def set_state(self, state: EpisodesState) -> ObsType:
-        """Go back to a state of these environments, or of others made with the same options.
+        """Restore a state of these environments, or of others made with the same options.
 
-        From there every step gives exactly what it gave then. Returns the observations.
+        Steps from there repeat exactly. Returns the observations.
         """
         self.episodes.set_state(state)
         return self.episodes.observe()
 
     def render(self) -> tuple[Any, ...]:
-        """Return a picture, or a text, of each environment, as `render_mode` says."""
+        """Return a picture or text of each environment, according to `render_mode`."""
         self.episodes.check_begun()
         return tuple(
             self._viewer.render(partial(self.snapshot, row)) for row in range(self.num_envs)
         )
 
     def snapshot(self, row: int) -> "Snapshot":
-        """Return what a picture of an environment shows."""
+        """Return the content of a picture of an environment."""
         return snapshot_of(self.episodes, row)
 
     def close_extras(self, **kwargs: Any) -> None:
@@ -198,7 +199,7 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         self.template.close()
 
     def _final(self, ended: Bools, ends: Columns) -> Infos:
-        """Return the last observations and infos of episodes that others follow in this step."""
+        """Return the last observations and infos of episodes that are replaced in this step."""
         final = np.full(self.num_envs, None, dtype=object)
         observations = list(iterate(cast("Any", self).observation_space, self.episodes.observe()))
         rows = np.flatnonzero(ended)
@@ -213,7 +214,7 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         }
 
     def _spread(self, rows: Ints, columns: Columns) -> Infos:
-        """Return infos of some environments in Gymnasium's form: for all, and who has them."""
+        """Return infos of some environments in Gymnasium's form: arrays for all, with masks."""
         mask = np.zeros(self.num_envs, dtype=np.bool_)
         mask[rows] = True
         infos: Infos = {}

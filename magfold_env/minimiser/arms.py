@@ -1,13 +1,14 @@
-"""Arms: the two parts of a chain that is cut at a joint, grown away from the cut.
+"""Arms: the two parts of a chain cut at a joint, grown away from the cut.
 
-Both begin at the component before the cut, their root, which lies at the origin and heads along
-+x. The far arm holds the components after the cut, the near arm the root and those before it.
+Both begin at the component before the cut, their root, which is at the origin and heads along +x.
+The far arm contains the components after the cut; the near arm contains the root and those before
+it.
 
-A state is a word of the near arm and one of the far arm. Its energy is that within the near arm,
-that within the far one, and the sum of ``cross`` over one node of each for every component. A word
-of the near arm is a field on the far arm's nodes: the sum of its rows of ``cross``. The far words
-of least energy in that field alone, their own energy and overlaps among themselves left out, are
-found by dynamic programming along the arm; they bound from below what the far arm can gain.
+A state is a word of the near arm and one of the far arm. Its energy is the energy within the near
+arm, plus that within the far arm, plus the sum of ``cross`` over the pairs of nodes of the two
+words. A word of the near arm makes a field on the far arm's nodes: the sum of its rows of
+``cross``. Dynamic programming along the far arm finds the least energy in that field alone, without
+the far arm's own energy and overlaps; it is a lower bound for the far arm's contribution.
 """
 
 from functools import lru_cache
@@ -23,14 +24,14 @@ from magfold_env.minimiser.lattice import HEADINGS, ORDER, TURNS, Ints
 from magfold_env.scene import Scene
 
 LETTERS = len(ORDER)
-NOWHERE = -1  # as long as the number of nodes is not known
+NOWHERE = -1  # while the number of nodes is unknown
 
 Entries = NDArray[np.int32]
-"""Half of the usual size: there are tens of millions."""
+"""Half of the usual size, because there are tens of millions."""
 
 
 class Arm(NamedTuple):
-    """The poses that an arm's components can take, joint by joint from the root.
+    """The possible poses of an arm's components, joint by joint from the root.
 
     A pose of one component and the same pose of another are two nodes.
     """
@@ -45,16 +46,16 @@ class Arm(NamedTuple):
     component: IntArray
     """Component of each node, 0-based, shape (nodes,)."""
     following: IntArray
-    """Node that each letter in the order S, L, R leads to, shape (nodes, 3).
+    """Node that follows each letter in the order S, L, R, shape (nodes, 3).
 
-    The number of nodes stands for none.
+    The number of nodes means none.
     """
     end: int
     """First of the nodes of the component at the arm's end."""
 
 
 class Poses(Protocol):
-    """Components on the lattice by some index, as an `Arm` has them by its nodes."""
+    """Components on the lattice in some order, like those of an `Arm` by node."""
 
     @property
     def x(self) -> IntArray:
@@ -78,16 +79,17 @@ class Poses(Protocol):
 
 
 class PairTable(NamedTuple):
-    """What two components of a chain do to each other at any pose."""
+    """The couplings of two components of a chain at any pose."""
 
     coupling: Array
-    """K [J] by cell x, cell y and quarter turns of the second seen from the first, then faces."""
+    """K [J] by cell x, cell y and quarter turns of the second as seen from the first, then
+    faces."""
     reach: int
     """Index of cell 0."""
     strength: Array
     """Signs of all faces, shape (n, 4)."""
     clashes_excluded: bool
-    """Whether equal poles must not touch."""
+    """Whether touching equal poles are excluded."""
 
 
 def near_arm(root: int, letters: str) -> Arm:
@@ -136,9 +138,9 @@ def _grown(joints: int, direction: int, letters: str) -> Arm:
 
 
 def pair_table(scene: Scene, strength: Array, *, clashes_excluded: bool) -> PairTable:
-    """Return the couplings of a scene's magnets at every pose that its chain can take.
+    """Return the couplings of a scene's magnets at every possible pose of its chain.
 
-    ``strength`` (n, 4) holds the pole charges of all faces in `Magnets.charge`s.
+    ``strength`` (n, 4) contains the pole charges of all faces in units of `Magnets.charge`.
     """
     reach = 2 * (scene.n - 1)
     width = 2 * reach + 1
@@ -159,18 +161,19 @@ class ArmWords(NamedTuple):
     """All words of an arm as a tree in depth-first order, entry 0 the root."""
 
     node: Entries
-    """Node of the arm that each entry ends at, shape (entries,)."""
+    """Last node of each entry, shape (entries,)."""
     parent: Entries
     """Entry without the last letter, shape (entries,)."""
     skip: Entries
-    """First entry after those that begin with this one's word, shape (entries,)."""
+    """First entry after those whose words begin with this one's, shape (entries,)."""
     least: Array
-    """Least energy within the arm of all whole words that begin so [J]; infinite for none."""
+    """Least energy within the arm of all complete words with this beginning [J]; infinite for
+    none."""
 
 
 @inlined
 def _beside(x: int, y: int) -> int:
-    """Return which face of a component the neighbouring cell (±1, ±1) lies at."""
+    """Return the face of a component at the neighbouring cell (±1, ±1)."""
     if x > 0:
         return 0 if y > 0 else 3
     return 1 if y > 0 else 2
@@ -180,7 +183,7 @@ def _beside(x: int, y: int) -> int:
 def pair_energy(table: PairTable, one: Poses, u: int, other: Poses, v: int) -> float:
     """Energy of the components at u and v, nodes of two arms or of one [J].
 
-    Infinite where they overlap, and where equal poles touch if that is excluded.
+    Infinite if they overlap, or if equal poles touch and that is excluded.
     """
     turn = one.quarter[u]
     dx, dy = other.x[v] - one.x[u], other.y[v] - one.y[u]
@@ -207,9 +210,9 @@ def pair_energy(table: PairTable, one: Poses, u: int, other: Poses, v: int) -> f
 
 @allocating_kernel
 def cross_energies(table: PairTable, near: Arm, far: Arm) -> Array:
-    """Energies [J] of all nodes of the near arm with those of the far one, (near, far).
+    """Energies [J] of all pairs of nodes of the near and the far arm, (near, far).
 
-    The far arm's root is the near arm's: its column is zero.
+    Both arms have the same root, so its column is zero.
     """
     out = np.zeros((near.x.size, far.x.size))
     for u in range(near.x.size):
@@ -220,7 +223,7 @@ def cross_energies(table: PairTable, near: Arm, far: Arm) -> Array:
 
 @allocating_kernel
 def count_entries(arm: Arm, most: int) -> int:
-    """Count the words of an arm, shorter ones included, that do not overlap; stop at ``most``."""
+    """Count the words of an arm without overlap, including shorter ones; stop at ``most``."""
     last = arm.joints[-1]
     path, tried = np.zeros(last + 1, np.int64), np.zeros(last + 1, np.int64)
     depth, count = 0, 1
@@ -244,8 +247,8 @@ def count_entries(arm: Arm, most: int) -> int:
 def arm_words(table: PairTable, arm: Arm, begin: int, entries: int) -> ArmWords:
     """Visit all words of an arm that do not overlap.
 
-    Components count from joint ``begin`` on: 0 has the root's pairs in, 1 leaves them out.
-    ``entries`` is at least the number of words, shorter ones included.
+    Components count from joint ``begin``: 0 includes the root's pairs, 1 omits them.
+    ``entries`` is at least the number of words, including shorter ones.
     """
     node, parent, skip = (
         np.zeros(entries, np.int32), np.zeros(entries, np.int32), np.zeros(entries, np.int32)
@@ -284,7 +287,7 @@ class BestStates(NamedTuple):
     """The best states so far, lowest first."""
 
     energy: Array
-    """Energies [J], shape (top,); infinite where there is none yet."""
+    """Energies [J], shape (top,); infinite for missing states."""
     near: IntArray
     """Entries of their words of the near arm, shape (top,)."""
     far: IntArray
@@ -293,14 +296,14 @@ class BestStates(NamedTuple):
 
 @allocating_kernel
 def lowest_in_field(arm: Arm, field: Array, lowest: Array) -> float:
-    """Fill the least sum of the field over every node and those that can follow it [J].
+    """Fill the least sum of the field over every node and its possible successors [J].
 
-    Nodes follow each other as the joints allow, but the walk may overlap with itself. ``field``
-    has shape (nodes,), ``lowest`` one entry more. Returns the root's.
+    Successors obey the joints, but the walk may overlap itself. ``field`` has shape (nodes,), and
+    ``lowest`` has one entry more. Returns the root's value.
     """
     for node in range(arm.end, arm.x.size):
         lowest[node] = field[node]
-    lowest[arm.x.size] = np.inf  # what leads nowhere
+    lowest[arm.x.size] = np.inf  # the end of a path
     for node in range(arm.end - 1, -1, -1):
         a, b, c = arm.following[node, 0], arm.following[node, 1], arm.following[node, 2]
         lowest[node] = field[node] + min(lowest[a], lowest[b], lowest[c])
@@ -309,7 +312,7 @@ def lowest_in_field(arm: Arm, field: Array, lowest: Array) -> float:
 
 @allocating_kernel
 def least_cross_energy(cross: Array, near: Arm, far: Arm) -> float:
-    """Bound the energy between the arms of any state from below [J]."""
+    """Return a lower bound of the energy between the arms of any state [J]."""
     far_lowest, near_lowest = np.empty(far.x.size + 1), np.empty(near.x.size + 1)
     field = np.empty(near.x.size)
     for u in range(near.x.size):
@@ -321,10 +324,10 @@ def least_cross_energy(cross: Array, near: Arm, far: Arm) -> float:
 def bound_prefixes(
     cross: Array, near: Arm, far: Arm, words: ArmWords, begin: int, end: int, bound: Array
 ) -> None:
-    """Fill ``bound`` with what states with each whole word of the near arm have at least [J].
+    """Fill ``bound`` with a lower bound of the states with each complete word of the near arm [J].
 
-    The energy within the far arm is left out. Entries ``begin`` to ``end`` are filled, those of
-    shorter words with infinity.
+    The bound omits the energy within the far arm. The function fills entries ``begin`` to ``end``,
+    those of shorter words with infinity.
     """
     last = near.joints[-1]
     field = np.zeros((last + 1, far.x.size))
@@ -351,7 +354,7 @@ def _add_row(row: Array, field: Array, joints: int) -> None:
 
 @allocating_kernel
 def _add_up(cross: Array, words: ArmWords, entry: int, near: Arm, field: Array) -> None:
-    """Fill the fields of an entry's word and of all that it begins with."""
+    """Fill the fields of an entry's word and of all its beginnings."""
     joints = near.joints[words.node[entry]]
     path = np.empty(joints + 1, np.int64)
     for k in range(joints, -1, -1):
@@ -366,10 +369,10 @@ def search_prefixes(
     cross: Array, near: Arm, far: Arm, near_words: ArmWords, far_words: ArmWords,
     entries: IntArray, tolerance: float, found: BestStates,
 ) -> int:  # fmt: skip
-    """Complete each of some words of the near arm in all ways that could improve ``found``.
+    """Complete some words of the near arm in all ways that could improve ``found``.
 
-    Only states that lie by more than ``tolerance`` [J] below the worst of ``found`` are sought.
-    Returns the number of words of the far arm that were looked at, shorter ones included.
+    Only states more than ``tolerance`` [J] below the worst of ``found`` count. Returns the number
+    of words of the far arm that were visited, including shorter ones.
     """
     last, visited = far.joints[-1], 0
     field, lowest = np.empty((near.joints[-1] + 1, far.x.size)), np.empty(far.x.size + 1)
@@ -398,7 +401,7 @@ def search_prefixes(
 
 @allocating_kernel
 def _insert(found: BestStates, energy: float, near: int, far: int) -> None:
-    """Put a state in its place; the worst drops out."""
+    """Insert a state in order; the worst one drops out."""
     k = found.energy.size - 1
     while k > 0 and found.energy[k - 1] > energy:
         found.energy[k] = found.energy[k - 1]

@@ -1,9 +1,8 @@
 """Couplings of the faces of two components on the lattice, from the engine's own laws.
 
-What two components do to each other is bilinear in their pole charges. Their energy is sᵀ K t,
-where s and t hold the charges in units of the strongest, and the 4×4 matrix K depends on nothing
-but their relative pose. On the lattice few poses exist, and of each the pairs of single faces tell
-all there is to know.
+The interaction of two components is bilinear in their pole charges. Their energy is sᵀ K t, where s
+and t contain the charges in units of the strongest one, and the 4×4 matrix K depends only on their
+relative pose. The lattice has few poses, and the pairs of single faces determine K at each of them.
 """
 
 from collections.abc import Hashable
@@ -25,13 +24,13 @@ FACES = 4
 
 
 class Couplings:
-    """The matrices K of one kind of component, computed when a pose is first asked for.
+    """The matrices K of one kind of component, computed on first use of a pose.
 
     Parameters
     ----------
     magnets
-        The four magnets of a component; their couplings are those of faces with the charge of the
-        strongest, `Magnets.charge`. None makes every coupling zero.
+        The four magnets of a component; couplings are for faces with the charge of the strongest,
+        `Magnets.charge`. None makes every coupling zero.
     side
         Edge length of a casing [m].
     """
@@ -66,20 +65,20 @@ class Couplings:
 
 
 def couplings(scene: scenes.Scene) -> Couplings:
-    """Return the couplings of a scene's magnets, shared by all scenes that have the same."""
+    """Return the couplings of a scene's magnets, shared by all scenes with equal magnets."""
     magnets = scene.magnets
     if magnets is not None:
-        # How components differ in strength enters where the couplings are used.
+        # The users of the couplings apply the strengths of components.
         strongest = tuple(magnets.charges(scene.n).max(axis=0).tolist())
         magnets = magnets.model_copy(update={"remanence": None, "pole_charge": strongest})
-    return _shared(cast("Hashable", magnets), scene.casing.side)  # hashed as all frozen models
+    return _shared(cast("Hashable", magnets), scene.casing.side)  # hashable like all frozen models
 
 
 _shared = lru_cache(maxsize=16)(Couplings)
 
 
 def _pair_places(poses: Ints, side: float) -> Pose:
-    """Return where two components are, the first at the origin with heading 0: arrays (m, 2)."""
+    """Return the places of two components, the first at the origin with heading 0: (m, 2)."""
     cos, sin, x, y = np.zeros((4, len(poses), 2))
     cos[:, 0] = 1.0
     cos[:, 1], sin[:, 1] = HEADINGS[poses[:, 2]].T
@@ -88,7 +87,7 @@ def _pair_places(poses: Ints, side: float) -> Pose:
 
 
 def _pair_charges(unit: float) -> Array:
-    """Return the charges of two components with a single face of charge ``unit`` [A·m] each.
+    """Return the charges of two components with one face of charge ``unit`` [A·m] each.
 
     By the first component's face and the second's, (4, 4, 2, 4).
     """
@@ -110,9 +109,9 @@ def _fill_energies(magnets: Magnets, places: Pose, charge: Array, nodes: Nodes, 
 
 
 class PairPoses(NamedTuple):
-    """Which poses the pairs of components take in many words.
+    """The poses of the pairs of components in many words.
 
-    Of one pair every pose is listed once, so that words share what has to be found for it.
+    Each pose of a pair is listed once, so that words share its results.
     """
 
     first: IntArray
@@ -142,7 +141,7 @@ def pair_poses(lattice: Lattice) -> PairPoses:
 
 
 def _distinct(poses: Ints) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return a row of each pose that occurs, and which of them every pose is."""
+    """Return the distinct poses, and the index of every pose among them."""
     # Packed into one integer each: np.unique is far slower on rows.
     span = int(np.abs(poses[:, :2]).max(initial=0)) + 1
     codes = ((poses[:, 0] + span) * (2 * span + 1) + poses[:, 1] + span) * 4 + poses[:, 2]
@@ -154,8 +153,8 @@ def _distinct(poses: Ints) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 def sum_over_pairs(coupling: Array, poses: PairPoses, strength: Array, out: Array) -> None:
     """Fill the sums over pairs of a bilinear quantity for many sequences and words.
 
-    ``coupling`` (poses, 4, 4) is its matrix at every pose, ``strength`` (sequences, n, 4) holds the
-    signs of the faces, ``out`` has shape (sequences, words).
+    ``coupling`` (poses, 4, 4) is its matrix at every pose, ``strength`` (sequences, n, 4) contains
+    the signs of the faces, and ``out`` has shape (sequences, words).
     """
     value = np.empty(coupling.shape[0])
     for k in range(out.shape[0]):

@@ -1,11 +1,11 @@
 """The magnetic energy of words: a quadratic form in the signs of the faces.
 
-What magnets do to each other is all there is: scenes with an external field are refused, since
-the energy in it depends on where a fold lies, which a word does not say.
+The energy includes only the interaction of the chain's magnets. Scenes with an external field are
+refused, because their energy depends on the place of a fold, which a word does not specify.
 
-The paper's Coulomb score also has the pairs inside each component in. A component's own energy is
-computed once a scene and does not change with its shape, so that is plain NumPy, with as many nodes
-as the scene gives, or as are worth it.
+The paper's Coulomb score also includes the pairs inside each component. A component's own energy
+does not change with the shape and is computed once per scene, in plain NumPy, with the number of
+nodes of the scene or a sufficient one.
 """
 
 import math
@@ -21,28 +21,29 @@ from magfold_env.scene.scene import signs
 from magfold_env.simulation.quadrature import width_rule
 
 TIE = 1e-9
-"""Energies this close, relative to `energy_unit`, are equal: symmetries differ by rounding."""
+"""Energies this close, relative to `energy_unit`, count as equal: symmetric ones differ by
+rounding."""
 
-NODES = 32  # along a pole face where the scene gives no number
+NODES = 32  # along a pole face if the scene gives no number
 POINTS = 3  # the paper's, likewise
 
 _NORMALS = np.deg2rad([45.0, 135.0, -135.0, -45.0])  # of the faces, from the heading
 
 
 def strengths(scene: Scene) -> Array:
-    """Return what a face's pole charge would be, N or S, in `Magnets.charge`s, shape (n, 4)."""
+    """Return the unsigned pole charge of each face in units of `Magnets.charge`, shape (n, 4)."""
     if scene.magnets is None:
         return np.zeros((scene.n, FACES))
     return scene.magnets.charges(scene.n) / scene.magnets.charge
 
 
 def poles(scene: Scene) -> Array:
-    """Return the faces' pole charges in `Magnets.charge`s, N positive, shape (n, 4)."""
+    """Return the faces' pole charges in units of `Magnets.charge`, N positive, shape (n, 4)."""
     return signs(scene.sequence) * strengths(scene)
 
 
 def refuse_field(scene: Scene) -> None:
-    """Refuse a scene in an external field with a ValueError."""
+    """Raise a ValueError if a scene has an external field."""
     if scene.field is not None and scene.field.any:
         raise ValueError(
             "field: an external field is not allowed; energy minimisation does not know of any, "
@@ -51,20 +52,20 @@ def refuse_field(scene: Scene) -> None:
 
 
 def energy_unit(scene: Scene) -> float:
-    """Return a scene's natural scale of energy [J]: two pole charges one side apart."""
+    """Return the natural energy scale of a scene [J]: two pole charges one side apart."""
     charge = 0.0 if scene.magnets is None else scene.magnets.charge
     return 1e-7 * charge**2 / scene.casing.side
 
 
 def tie(scene: Scene) -> float:
-    """Return up to which difference two energies of a scene's words are equal [J]."""
+    """Return the largest difference between equal energies of a scene's words [J]."""
     return TIE * energy_unit(scene)
 
 
 def word_energies(scene: Scene, lattice: Lattice) -> Array:
     """Return the energy of each word with the scene's sequence [J], shape (m,).
 
-    Each pair of components counts once, pairs inside a component are left out: `mf.energy`. A
+    Each pair of components counts once, without pairs inside a component: `mf.energy`. A
     scene in an external field is refused.
     """
     refuse_field(scene)
@@ -79,8 +80,8 @@ def word_energies(scene: Scene, lattice: Lattice) -> Array:
 def quadratic_forms(scene: Scene, lattice: Lattice) -> Array:
     """Return J (m, 4n, 4n) of each word [J]: its energy is sᵀ J s for signs s of all 4n faces.
 
-    Symmetric, and zero where both faces belong to one component. How strong each face's magnet is
-    counts, the scene's sequence does not. A scene in an external field is refused.
+    J is symmetric, and zero where both faces belong to one component. It depends on the strength of
+    each face's magnet but not on the scene's sequence. A scene in an external field is refused.
     """
     refuse_field(scene)
     strength = strengths(scene)
@@ -147,7 +148,7 @@ def _lines(rho: Array, one: float, other: float) -> Array:
 
 
 def _within_faces(magnets: Magnets) -> Array:
-    """Energy of a unit charge on each face's magnet, every pair of its charges once (4,) [1/m]."""
+    """Energy of a unit charge on each face's magnet, each pair of charges once, (4,) [1/m]."""
     width, height = magnets.by_face("width"), magnets.by_face("height")
     if magnets.model == "strips":
         pairs = zip(width.tolist(), height.tolist(), strict=True)
@@ -160,7 +161,7 @@ def _within_faces(magnets: Magnets) -> Array:
 def _within_rectangle(a: float, b: float) -> float:
     """Energy of a unit charge spread evenly over a rectangle of sides a and b [m], in 1/m.
 
-    Half the mean of 1/r over all pairs of points of a rectangle, which is closed.
+    Half the mean of 1/r over all pairs of points of a rectangle, which has a closed form.
     """
     integral = (
         2.0 * a * a * b * math.asinh(b / a)

@@ -1,12 +1,12 @@
 """Every sequence of poles of a short chain: its number, its ground state, its energies.
 
-The energy of a word is sᵀ J s. The faces are cut into leading and trailing ones. While the leading
-signs are fixed, the energy is that among them, plus that among the trailing ones, which is kept in
-a table, plus a sum of fields on the trailing faces. All sums of those are built by doubling: with
-one face more, every sum so far appears twice, the second time with that face's sign changed. That
-is one addition a sequence, without the flip after flip of a Gray code, in which errors add up.
+The energy of a word is sᵀ J s. The faces are divided into leading and trailing ones. For fixed
+leading signs, the energy is that among the leading faces, plus that among the trailing ones, which
+a table stores, plus a sum of fields on the trailing faces. Doubling builds all these sums: with one
+more face, every sum so far appears twice, the second time with that face's sign changed. That costs
+one addition per sequence and avoids the successive flips of a Gray code, in which errors add up.
 
-Sequences are numbered with one bit a face, component 1's front-left highest, N = 0 and S = 1: the
+Sequences are numbered with one bit per face, component 1's front-left highest, N = 0 and S = 1: the
 order of the numbers is the alphabetical order of the sequences.
 """
 
@@ -21,10 +21,11 @@ from magfold_env.minimiser.couplings import FACES
 from magfold_env.scene import errors
 
 LONGEST_OF_ALL = 6
-"""Most components for which every sequence is evaluated: 16^6, halved by the global sign flip."""
+"""Largest number of components for which every sequence is evaluated: 16^6 sequences, halved by the
+global sign flip."""
 
 LONGEST_NUMBERED = 10_000
-"""Most components of a sequence that is asked for by its number."""
+"""Largest number of components of a sequence requested by its number."""
 
 WordIndices = NDArray[np.uint8]
 """Enough for the 229 words of six components."""
@@ -37,19 +38,19 @@ _PARTS = 16  # between which Ctrl-C is noticed
 class EverySequence:
     """The ground states of all sequences, by their number.
 
-    Only sequences whose first face is N are listed: to flip all poles changes no energy.
+    Only sequences whose first face is N are listed, because flipping all poles changes no energy.
     """
 
     words: tuple[str, ...]
     """The words that were compared."""
     word: WordIndices
-    """Index of the word of least energy; of equal ones any, shape (2^(4n-1),)."""
+    """Index of the word of least energy, or of any of several equal ones, shape (2^(4n-1),)."""
     energy: Array
     """Its energy [J], shape (2^(4n-1),)."""
     gap: Array
-    """How far the next word lies above it [J]; infinite if there is none, shape (2^(4n-1),)."""
+    """Energy gap to the next word [J]; infinite if there is none, shape (2^(4n-1),)."""
     tie: float
-    """Gaps up to this are none, but for rounding [J]."""
+    """Gaps up to this are rounding errors [J]."""
 
     def counts(self) -> dict[str, int]:
         """Count the sequences that have each word as their only ground state.
@@ -61,7 +62,7 @@ class EverySequence:
 
 
 def sequence_of(number: int, n: int) -> tuple[str, ...]:
-    """Return the sequence of a number: one bit a face, the first face highest, N = 0 and S = 1.
+    """Return the sequence of a number: one bit per face, the first face highest, N = 0 and S = 1.
 
     The order of the numbers is the alphabetical order of the sequences.
 
@@ -79,7 +80,7 @@ def sequence_of(number: int, n: int) -> tuple[str, ...]:
 def every_energy(form: Array) -> Array:
     """Return a word's energy with every sequence whose first face is N [J], by number.
 
-    ``form`` (4n, 4n) is the word's, see `quadratic_forms`; too many sequences are refused.
+    ``form`` (4n, 4n) is the word's; see `quadratic_forms`. Too many sequences are refused.
     """
     out = np.empty(_checked_size(form.shape[0]))
     word_for_every_sequence(form, _trailing(form.shape[0]), out)
@@ -91,7 +92,7 @@ def best_words(
     words: tuple[str, ...],
     tie: float,
 ) -> EverySequence:
-    """Find the ground state of every sequence; too many of them are refused.
+    """Find the ground state of every sequence; too many sequences are refused.
 
     ``forms`` (words, 4n, 4n) are those of the ``words``, see `quadratic_forms`. Gaps up to ``tie``
     are rounding [J].
@@ -141,10 +142,10 @@ def best_for_every_sequence(
     forms: Array, trailing: int, first: int,
     word: WordIndices, least: Array, second: Array,
 ) -> None:  # fmt: skip
-    """Fill which word has least energy, its energy and the second least [J], for some sequences.
+    """Fill the word of least energy, its energy and the second least [J] for some sequences.
 
-    ``forms`` (words, faces, faces) holds J [J]. The sequences are those from number ``first`` on,
-    a multiple of 2^``trailing``, as many as ``word``, ``least`` and ``second`` have entries.
+    ``forms`` (words, faces, faces) contains J [J]. The sequences begin at number ``first``, a
+    multiple of 2^``trailing``; their number is the length of ``word``, ``least`` and ``second``.
     """
     words, size = forms.shape[0], 1 << trailing
     own = np.empty((words, size))
@@ -166,7 +167,7 @@ def best_for_every_sequence(
 def keep_lowest(
     w: int, energies: Array, which: WordIndices, lowest: Array, runner_up: Array
 ) -> None:
-    """Compare a word's energies with the lowest two so far; of equal ones the first word stays."""
+    """Compare a word's energies with the lowest two so far; the first of equal words stays."""
     for k in range(energies.size):
         energy, low = energies[k], lowest[k]
         higher = low if energy < low else energy
@@ -192,7 +193,7 @@ def fill_block(
         for g in range(leading):
             energies[0] += sign * sign_of(block, leading - 1 - g) * form[f, g]
         for g in range(trailing):
-            # Twice: J is symmetric.
+            # The factor is two because J is symmetric.
             fields[g] += 2.0 * sign * form[f, leading + g]
     for g in range(trailing):
         energies[0] += fields[g]

@@ -19,16 +19,16 @@ Components = Sequence[str]
 
 
 class Landscape:
-    """All words of a chain without overlap, and what the magnets make of them.
+    """All words of a chain without overlap, with their energies and torques.
 
-    Energies are those of `mf.energy`: each pair of components once, pairs inside a component left
-    out. Everything is evaluated from tables of face pairs on the lattice.
+    Energies are those of `mf.energy`: each pair of components counts once, without pairs inside a
+    component. All values come from tables of face pairs on the lattice.
 
     Parameters
     ----------
     scene
-        Its casing and magnets count, and its sequence where no other is given; mount, friction
-        and contact do not.
+        The scene; its casing and magnets are used, and its sequence unless another is given. Mount,
+        friction and contact are ignored.
     among
         `all` words, or only the `folded` ones (no S).
 
@@ -40,7 +40,7 @@ class Landscape:
     Raises
     ------
     ValueError
-        If the chain is too long to list its words, or `among` is neither of the two.
+        If the chain is too long to list its words, or `among` is not one of these.
 
     Examples
     --------
@@ -61,7 +61,7 @@ class Landscape:
         lattice = all_words(scene.n)
         self._lattice = lattice[lattice.fully_folded()] if among == "folded" else lattice
         self.scene = scene
-        """The scene it was made of."""
+        """The scene of the landscape."""
         self.words = self._lattice.words
 
     def energies(self, sequences: Sequence[Components] | Array | None = None) -> Array:
@@ -88,7 +88,7 @@ class Landscape:
         return out[0] if sequences is None else out
 
     def coulomb_scores(self) -> Array:
-        """Return the paper's score of each word [J]: its energy and the pairs inside components."""
+        """Return the paper's score of each word [J]: energy plus the pairs inside components."""
         return self.energies() + energies.internal_energy(self.scene)
 
     def every_energy(self, word: str) -> Array:
@@ -102,7 +102,7 @@ class Landscape:
         Raises
         ------
         ValueError
-            If the word is none of `words`, or there are too many sequences.
+            If the word is not in `words`, or there are too many sequences.
         """
         if parse_word(word, self.scene.n) not in self.words:
             raise ValueError(f"word: {word!r} is not allowed; must be one of the landscape's words")

@@ -1,4 +1,4 @@
-"""Words as arrays: every casing of a word lies on a lattice, so poses are integers."""
+"""Words as arrays: every casing of a word is on a lattice, so poses are integers."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ HEADINGS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])  # unit vectors by quart
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """A number of words of equal length, and where their components lie."""
+    """Words of equal length and the places of their components."""
 
     letters: Ints
     """Indices into ``ORDER``, shape (m, n-1)."""
     cells: Ints
     """Centres in half hinge-to-hinge lengths, side/√2, the first at the origin, shape (m, n, 2)."""
     quarters: Ints
-    """Headings in quarter turns, 0 to 3, component 1's being 0, shape (m, n)."""
+    """Headings in quarter turns, 0 to 3, shape (m, n); that of component 1 is 0."""
 
     @property
     def n(self) -> int:
@@ -50,7 +50,7 @@ class Lattice:
         return tuple(self.word(row) for row in range(len(self)))
 
     def extended(self) -> Lattice:
-        """Return every word with S, L and R appended, those that overlap left out.
+        """Return every word with S, L and R appended, without words that overlap.
 
         Two casings of a word overlap only if their centres coincide: centres differ by an even
         number of half lengths, and two such lengths apart the squares touch at most.

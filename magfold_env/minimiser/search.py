@@ -1,6 +1,6 @@
 """Searches for the states of least energy: of all words, component by component, of long chains.
 
-Long chains are cut in the middle and searched by branch and bound, which proves what it finds.
+Long chains are cut in the middle and searched by branch and bound, which proves its results.
 """
 
 import math
@@ -20,43 +20,45 @@ from magfold_env.scene import Scene, errors, unless_a_scene
 Mode = Literal["free", "forward", "backward"]
 
 LONGEST = 12
-"""Most components of a full search: 118,731 words, 2.7 times more with each component.
+"""Largest number of components for a full search: 118,731 words; each further component multiplies
+them by 2.7.
 
 The states of longer chains are found by `ground_state`.
 """
 
 LONGEST_CUT: Final = {"all": 32, "folded": 56, "stable": 56}
-"""Most components of a chain whose halves `ground_state` lists, by which words are ranked."""
+"""Largest number of components of a chain whose halves `ground_state` can list, by the ranked
+words."""
 
 MOST_STATES: Final = 10_000_000
-"""So many may be asked for."""
+"""Largest number of states on request."""
 
 MOST_ENTRIES: Final = 40_000_000
-"""No half of these has more words, shorter ones included: 20 bytes each."""
+"""Largest number of words of a half chain, including shorter ones, at 20 bytes each."""
 
-_FIRST = 100  # words of the near arm that are completed where there is no time to order them
+_FIRST = 100  # words of the near arm to complete when there is no time to order them
 _STRETCH = 20_000  # entries bounded, and
 _BATCH = 50  # words completed, between two looks at the clock
 
-MOST_SHOWN = 5  # states of a result in a line
+MOST_SHOWN = 5  # states shown in one line
 
 Progress = Callable[[float], None]
 
 
 class Ranking:
-    """What a search found: states, the lowest first."""
+    """The result of a search: states, the lowest first."""
 
     states: tuple[State, ...]
 
     @property
     def best(self) -> State:
-        """The state of least energy that was found.
+        """The state of least energy.
 
         Raises
         ------
         ValueError
-            If there is none: no word of this length satisfies the condition that was set, or none
-            was found within the limits.
+            If there is none: no word of this length satisfies the condition, or the search found
+            none within its limits.
         """
         if not self.states:
             raise ValueError("the search found no state that satisfies its condition")
@@ -71,7 +73,7 @@ class Ranking:
 
 @dataclass(frozen=True)
 class Option:
-    """One letter a joint could take, and the energy of the chain with it [J]."""
+    """One possible letter of a joint, and the energy of the chain with it [J]."""
 
     letter: str
     energy: float
@@ -82,13 +84,13 @@ class Decision:
     """One joint decided by a component-by-component search."""
 
     joint: int
-    """1-based: joint k lies between components k and k+1."""
+    """Number of the joint from 1; joint k is between components k and k+1."""
     options: tuple[Option, ...]
-    """Those without overlap, in the order S, L, R."""
+    """The letters without overlap, in the order S, L, R."""
     letter: str
-    """The one of least energy."""
+    """The letter of least energy."""
     tied: str
-    """The other letters of the same energy; the order S, L, R decided against them."""
+    """Other letters of the same energy; the order S, L, R decided the tie."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -96,13 +98,13 @@ class Minimum(Ranking):
     """The result of `minimise`."""
 
     mode: Mode
-    """How the chain was searched."""
+    """Mode of the search."""
     states: tuple[State, ...]
-    """Lowest energy first. The component-by-component modes end in one state."""
+    """The states, lowest energy first. The component-by-component modes return one state."""
     decisions: tuple[Decision, ...]
-    """In the order they were taken; empty for the full search."""
+    """Decisions in their order; empty for the full search."""
     examined: int
-    """Number of words whose energies were compared; of words of half the chain for long ones."""
+    """Number of words whose energies were compared; for long chains, of words of half the chain."""
 
 
 def minimise(
@@ -118,25 +120,26 @@ def minimise(
     Parameters
     ----------
     scene
-        Its sequence, casing and magnets count; mount, friction and contact do not.
+        The scene; its sequence, casing and magnets are used. Mount, friction and contact are
+        ignored.
     mode
-        `free` compares every word without overlap; more than `LONGEST` components by branch and
-        bound, which proves the same. `forward` decides one joint at a time from
-        joint 1 on, `backward` from the last: the letter of least energy, all components acting,
-        joints not yet decided straight, overlaps excluded.
+        `free` compares every word without overlap; for more than `LONGEST` components it uses
+        branch and bound, which proves the same. `forward` decides one joint at a time from joint 1,
+        and `backward` from the last joint. Each joint takes the letter of least energy without
+        overlap, with all components acting and the undecided joints straight.
     top
-        How many states `free` returns.
+        Number of states that `free` returns.
     among
-        Which words `free` ranks: `all`, only the `folded` ones (no S), or only the
+        The words that `free` ranks: `all`, only the `folded` ones (no S), or only the
         `stable` ones (folded, and no equal poles touch).
     progress
-        Of branch and bound, as for `ground_state`.
+        Progress of branch and bound, as for `ground_state`.
 
     Raises
     ------
     ValueError
-        If an argument is none of these, the scene has an external field, the chain is too long
-        for a full search, or a component-by-component search runs into a joint where every letter
+        If an argument is not one of these, the scene has an external field, the chain is too long
+        for a full search, or a component-by-component search reaches a joint where every letter
         overlaps.
     """
     errors.refuse(errors.unless_one_of("mode", mode, get_args(Mode)))
@@ -157,7 +160,7 @@ def minimise(
 
 
 def _refuse(scene: Scene, top: int, among: Among, progress: Progress | None) -> None:
-    """Refuse what no search can be asked for."""
+    """Refuse arguments that no search accepts."""
     problems = [
         *unless_a_scene(scene),
         *errors.unless_whole("top", top, 1, MOST_STATES),
@@ -201,13 +204,13 @@ class GroundStates(Ranking):
     states: tuple[State, ...]
     """Lowest energy first."""
     lower_bound: float
-    """No state that is not listed lies lower [J]; infinite if every state is listed."""
+    """Lower bound of the energies of all unlisted states [J]; infinite if every state is listed."""
     nodes: int
-    """Words of half the chain, shorter ones included, that were bounded or completed."""
+    """Number of words of half the chain, including shorter ones, that were bounded or completed."""
 
     @property
     def gap(self) -> float:
-        """How far below the best state another could still lie [J]; 0 if none can."""
+        """Largest possible energy of another state below the best one [J]; 0 if none is lower."""
         return max(0.0, self.best.energy - self.lower_bound)
 
     @property
@@ -217,7 +220,7 @@ class GroundStates(Ranking):
 
     @property
     def complete(self) -> bool:
-        """Whether all states listed are proved to be the lowest that there are."""
+        """Whether the listed states are proved to be the lowest ones."""
         highest = self.states[-1].energy if self.states else math.inf
         return highest <= self.lower_bound
 
@@ -231,29 +234,30 @@ def ground_state(
     node_limit: int | None = None,
     progress: Progress | None = None,
 ) -> GroundStates:
-    """Find the states of least energy of a long chain and prove that they are.
+    """Find the states of least energy of a long chain with proof.
 
-    Branch and bound: the chain is cut in the middle, the words of one half are ordered by a lower
-    bound on the energy of the states that they belong to, and completed in that order until the
-    bound exceeds what was found. Where states tie with the last one listed, some are left out.
+    The method is branch and bound. The chain is cut in the middle. The words of one half are
+    ordered by a lower bound of the energy of their states, and completed in that order until the
+    bound exceeds the states found. Some states that tie with the last listed one may be missing.
 
     Parameters
     ----------
     scene
-        Its sequence, casing and magnets count; mount, friction and contact do not.
+        The scene; its sequence, casing and magnets are used. Mount, friction and contact are
+        ignored.
     top
-        How many states to find.
+        Number of states to find.
     among
         Which words to rank: `all` that do not overlap, only the `folded` ones (no S), or only the
         `stable` ones (folded, and no equal poles touch).
     time_limit
-        Stop after this time [s], None for never, with what was found and the bound that was
-        reached. Listing the words of both halves comes first and is not stopped.
+        Stop after this time [s] with the states and the bound so far; None for no limit. Listing
+        the words of both halves comes first and is not interrupted.
     node_limit
-        Stop after so many words of half the chain, bounded or completed: unlike time, they are
+        Stop after this number of bounded or completed words of half the chain, which unlike time is
         the same on every machine.
     progress
-        Called with the share of the work that is done, from 0 to 1.
+        Called with the completed share of the work, from 0 to 1.
 
     Raises
     ------
@@ -290,11 +294,11 @@ def ground_state(
 
 
 class _BranchAndBound:
-    """A chain of at least two components cut in the middle, and the best states found of it.
+    """A chain of at least two components cut in the middle, and its best states so far.
 
-    Words have some ``letters``; ``stable`` ones no equal poles that touch. It stops at the time
-    ``end``, see `time.monotonic`, or after ``most_nodes``. States are sought where they lie lower
-    than the worst one found by more than equal energies may differ.
+    Words consist of ``letters``; ``stable`` ones have no touching equal poles. The search stops at
+    the time ``end`` (see `time.monotonic`) or after ``most_nodes``. A state counts as better only
+    if it is lower than the worst one found by more than the tolerance of equal energies.
     """
 
     def __init__(
@@ -317,9 +321,9 @@ class _BranchAndBound:
         self.nodes = 0
 
     def run(self) -> float:
-        """Find the best states, and return what all others have at least [J].
+        """Find the best states, and return a lower bound of all others [J].
 
-        That is infinite if nothing that is better than the worst one found was left out.
+        The bound is infinite if no state better than the worst one found was omitted.
         """
         whole = self._near.joints[self._near_words.node] == self._near.joints[-1]
         prefixes: Ints = np.flatnonzero(whole & np.isfinite(self._near_words.least))
@@ -350,7 +354,7 @@ class _BranchAndBound:
         return self.nodes >= self._most_nodes or time.monotonic() >= self._end
 
     def _bounds(self) -> Array | None:
-        """Bound every word of the near arm [J], the far arm's own energy left out."""
+        """Bound every word of the near arm [J] without the far arm's own energy."""
         bound = np.empty(self._near_words.node.size)
         for begin in range(0, bound.size, _STRETCH):
             if self._stopped():

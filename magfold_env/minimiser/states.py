@@ -1,4 +1,4 @@
-"""States: words with all that is known of them, and their order."""
+"""States: words with their properties, and their order."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,24 +25,25 @@ class State:
     """A word of the lattice with its energy."""
 
     word: str
-    """One letter a joint, component 1 first."""
+    """One letter per joint, component 1 first."""
     energy: float
-    """Of the magnets, each pair of components once: `mf.energy` [J]."""
+    """Magnetic energy, counting each pair of components once: `mf.energy` [J]."""
     coulomb_score: float
-    """The paper's: `energy` and the pairs inside each component, a constant of the sequence [J]."""
+    """The paper's score: `energy` plus the pairs inside each component, a constant of the sequence
+    [J]."""
     fully_folded: bool
     """Whether every joint is L or R."""
     contacts: Pairs
-    """Components, 1-based, that touch along a face, neighbours or not."""
+    """Pairs of components, numbered from 1, that touch along a face, neighbours or not."""
     conflicts: Pairs
-    """Those of them whose touching faces have equal poles."""
+    """Touching pairs whose faces have equal poles."""
     outline: Outline
     """The cells covered, up to rotation and translation."""
     tied: tuple[str, ...] = ()
     """Other words of the same energy that the search ranked with this one."""
 
     def __repr__(self) -> str:
-        """Return the word, its energy, and what keeps it from being stable."""
+        """Return the word, its energy and its conflicts."""
         pairs = ", ".join(f"{i} and {j}" for i, j in self.conflicts)
         ties = f", tied with {len(self.tied)}" if self.tied else ""
         state = (
@@ -57,7 +58,7 @@ class State:
 
 
 def state_of(scene: Scene, word: str, tied: tuple[str, ...] = ()) -> State:
-    """Return the state that a word without overlap is; ``tied`` are words of equal energy."""
+    """Return the state of a word without overlap; ``tied`` are words of equal energy."""
     one = from_words([word])
     energy = float(energies.word_energies(scene, one)[0])
     return State(
@@ -86,9 +87,9 @@ def lowest_states(scene: Scene, lattice: Lattice, top: int) -> tuple[State, ...]
 
 
 def ranked(scene: Scene, energy: Array) -> list[list[int]]:
-    """Return indices by ascending energy [J], in groups that are tied each with the next.
+    """Return indices by ascending energy [J], in groups whose neighbours are tied.
 
-    Within a group the given order stays.
+    Each group keeps the given order.
     """
     order = np.argsort(energy, kind="stable")
     steps = np.diff(energy[order]) > energies.tie(scene)
@@ -101,7 +102,7 @@ def touching(one: Lattice) -> Pairs:
 
 
 def touching_faces(one: Lattice) -> Pairs:
-    """Return the faces that lie flush in a single word as pairs; face f of component i is 4i + f.
+    """Return the pairs of flush faces in a single word; face f of component i is 4i + f.
 
     Components count from 0 here.
     """
@@ -131,13 +132,13 @@ def _clashes(lattice: Lattice, sequence: Sequence[str]) -> list[tuple[int, int, 
     found: list[tuple[int, int, NDArray[np.bool_]]] = []
     for i, j, poses in lattice.pairs():
         mine, theirs = _face(poses), _face(lattice.poses(j, i))
-        # An empty face has sign 0: it is at odds with none.
+        # An empty face has sign 0 and conflicts with none.
         found.append((i, j, (mine >= 0) & (sign[i, mine] * sign[j, theirs] > 0.0)))
     return found
 
 
 def _face(poses: Ints) -> Ints:
-    """Return which face of a component lies flush with one at `poses`, -1 for none."""
+    """Return the face of a component that is flush with one at `poses`, or -1 for none."""
     face = np.full(len(poses), -1, dtype=np.int64)
     for index, cell in enumerate(_BESIDE):
         face[(poses[:, :2] == cell).all(axis=1)] = index

@@ -1,9 +1,8 @@
 """Pictures of chains: PNG, GIF and sheets of ranked shapes.
 
-Drawn with Pillow, without a display or a plotting library, so that a frame costs milliseconds and
-is the same on every machine; only charts of ensembles and sweeps and assembly sheets are
-matplotlib's.
-Needs the `render` extra. The replay page, `magfold_env.replay`, does not.
+Pillow draws them without a display or a plotting library, so that a frame costs milliseconds and is
+the same on every machine. Only charts of ensembles and sweeps and assembly sheets use matplotlib.
+The package needs the `render` extra; the replay page, `magfold_env.replay`, does not.
 """
 
 from magfold_env.files import pip_install

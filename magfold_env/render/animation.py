@@ -12,7 +12,7 @@ from magfold_env.fold import Fold
 from magfold_env.render.canvas import Size, View, tiled
 from magfold_env.render.frames import chain_view, picture
 
-_COLOURS = 64  # enough for flat shapes with smoothed edges, and a third of the bytes of 256
+_COLOURS = 64  # colours: enough for flat shapes with smooth edges, at a third of the size of 256
 _MOST_FPS = 50  # viewers slow down frames shorter than 20 ms
 
 
@@ -28,31 +28,31 @@ def save_gif(
 ) -> None:
     """Write one recorded fold, or several side by side, as a GIF that repeats.
 
-    All folds run at the same slowed speed, so that the longest takes `seconds`; the others wait
-    at their end.
+    All folds play in the same slow motion, in which the longest takes `seconds`; the others wait at
+    their ends.
 
     Parameters
     ----------
     folds
-        Simulated with a `frame_rate`.
+        Folds simulated with a `frame_rate`.
     path
-        Where to; written under a temporary name first.
+        Path of the file, which is first written under a temporary name.
     fps
         Frames per second, 1 to 50.
     seconds
         Playing time of the longest fold [s].
     hold
-        How long the last frame stays [s].
+        Duration of the last frame [s].
     targets
-        The wanted word of each fold, drawn small in its corner.
+        The target word of each fold, drawn small in its corner.
     size
         Width and height of the whole picture [px].
 
     Raises
     ------
     ValueError
-        If there is no fold, one was not recorded, `targets` has another length, or a number is
-        out of range.
+        If there is no fold, a fold has no recording, `targets` has a different length, or a number
+        is out of range.
     """
     shown = [folds] if isinstance(folds, Fold) else list(folds)
     wanted = [None] * len(shown) if targets is None else list(targets)
@@ -76,7 +76,7 @@ def save_gif(
 
 
 class _Panel:
-    """One fold in its own, steady view."""
+    """One fold in its own fixed view."""
 
     def __init__(self, fold: Fold, target: str | None, size: Size) -> None:
         if fold.trajectory is None:
@@ -90,7 +90,7 @@ class _Panel:
         self.duration = float(motion.time[-1] - motion.time[0])
 
     def at(self, time: float) -> Image.Image:
-        """Return the frame nearest to `time` [s] since the start; at the end with the result."""
+        """Return the frame nearest to `time` [s] after the start; at the end, with the result."""
         times = self._motion.time - self._motion.time[0]
         k = int(np.abs(times - time).argmin())
         if self._drawn is None or self._drawn[0] != k:
@@ -115,7 +115,7 @@ class _Panel:
 
 
 def _columns(count: int, size: Size) -> int:
-    """Return the number of columns that leaves each of `count` panels the largest square."""
+    """Return the number of columns that gives each of `count` panels the largest square."""
 
     def square(columns: int) -> float:
         return min(size[0] / columns, size[1] / math.ceil(count / columns))
@@ -124,18 +124,18 @@ def _columns(count: int, size: Size) -> int:
 
 
 def write_gif(images: Sequence[Image.Image], path: str | Path, step: int, hold: int) -> None:
-    """Write pictures as a GIF that repeats, with one palette, so that only what moves is stored.
+    """Write pictures as a GIF that repeats, with one palette, so that it stores only what moves.
 
     Parameters
     ----------
     images
         The frames.
     path
-        Where to; written under a temporary name first.
+        Path of the file, which is first written under a temporary name.
     step
-        How long each is shown [ms].
+        Duration of each frame [ms].
     hold
-        How much longer the last one is [ms].
+        Additional duration of the last frame [ms].
     """
     palette = images[-1].quantize(_COLOURS)
     frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]

@@ -1,4 +1,4 @@
-"""The assembly sheet: what the workshop needs to build a chain, printable on A4."""
+"""The assembly sheet: instructions for building a chain, printable on A4."""
 
 import math
 import textwrap
@@ -29,7 +29,7 @@ from magfold_env.scene import FACES, Scene, SceneError
 from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
 LONGEST = 24
-"""Components up to which energy minimisation takes seconds."""
+"""Largest number of components for which energy minimisation takes seconds."""
 
 _COLUMNS = 3
 _LINE = 4.4  # [mm]
@@ -49,13 +49,13 @@ _UPRIGHT = math.pi / 4  # heading of component 1 with which the casings of a ful
 
 
 class Outcome(NamedTuple):
-    """A fold that is expected, and on what grounds."""
+    """An expected fold and the reason for it."""
 
     title: str
     word: str
     note: str
     joints: FloatArray | None
-    """Joint angles [rad], shape (n-1,); None where there is nothing to draw."""
+    """Joint angles [rad], shape (n-1,); None if there is nothing to draw."""
 
 
 def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> None:
@@ -64,13 +64,13 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
     Parameters
     ----------
     scene
-        What to build, before its random draws.
+        The scene to build, before its random draws.
     fold
         Its simulated fold.
     path
         A `.pdf`, or a `.png` with all pages below each other; written under a temporary name first.
     title
-        What the chain is called.
+        Name of the chain.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
 
 
 def simulated(fold: Fold) -> Outcome:
-    """Return how the simulated fold ended."""
+    """Return the result of the simulation."""
     sound = bool(np.isfinite(fold.angles).all())
     return Outcome(
         "Simulated",
@@ -109,9 +109,9 @@ def simulated(fold: Fold) -> Outcome:
 
 
 def holding_text(fold: Fold, *, drawn: bool = False) -> str:
-    """Return what the simulated fold withstands in words, nothing if it is not at rest.
+    """Return a text on the loads that the simulated fold withstands; empty if it is not at rest.
 
-    They say whether its magnets and friction were `drawn` within spreads.
+    The text mentions whether the magnets and friction were `drawn` within spreads.
     """
     try:
         found = holding(fold)
@@ -126,9 +126,9 @@ def holding_text(fold: Fold, *, drawn: bool = False) -> str:
 
 
 def predicted(scene: Scene, simulated_word: str) -> list[Outcome]:
-    """Return what energy minimisation predicts: of all words, and joint by joint in a tube.
+    """Return the predictions of energy minimisation: over all words, and joint by joint in a tube.
 
-    The note says whether that is what was simulated, or why there is no prediction.
+    The note says whether the prediction agrees with the simulation, or why there is none.
     """
     ways: list[tuple[str, Mode]] = [("Least energy of all words", "free")]
     if scene.mount == "tube":
@@ -223,7 +223,7 @@ def _cards(axis: Axis, top: float, scene: Scene, labels: dict[int, list[str]]) -
 
 
 def card_scale(scene: Scene) -> float:
-    """Return how much larger than real the casings on cards are drawn."""
+    """Return the magnification of casings on cards."""
     fitting = (s for s in _SCALES if 1e3 * scene.casing.diagonal * s <= _DIAGONAL)
     return next(fitting, _DIAGONAL / (1e3 * scene.casing.diagonal))
 
@@ -231,7 +231,7 @@ def card_scale(scene: Scene) -> float:
 def draw_card(
     axis: Axis, corner: tuple[float, float], scene: Scene, k: int, names: Sequence[str]
 ) -> None:
-    """Draw component k seen from above, heading to the right, with all its neighbours must know.
+    """Draw component k seen from above, heading to the right, with the hinges to its neighbours.
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ def draw_card(
     scene, k
         The chain, and the component's index.
     names
-        What the magnets behind its four faces are called; empty where nothing needs saying.
+        Names of the magnets behind the four faces; empty where none is needed.
     """
     left, top = corner
     middle = np.array([left + CARD[0] / 2.0, top - CARD[1] / 2.0 + 1.0])
@@ -289,7 +289,7 @@ def _draw_feed(axis: Axis, scene: Scene, x: float, y: float) -> None:
 def draw_fold(
     axis: Axis, box: tuple[float, float, float, float], scene: Scene, angles: FloatArray
 ) -> None:
-    """Draw a whole chain with headings [rad], shape (n,), as large as a box allows.
+    """Draw a chain with headings [rad], shape (n,), as large as a box allows.
 
     The box is left, bottom, width and height [mm].
     """

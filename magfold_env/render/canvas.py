@@ -29,12 +29,12 @@ class View(NamedTuple):
 
     @classmethod
     def around(cls, points: FloatArray, room: float) -> Self:
-        """Return the view of points [m], shape (m, 2), with room on all sides [m]."""
+        """Return the view of points [m], shape (m, 2), with a margin on all sides [m]."""
         (left, bottom), (right, top) = points.min(axis=0) - room, points.max(axis=0) + room
         return cls(float(left), float(right), float(bottom), float(top))
 
     def joined(self, other: Self) -> Self:
-        """Return the smallest view that holds both."""
+        """Return the smallest view that contains both."""
         return self._replace(
             left=min(self.left, other.left),
             right=max(self.right, other.right),
@@ -44,12 +44,13 @@ class View(NamedTuple):
 
 
 class Canvas:
-    """A picture of a part of the plane, y upwards, equally scaled both ways.
+    """A picture of a part of the plane, y upwards, with equal scales in both directions.
 
     Parameters
     ----------
     view
-        What must be visible [m]; it is centred, and more shows where the shapes differ.
+        The area that must be visible [m]; it is centred, and the picture shows more if the shapes
+        differ.
     size
         Width and height [px].
     """
@@ -111,7 +112,7 @@ class Canvas:
         self._write(text, (x * _OVERSAMPLING, y * _OVERSAMPLING), height, colour, anchor)
 
     def bar(self, right_end: tuple[float, float], length: float, colour: Colour) -> None:
-        """Draw a level bar `length` [m] long that ends at a place [px] from the top left corner."""
+        """Draw a level bar `length` [m] long, ending at a place [px] from the top left corner."""
         x, y = right_end
         left = x - length * self.scale
         points = [(left * _OVERSAMPLING, y * _OVERSAMPLING), (x * _OVERSAMPLING, y * _OVERSAMPLING)]
@@ -137,7 +138,7 @@ class Canvas:
         self._draw.polygon([(float(x), float(y)) for x, y in outline], fill=colour)
 
     def image(self) -> Image.Image:
-        """Return the finished picture, RGB, of the asked size."""
+        """Return the finished picture, RGB, in the requested size."""
         return self._image.reduce(_OVERSAMPLING)
 
     def _write(

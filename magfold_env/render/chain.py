@@ -11,33 +11,33 @@ from magfold_env.scene import FixedMagnet, Scene
 from magfold_env.shapes import BoolArray, FloatArray, centres
 
 FACE_NORMALS = np.deg2rad([45.0, 135.0, -135.0, -45.0])  # from the heading
-_LEGIBLE = 6.0  # px: below this height letters are left out
+_LEGIBLE = 6.0  # px: letters below this height are omitted
 _TUBE_MARGIN = 0.5  # diagonals of tube drawn beyond the last component still in it
-_GAP = 0.02  # sides: faces nearer than this touch
-_SLANT = 0.05  # rad: within what a joint counts as folded
-_SHARED = 0.1  # sides: shortest stretch that is shown; hinges are points
-_ROOM = 0.15  # of the longest side of what does not move, around it
-_WIDEST = 3.0  # views: what is farther away is left out rather than the chain made tiny
+_GAP = 0.02  # sides: faces closer than this touch
+_SLANT = 0.05  # rad: tolerance within which a joint counts as folded
+_SHARED = 0.1  # sides: shortest contact that is shown; hinges are points
+_ROOM = 0.15  # margin around fixed bodies, in their longest sides
+_WIDEST = 3.0  # views: bodies farther away are omitted, or the chain would be tiny
 _ARROW = 3.2  # heights of the text
 
 
 def draw_chain(
     canvas: Canvas, scene: Scene, angles: FloatArray, base: FloatArray, loaded: BoolArray
 ) -> None:
-    """Draw casings with their numbers, magnets with the letters of their poles, and hinges.
+    """Draw casings with numbers, magnets with the letters of their poles, and hinges.
 
-    A face that the sequence leaves without a magnet stays bare.
+    A face without a magnet in the sequence stays bare.
 
     Parameters
     ----------
     canvas, scene
-        What to draw on, and what gives the casing, the magnets and the sequence.
+        The canvas to draw on, and the scene with the casing, the magnets and the sequence.
     angles
         Absolute headings [rad], shape (n,).
     base
         Component 1's outer hinge [m], shape (2,).
     loaded
-        Which components have their magnets; the others' places are drawn empty, shape (n,).
+        Which components have their magnets, shape (n,); the others are drawn with empty places.
     """
     side = scene.casing.side
     middles = centres(angles, side=side, base=base)
@@ -67,7 +67,7 @@ def magnet_block(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the middle (2,) and the corners (4, 2) of the magnet behind a casing's face [m]."""
     magnets = scene.magnets
-    assert magnets is not None  # the caller's check
+    assert magnets is not None  # the caller checks this
     inset, thickness = magnets.by_face("inset")[face], magnets.by_face("thickness")[face]
     turn = heading + FACE_NORMALS[face]
     normal = np.array([np.cos(turn), np.sin(turn)])
@@ -81,7 +81,7 @@ def magnet_block(
 def _draw_magnets(
     canvas: Canvas, scene: Scene, middle: FloatArray, heading: float, poles: str
 ) -> None:
-    assert scene.magnets is not None  # the caller's check
+    assert scene.magnets is not None  # the caller checks this
     for face, thickness in enumerate(scene.magnets.by_face("thickness")):
         letter = poles[face] if poles else ""
         if letter == "-":
@@ -96,7 +96,7 @@ def _draw_magnets(
 
 
 def _draw_tube(canvas: Canvas, scene: Scene, angles: FloatArray, base: FloatArray) -> None:
-    """Draw the tube that ends at the origin, as long as what is still in it."""
+    """Draw the tube that ends at the origin, as long as the part of the chain in it."""
     inner, wall = scene.bore / 2, scene.feed.wall
     diagonal = scene.casing.diagonal
     rear = float(centres(angles, side=scene.casing.side, base=base)[:, 0].min())
@@ -107,7 +107,7 @@ def _draw_tube(canvas: Canvas, scene: Scene, angles: FloatArray, base: FloatArra
 
 
 def draw_ghost(canvas: Canvas, angles: FloatArray, middles: FloatArray, side: float) -> None:
-    """Draw translucent casings at `middles` [m], shape (n, 2): a shape that is wanted."""
+    """Draw translucent casings at `middles` [m], shape (n, 2), for a target shape."""
     for middle, heading in zip(middles, angles, strict=True):
         canvas.polygon(square(middle, heading, side), style.GHOST, style.GHOST_EDGE, width=1.2)
 
@@ -131,7 +131,7 @@ def draw_held(canvas: Canvas, middles: FloatArray, side: float) -> None:
 
 
 def draw_marked(canvas: Canvas, middle: FloatArray, heading: float, side: float) -> None:
-    """Outline the casing at `middle` [m] whose magnets are being chosen; number its faces."""
+    """Outline the casing at `middle` [m] whose magnets are being chosen, and number its faces."""
     width = max(2.0, 0.06 * side * canvas.scale)
     canvas.polygon(square(middle, heading, side), None, style.MARKED, width)
     for face, turn in enumerate(heading + FACE_NORMALS):
@@ -143,20 +143,20 @@ def draw_marked(canvas: Canvas, middle: FloatArray, heading: float, side: float)
 
 
 class Touch(NamedTuple):
-    """Two faces on one another."""
+    """Two faces in contact."""
 
     first: tuple[int, int]
-    """Component and face of the one, counted from 0."""
+    """Component and face of the first, counted from 0."""
     second: tuple[int, int]
-    """Component and face of the other."""
+    """Component and face of the second."""
     ends: FloatArray
-    """Where the stretch begins and ends that they share [m], shape (2, 2)."""
+    """Ends of the shared part [m], shape (2, 2)."""
 
 
 def touches(angles: FloatArray, base: FloatArray, side: float) -> list[Touch]:
-    """Return the faces that lie on one another; a corner on a face is none.
+    """Return the faces in contact; a corner on a face does not count.
 
-    Headings [rad] have the shape (n,), component 1's outer hinge [m] has (2,).
+    Headings [rad] have the shape (n,), and component 1's outer hinge [m] has the shape (2,).
     """
     turns = angles[:, None] + FACE_NORMALS
     normals = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
@@ -181,7 +181,7 @@ def touches(angles: FloatArray, base: FloatArray, side: float) -> list[Touch]:
 
 
 def draw_touches(canvas: Canvas, scene: Scene, found: Iterable[Touch]) -> None:
-    """Draw bars where faces touch, in a warning's colour where their poles are equal."""
+    """Draw bars where faces touch, in a warning colour where their poles are equal."""
     for touch in found:
         (i, a), (j, b) = touch.first, touch.second
         poles = scene.sequence[i][a], scene.sequence[j][b]
@@ -194,7 +194,7 @@ def draw_touches(canvas: Canvas, scene: Scene, found: Iterable[Touch]) -> None:
 
 
 def with_surroundings(scene: Scene, view: View) -> View:
-    """Return a view that holds a fixed magnet and obstacles too, those that are not too far."""
+    """Return a view that also contains a fixed magnet and obstacles, if they are close enough."""
     magnet = scene.field.magnet if scene.field is not None else None
     extent = max(view.right - view.left, view.top - view.bottom)
     for each in (*scene.obstacles, *(() if magnet is None else (magnet.outline,))):
@@ -239,7 +239,7 @@ def _draw_magnet(canvas: Canvas, magnet: FixedMagnet) -> None:
 
 
 def _draw_arrow(canvas: Canvas, field: np.ndarray, text: float) -> None:
-    """Draw the direction of an even field [T] in the lower left corner, with its strength."""
+    """Draw the direction and strength of a uniform field [T] in the lower left corner."""
     length = _ARROW * text
     strength = float(np.hypot(*field))
     along = length / strength * field * [1.0, -1.0]  # pixels count downwards

@@ -1,4 +1,4 @@
-"""Bar charts of ensembles: how often a chain ends in which shape. Needs matplotlib."""
+"""Bar charts of ensembles: the frequency of each outcome. Needs matplotlib."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from magfold_env.reporting.plotting import COLOURS, GRID, INK, figure_class, pat
 from magfold_env.shapes import centres, headings
 
 SLOTS = 6
-"""Most outcomes a panel shows; the rarest share one bar if there are more."""
+"""Largest number of outcomes in a panel; if there are more, the rarest share one bar."""
 
 COLOUR_OF = {
     "folded": COLOURS[3],
@@ -24,14 +24,14 @@ COLOUR_OF = {
     "failed": COLOURS[0],
     "others": GRID,
 }
-"""Colour of what ended with a status."""
+"""Colours of the statuses."""
 _WIDTH, _HEIGHT = 4.6, 3.3  # of a panel [inch]
 
 
 def draw_ensemble(ensemble: Ensemble, path: str | Path) -> None:
-    """Draw how often each word and status occurred, with Wilson intervals, as a PNG.
+    """Draw the frequency of each word and status, with Wilson intervals, as a PNG.
 
-    Under each bar lies the chain of the first run that ended so, component 1 filled.
+    Below each bar is the chain of the first run with this outcome, with component 1 filled.
     """
     title = f"{len(ensemble)} releases, {ensemble.scene.mount}"
     save_figure(bar_chart({title: bars(ensemble)}), path)
@@ -92,7 +92,7 @@ def _label(bar: Bar) -> str:
 
 
 def _draw_outline(axis: Any, bar: Bar) -> None:
-    """Draw the casings of a chain, turned so that those of a full fold stand upright."""
+    """Draw the casings of a chain, turned so that those of a full fold are upright."""
     angles = headings(bar.joints, first=math.pi / 4)
     for k, (middle, angle) in enumerate(zip(centres(angles), angles, strict=True)):
         face = COLOUR_OF[bar.status] if k == 0 else "white"

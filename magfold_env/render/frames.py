@@ -23,18 +23,18 @@ def save_png(
     Parameters
     ----------
     fold
-        What to draw.
+        The fold to draw.
     path
-        Where to; written under a temporary name first.
+        Path of the file, which is first written under a temporary name.
     target
-        The wanted fold word, drawn small in the corner.
+        The target word, drawn small in the corner.
     size
         Width and height [px].
 
     Raises
     ------
     ValueError
-        If the fold's numbers broke down.
+        If the fold has numbers that are not finite.
     """
     if not (np.isfinite(fold.angles).all() and np.isfinite(fold.base).all()):
         raise ValueError(f"fold: angles {fold.angles.tolist()} cannot be drawn; must be finite")
@@ -61,7 +61,7 @@ def picture(
     fold word is drawn small in the corner; the caption may have several lines.
     """
     if target is not None:
-        # The target's corner stays clear of the chain.
+        # The corner of the target stays clear of the chain.
         room = _INSET / (1.0 - _INSET) * (view.top - view.bottom)
         view = view._replace(top=view.top + room)
     canvas = Canvas(view, size)
@@ -84,10 +84,10 @@ def with_magnets(scene: Scene, angles: FloatArray, base: FloatArray, released: i
 
 
 def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt.ArrayLike) -> View:
-    """Return a view that holds the released components of one state or of m states.
+    """Return a view that contains the released components of one state or of m states.
 
-    Shapes are (n,), (2,) and (), or (m, n), (m, 2) and (m,). So are a fixed magnet and obstacles,
-    unless they are far away.
+    Shapes are (n,), (2,) and (), or (m, n), (m, 2) and (m,). The view also contains a fixed magnet
+    and obstacles, unless they are far away.
     """
     n, diagonal = scene.n, scene.casing.diagonal
     middles = centres(angles, side=scene.casing.side, base=base).reshape(-1, n, 2)
@@ -109,7 +109,7 @@ def draw_ruler(canvas: Canvas, text: float) -> None:
 def shape_picture(
     scene: Scene, word: str, edge: int, caption: str, colour: style.Colour
 ) -> Image.Image:
-    """Return a square picture of the ghost of a fold word, `edge` px wide, a line of text below."""
+    """Return a square picture of the ghost of a fold word, `edge` px wide, above a line of text."""
     angles = headings(word_to_angles(parse_word(word, scene.n)))
     middles = centres(angles, side=scene.casing.side)
     view = View.around(middles, 0.62 * scene.casing.diagonal)

@@ -1,4 +1,4 @@
-"""Pictures of what a fold withstands: moments at its joints, and the pull all around."""
+"""Pictures of limit loads: moments at the joints of a fold, and pulls in all directions."""
 
 import math
 from pathlib import Path
@@ -13,19 +13,19 @@ from magfold_env.render.frames import chain_view, draw_ruler, with_magnets
 from magfold_env.shapes import FloatArray, centres
 
 _PANEL = 0.4  # of the width, for the pull
-_ROOM = 1.3  # around the curve, in its rim's radii
-_RIM = 3.0  # least pulls, up to which the curve shows them
-_RINGS = (1.0, 2.0, 2.5, 5.0)  # what a ring may stand for, times a power of ten
-_NEAR = math.radians(50.0)  # neighbouring directions that a line joins
+_ROOM = 1.3  # around the curve, in radii of its rim
+_RIM = 3.0  # multiple of the least pull up to which the curve shows pulls
+_RINGS = (1.0, 2.0, 2.5, 5.0)  # possible values of a ring, times a power of ten
+_NEAR = math.radians(50.0)  # largest angle between directions that a line joins
 
 
 def draw_holding(found: Holding, path: str | Path, size: Size = (1200, 720)) -> None:
-    """Draw a fold with the moments that open its joints, and its pull all around, as a PNG.
+    """Draw a fold with the moments that open its joints and its pulls in all directions, as a PNG.
 
     Parameters
     ----------
     found
-        What to draw.
+        The limit loads to draw.
     path
         Where to; written under a temporary name first.
     size
@@ -83,7 +83,7 @@ def _draw_tag(canvas: Canvas, place: FloatArray, words: str, text: float, weakes
 
 
 def _draw_arrow(canvas: Canvas, tail: FloatArray, direction: float, length: float) -> None:
-    """Draw an arrow away from a place [m], from half its length [m] on."""
+    """Draw an arrow away from a place [m], beginning at half its length [m]."""
     along = length * np.array([math.cos(direction), math.sin(direction)])
     across = np.array([-along[1], along[0]])
     neck, tip = tail + 1.1 * along, tail + 1.5 * along
@@ -131,6 +131,6 @@ def _pull_picture(found: Holding, size: Size, text: float) -> Image.Image:
 
 
 def _ring(rim: float) -> float:
-    """Return what the rings of a curve up to a rim stand for: two to five of them fit."""
+    """Return the values of the rings of a curve up to a rim: two to five of them."""
     power = 10.0 ** math.floor(math.log10(rim / 2.0))
     return max(step * power for step in _RINGS if step * power <= rim / 2.0)

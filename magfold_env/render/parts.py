@@ -1,4 +1,4 @@
-"""What a chain is built of, for the workshop: its magnets by kind, and its casings in words."""
+"""The parts of a chain for the workshop: its magnets by kind, and a description of its casings."""
 
 from typing import NamedTuple
 
@@ -14,27 +14,27 @@ _DIGITS = 6  # of sizes and strengths that count as equal
 
 
 class Kind(NamedTuple):
-    """Magnets of one size and strength, in one depth."""
+    """Magnets of one size, strength and depth."""
 
     name: str
     """A, B, ..."""
     width: float
-    """[m], as all sizes."""
+    """Width [m], like all sizes."""
     height: float
     thickness: float
     inset: float
     strength: str
-    """Remanence and grade, or pole charge, in words."""
+    """Remanence and grade, or pole charge, as text."""
     pieces: int
 
 
 def kinds(scene: Scene) -> tuple[list[Kind], IntArray]:
-    """Return the kinds of magnets a chain needs, and which is where.
+    """Return the kinds of magnets of a chain and their places.
 
     Returns
     -------
     list of Kind
-        In the order in which they first occur, component 1 first.
+        The kinds in the order of their first use, component 1 first.
     (n, 4) array of int
         Index of the kind behind each face, -1 where there is no magnet.
     """
@@ -62,13 +62,13 @@ def kinds(scene: Scene) -> tuple[list[Kind], IntArray]:
 
 
 def kind_text(kind: Kind) -> str:
-    """Return what to order of a kind, and where it sits."""
+    """Return the order text for a kind, and its place in the casing."""
     size = " × ".join(millimetres(each) for each in (kind.width, kind.height, kind.thickness))
     return f"{kind.pieces} pieces, {size} mm, inset {millimetres(kind.inset)} mm: {kind.strength}"
 
 
 def casing_texts(scene: Scene) -> list[str]:
-    """Return what to know of the casings, a line a fact."""
+    """Return the facts about the casings, one per line."""
     casing = scene.casing
     lines = [
         f"{scene.n} casings, side {millimetres(casing.side)} mm, {_milli_range(scene.masses)} g "
@@ -80,7 +80,7 @@ def casing_texts(scene: Scene) -> list[str]:
 
 
 def release_text(scene: Scene) -> str:
-    """Return how the chain is let go."""
+    """Return the text on the release of the chain."""
     if scene.mount != "tube":
         return (
             "Component 1's outer hinge is pinned." if scene.mount == "pinned" else "Free release."
@@ -99,7 +99,7 @@ def release_text(scene: Scene) -> str:
 
 
 def millimetres(metres: float) -> str:
-    """Return a length in mm without needless digits."""
+    """Return a length in mm without trailing zeros."""
     return f"{MILLI * metres:.4g}"
 
 
@@ -118,7 +118,7 @@ def _strength(scene: Scene, strength: float) -> str:
 
 
 class Grade(NamedTuple):
-    """A grade as suppliers sell it: smallest and largest remanence [T]."""
+    """A commercial grade: smallest and largest remanence [T]."""
 
     name: str
     low: float
@@ -128,8 +128,8 @@ class Grade(NamedTuple):
         return f"{self.name}, {self.low:.2f}–{self.high:.2f} T"
 
 
-# As suppliers' tables give them. Sintered grades agree between suppliers to 0.01 T; the names of
-# bonded ones are less even, which is why ranges are printed with them.
+# Values from suppliers' tables. Sintered grades agree between suppliers to 0.01 T; the names of
+# bonded ones vary more, so ranges are printed with them.
 GRADES = (
     Grade("bonded NdFeB BN2", 0.30, 0.38),
     Grade("bonded NdFeB BN3", 0.35, 0.43),
@@ -153,9 +153,9 @@ GRADES = (
 
 
 def nearest_grade(remanence: float) -> Grade:
-    """Return the grade whose range holds a remanence [T], or the one that comes nearest to it.
+    """Return the grade whose range contains a remanence [T], or the nearest grade.
 
-    Of several ranges that hold it, the one in whose middle it lies most.
+    If several ranges contain it, the one whose middle is nearest is returned.
     """
 
     def distance(grade: Grade) -> tuple[float, float]:
@@ -166,7 +166,7 @@ def nearest_grade(remanence: float) -> Grade:
 
 
 def grade_text(remanence: float) -> str:
-    """Return in words which grade to buy for a remanence [T]."""
+    """Return a text that names the grade to buy for a remanence [T]."""
     grade = nearest_grade(remanence)
     if grade.low <= remanence <= grade.high:
         return str(grade)

@@ -1,4 +1,4 @@
-"""Sheets of A4 that are drawn on in millimetres. Needs matplotlib."""
+"""A4 sheets with coordinates in millimetres. Needs matplotlib."""
 
 import importlib
 import io
@@ -18,19 +18,19 @@ SMALLEST = 8.0  # text [pt]
 
 _INCH = 25.4  # [mm]
 _DPI = 150  # of a PNG
-_FOOT = 8.0  # height of what stands below on every page [mm]
+_FOOT = 8.0  # height of the footer of every page [mm]
 _RULER = 50.0  # [mm]
 
-Axis = Any  # matplotlib gives no types
+Axis = Any  # matplotlib has no types
 
 
 class Block(NamedTuple):
-    """A part of a sheet that stays on one page, as wide as it."""
+    """A part of a sheet that stays on one page and has its full width."""
 
     height: float
-    """[mm]"""
+    """Height [mm]."""
     draw: Callable[[Axis, float], None]
-    """Draws it on an axis in mm, below a given height above the page's lower edge."""
+    """Draws the block on an axis in mm, below a given height above the page's lower edge."""
 
 
 def check_suffix(path: str | Path) -> None:
@@ -46,7 +46,7 @@ def check_suffix(path: str | Path) -> None:
 
 
 def save_pages(blocks: Sequence[Block], path: str | Path) -> None:
-    """Write blocks one below the other: pages of a PDF, or one tall PNG, as the suffix says.
+    """Write blocks one below the other, as pages of a PDF or one tall PNG according to the suffix.
 
     A page is broken before a block that does not fit on it. See `check_suffix`.
     """
@@ -60,7 +60,7 @@ def save_pages(blocks: Sequence[Block], path: str | Path) -> None:
 
 
 def text(axis: Axis, x: float, y: float, words: str, size: float = 8.5, **style: Any) -> None:
-    """Write at a place [mm], `size` pt large, its first line's top there unless styled."""
+    """Write text of `size` pt with the top of its first line at a place [mm] unless styled."""
     axis.text(x, y, words, **{"fontsize": size, "color": INK, "va": "top", **style})
 
 
@@ -97,7 +97,7 @@ def _figure(blocks: Sequence[Block], number: int, count: int) -> Any:
 
 def _save_pdf(figures: Sequence[Any], path: Path) -> None:
     backend = importlib.import_module("matplotlib.backends.backend_pdf")
-    # No date: the same sheet is the same file.
+    # No date, so that equal sheets are equal files.
     with backend.PdfPages(path, metadata={"CreationDate": None}) as pdf:
         for figure in figures:
             pdf.savefig(figure)

@@ -1,7 +1,7 @@
-"""A snapshot of an episode: the chain, what is wanted, what was predicted, and numbers beside it.
+"""A snapshot of an episode: the chain, the target, the prediction, and numbers beside them.
 
-The one place that lays such a picture out, for arrays, videos and windows alike: the chain to the
-left, over it the target's ghost; to the right target and prediction small, then text.
+This module lays out the picture for arrays, videos and windows alike: the chain with the target's
+ghost on the left; small pictures of the target and the prediction, then text, on the right.
 """
 
 import textwrap
@@ -21,8 +21,8 @@ SNAPSHOT_SIZE: Size = (800, 600)
 """Width and height of a picture [px]; even, as video formats want it."""
 
 _PANEL = 0.32  # of the width
-_INSET = 0.22  # of the height: target and prediction
-_LINES = 34  # lines of text in the picture's height
+_INSET = 0.22  # of the height, for target and prediction
+_LINES = 34  # text lines per picture height
 _KEY = (
     ("touching, poles attract", style.GOOD),
     ("touching, poles repel", style.CONFLICT),
@@ -32,10 +32,10 @@ _KEY = (
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What a picture shows."""
+    """The content of a picture."""
 
     scene: Scene
-    """Sizes, tube and sequence."""
+    """The scene with the sizes, the tube and the sequence."""
     angles: FloatArray
     """Absolute headings [rad], shape (n,)."""
     base: FloatArray
@@ -43,33 +43,33 @@ class Snapshot:
     released: int
     """Number of components out of the tube."""
     target: str
-    """The wanted fold word."""
+    """The target word."""
     held: BoolArray
     """Which components friction holds, shape (n,)."""
     chosen: BoolArray
-    """Which components have been chosen, so that the sequence says what they are, shape (n,)."""
+    """Which components have been chosen, so that the sequence contains them, shape (n,)."""
     title: str
-    """How far the episode has come."""
+    """Progress of the episode."""
     message: str = ""
-    """How it ended in words."""
+    """Message about the end of the episode."""
     rows: tuple[tuple[str, str], ...] = ()
-    """Names and values of what is to be read."""
+    """Names and values to show."""
     predicted: str | None = None
-    """The fold word that was predicted."""
+    """The predicted word."""
     is_loaded: bool = True
-    """False while no magnets are chosen of a chain that is built beforehand."""
+    """False while the magnets of a chain that is built beforehand are not yet chosen."""
     marked: int | None = None
     """Index of a component in the tube whose magnets are being chosen; its faces are numbered."""
     overlay: tuple[str, ...] = ()
-    """Lines of text over the chain; a tab parts two columns."""
+    """Lines of text above the chain; a tab separates two columns."""
 
 
 def snapshot_picture(
     snapshot: Snapshot, size: Size = SNAPSHOT_SIZE, view: View | None = None
 ) -> Image.Image:
-    """Return the picture of a snapshot, of a width and a height [px].
+    """Return the picture of a snapshot with a given width and height [px].
 
-    It shows a part of the plane at least, `snapshot_view` by default.
+    It shows at least a given part of the plane, by default `snapshot_view`.
     """
     width, height = size
     panel = round(_PANEL * width)
@@ -82,7 +82,7 @@ def snapshot_picture(
 
 
 def snapshot_view(snapshot: Snapshot) -> View:
-    """Return a view of chain and ghost that is the same all through most episodes of a scene."""
+    """Return a view of chain and ghost that does not change during most episodes of a scene."""
     view = motion_view(snapshot.scene, snapshot.angles, snapshot.base, snapshot.released)
     if (ghost := _ghost(snapshot)) is None:
         return view
@@ -92,9 +92,9 @@ def snapshot_view(snapshot: Snapshot) -> View:
 def motion_view(
     scene: Scene, angles: FloatArray, base: FloatArray, released: npt.ArrayLike
 ) -> View:
-    """Return a view that holds every state of a motion; for the shapes see `chain_view`."""
+    """Return a view that contains every state of a motion; for the shapes see `chain_view`."""
     diagonal = scene.casing.diagonal
-    # Chains fold as they come out, so that few ever reach farther than half their length.
+    # Chains fold as they come out, so few reach farther than half their length.
     reach = (0.4 * scene.n + 1.4) * diagonal
     view = View(-1.8 * diagonal, reach, -0.6 * reach, 0.6 * reach)
     return chain.with_surroundings(scene, view).joined(chain_view(scene, angles, base, released))
@@ -125,9 +125,9 @@ def _chain_picture(snapshot: Snapshot, size: Size, view: View, text: float) -> I
 
 
 def _ghost(snapshot: Snapshot) -> tuple[FloatArray, FloatArray] | None:
-    """Return headings and centres of the target, laid over what is out as well as it can be.
+    """Return headings and centres of the target, fitted to the components that are out.
 
-    Only of the components that are out; None where these are too few to have a shape.
+    They include only the components that are out; None if these are too few to have a shape.
     """
     scene, side, n = snapshot.scene, snapshot.scene.casing.side, snapshot.scene.n
     count = snapshot.released
@@ -137,7 +137,7 @@ def _ghost(snapshot: Snapshot) -> tuple[FloatArray, FloatArray] | None:
     wanted = headings(word_to_angles(snapshot.target))
     shape = centres(wanted, side=side)[out]
     real = centres(snapshot.angles, side=side, base=snapshot.base)[out]
-    # The rotation of least squares, in the complex plane.
+    # The least-squares rotation in the complex plane.
     away, goal = (points - points.mean(axis=0) for points in (shape, real))
     turn = np.angle(((goal[:, 0] + 1j * goal[:, 1]) * (away[:, 0] - 1j * away[:, 1])).sum())
     turned = away @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])

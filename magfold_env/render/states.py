@@ -1,4 +1,4 @@
-"""Sheets of ranked shapes, as the energy minimiser finds them."""
+"""Sheets of ranked shapes from the energy minimiser."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,7 +20,7 @@ _COLUMNS = 5
 
 
 class State(Protocol):
-    """What is drawn of a state."""
+    """The properties of a state that are drawn."""
 
     @property
     def word(self) -> str:
@@ -39,19 +39,19 @@ class State(Protocol):
 
     @property
     def stable(self) -> bool:
-        """Fully folded and without conflict."""
+        """Whether the word is fully folded and has no conflict."""
         ...
 
 
 def draw_states(scene: Scene, states: Sequence[State], path: str | Path) -> None:
-    """Draw shapes in rank order with word, energy and stability, conflicts ringed, as a PNG.
+    """Draw shapes in rank order with word, energy, stability and ringed conflicts, as a PNG.
 
     Parameters
     ----------
     scene
-        Gives sizes and the sequence.
+        The scene with the sizes and the sequence.
     states
-        In the order to draw them.
+        States in the order of drawing.
     path
         Where to; written under a temporary name first.
 
@@ -62,7 +62,7 @@ def draw_states(scene: Scene, states: Sequence[State], path: str | Path) -> None
     """
     if not states:
         raise ValueError("states: [] is not allowed; must hold at least one state")
-    reach = max(_reach(scene, state.word) for state in states)  # one scale for all
+    reach = max(_reach(scene, state.word) for state in states)  # one scale for all shapes
     panels = [_panel(scene, state, k, reach) for k, state in enumerate(states, start=1)]
     save_image(tiled(panels, min(len(states), _COLUMNS)), path)
 

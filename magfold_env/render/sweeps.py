@@ -1,4 +1,4 @@
-"""Charts of sweeps: how often a chain ends in what, where. Needs matplotlib."""
+"""Charts of sweeps: the frequency of each outcome by parameter. Needs matplotlib."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -12,31 +12,32 @@ from magfold_env.render.ensembles import COLOUR_OF
 from magfold_env.reporting import plotting
 
 LINES = 6
-"""Most outcomes that are drawn over one parameter."""
+"""Largest number of outcomes drawn over one parameter."""
 MAPS = 4
-"""Most outcomes that are drawn over two."""
+"""Largest number of outcomes drawn over two parameters."""
 
 _TICKS = 12  # values at most that are written on an axis, and cells across that hold a number
 _CELL = 0.52  # [inch]
-_MAP = "Blues"  # from light to dark, which all kinds of sight tell apart
-_DARK = 0.55  # share from which on cells are dark
+_MAP = "Blues"  # from light to dark, distinguishable with all kinds of colour vision
+_DARK = 0.55  # share above which cells are dark
 _EVEN = 1e-6  # steps, or ratios, that agree to this share are equal
 
 
 def draw_sweep(sweep: Sweep, path: str | Path, outcome: Outcome | None = None) -> None:
-    """Draw how often what occurred, as PNG or what the suffix says.
+    """Draw the frequencies of outcomes, as PNG or in the format of the suffix.
 
-    Over one parameter: lines with Wilson intervals. Over two: a map of shares an outcome.
+    Over one parameter, the chart has lines with Wilson intervals; over two, a map of shares for
+    each outcome.
 
     Parameters
     ----------
     sweep
-        What to draw.
+        The sweep to draw.
     path
-        Where to write the picture.
+        Path of the picture.
     outcome
-        The only outcome to draw; None draws those that occurred most, full folds by their words
-        and others by their status alone.
+        The only outcome to draw; None draws the most frequent ones, full folds by word and others
+        by status.
     """
     plotting.save_figure(chart(sweep, outcome), path)
 
@@ -79,7 +80,7 @@ def _lines(sweep: Sweep, outcome: Outcome | None) -> Any:
 
 
 def _colours(outcomes: Sequence[Outcome]) -> list[str]:
-    """Return a colour each: of a status alone its own, of words those that are left."""
+    """Return a colour for each outcome: a status has its own, and words get the remaining ones."""
     own = [None if each.word else COLOUR_OF[str(each.status)] for each in outcomes]
     left = iter(
         [each for each in (*plotting.COLOURS[3:], *plotting.COLOURS[:3]) if each not in own]
@@ -89,7 +90,7 @@ def _colours(outcomes: Sequence[Outcome]) -> list[str]:
 
 def _log(values: Sequence[float]) -> bool:
     """Whether values grow by equal factors rather than by equal steps."""
-    if values[0] <= 0.0 or len(values) == 2:  # two are both
+    if values[0] <= 0.0 or len(values) == 2:  # two values do both
         return False
     factors = [b / a for a, b in pairwise(values)]
     return max(factors) - min(factors) < _EVEN * max(factors)
@@ -138,7 +139,7 @@ def _maps(sweep: Sweep, outcome: Outcome | None) -> Any:
 
 
 def _mark(set_ticks: Any, values: Sequence[float]) -> None:
-    """Write the values, or some of them, beside their cells, with digits that tell them apart."""
+    """Write the values, or some, beside their cells with enough digits to distinguish them."""
     digits = 4
     while len({f"{value:.{digits}g}" for value in values}) < len(values):
         digits += 1

@@ -1,7 +1,6 @@
-"""A window that shows pictures, and the keys that are pressed in it.
+"""A window that shows pictures and reads keys.
 
-pygame is imported when a window opens, not before. ``SDL_VIDEODRIVER=dummy`` does without a
-display.
+pygame is imported only when a window opens. With ``SDL_VIDEODRIVER=dummy`` no display is needed.
 """
 
 import os
@@ -24,9 +23,9 @@ class Window:
     Parameters
     ----------
     size
-        Width and height at first [px].
+        Initial width and height [px].
     title
-        What stands above it.
+        Title of the window.
     """
 
     def __init__(self, size: Size, title: str) -> None:
@@ -35,20 +34,20 @@ class Window:
 
     @property
     def size(self) -> Size:
-        """Width and height now [px]."""
+        """Current width and height [px]."""
         if self._surface is None:
             return self._size
         width, height = _pygame().display.get_window_size()
         return max(width, SMALLEST[0]), max(height, SMALLEST[1])
 
     def show(self, image: Image.Image) -> None:
-        """Show a picture from the top left corner on, and let the window react."""
+        """Show a picture from the top left corner, and let the window react."""
         pygame = _pygame()
         if self._surface is None:
             pygame.display.init()
             pygame.display.set_caption(self._title)
             self._surface = pygame.display.set_mode(self._size, pygame.RESIZABLE)
-        # A surface of the present size: the old one is the old size's.
+        # A surface of the current size; the old one has the old size.
         screen = pygame.display.get_surface()
         if screen is not None:
             picture = pygame.image.frombytes(image.tobytes(), image.size, "RGB")
@@ -57,7 +56,7 @@ class Window:
         pygame.event.pump()
 
     def is_interrupted(self) -> bool:
-        """Return whether a key or a wish to quit waits to be read."""
+        """Return whether a key or a request to quit is waiting."""
         if self._surface is None:
             return False
         pygame = _pygame()
@@ -70,7 +69,7 @@ class Window:
             _pygame().display.quit()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out what is open: copies have windows of their own."""
+        """Omit open resources: copies have their own windows."""
         return {**vars(self), "_surface": None}
 
 

@@ -1,7 +1,7 @@
 """The replay page: one HTML file that plays a recorded fold in any browser.
 
-It needs neither a network nor any extra: `page.html` is filled with `page.css`, the scripts and the
-fold as JSON.
+It needs neither a network nor an extra: `page.html` includes `page.css`, the scripts and the fold
+as JSON.
 """
 
 import html
@@ -24,7 +24,7 @@ SCRIPTS = (
     "plot.js",
     "player.js",
 )
-"""What plays motions, in the order in which they build on each other; `source` has their texts."""
+"""The scripts that play motions, each after those it depends on; `source` returns their texts."""
 
 
 def write_html(fold: Recording, path: str | Path) -> None:
@@ -33,22 +33,22 @@ def write_html(fold: Recording, path: str | Path) -> None:
     Parameters
     ----------
     fold
-        What was recorded of it.
+        The recording of the fold.
     path
-        Where to; written under a temporary name first.
+        Path of the page, which is first written under a temporary name.
     """
     write_text(path, page(page_data(fold)))
 
 
 def frame(fold: Recording) -> str:
-    """Return an HTML frame with that page in it, which another page may hold."""
+    """Return an HTML frame that contains the page, for inclusion in another page."""
     content = html.escape(page(page_data(fold)))
     style = "width: 100%; height: 640px; border: 0"
     return f'<iframe title="A fold, to be played" srcdoc="{content}" style="{style}"></iframe>'
 
 
 def page(data: dict[str, Any]) -> str:
-    """Return the page for a fold as `page_data` describes it."""
+    """Return the page for a fold described by `page_data`."""
     title = f"Fold {data['word'] or '(one component)'}, {data['status']}"
     return Template(source("page.html")).substitute(
         title=html.escape(title),
@@ -61,10 +61,10 @@ def page(data: dict[str, Any]) -> str:
 
 
 def _inline_json(data: dict[str, Any]) -> str:
-    """Return JSON that nothing in it, `</script>` or `<!--`, can end."""
+    """Return JSON in which `</script>` and `<!--` are escaped."""
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
 def source(name: str) -> str:
-    """Return the text of one of the files that the page is made of."""
+    """Return the text of one of the page's source files."""
     return (Path(__file__).parent / name).read_text(encoding="utf-8")

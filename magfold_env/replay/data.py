@@ -1,4 +1,4 @@
-"""What the page is told of a fold: lengths in mm, energies in mJ, rounded to what can be seen."""
+"""The data of a fold for the page: lengths in mm, energies in mJ, rounded to visible digits."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -16,26 +16,26 @@ _LENGTH = 4  # of a mm
 _DIGITS = 5  # of the largest energy or force
 
 WORDS = "a letter a joint, component 1 first: L turns left, R right, S stays straight."
-"""What a fold's word says."""
+"""Explanation of a fold word."""
 
 
 class Recording(NamedTuple):
     """A recorded fold: m frames of n components, component 1 first, all of them finite."""
 
     scene: Scene
-    """That was simulated."""
+    """The simulated scene."""
     word: str
-    """At the end; empty where numbers broke down."""
+    """Fold word at the end; empty if the simulation failed."""
     status: str
-    """How it ended."""
+    """Status of the fold."""
     message: str
-    """The same in words."""
+    """Message about the status."""
     energy: float
     """Magnetic energy at the end [J]."""
     duration: float
     """Simulated time [s]."""
     time: FloatArray
-    """[s], shape (m,)."""
+    """Times [s], shape (m,)."""
     angles: FloatArray
     """Absolute headings [rad], shape (m, n)."""
     base: FloatArray
@@ -43,23 +43,23 @@ class Recording(NamedTuple):
     released: IntArray
     """Number of components out of the tube, shape (m,)."""
     order: IntArray
-    """How many components leave the tube before each, shape (n,)."""
+    """Number of components that leave the tube before each, shape (n,)."""
     loaded: IntArray
-    """Number of components that have their magnets, shape (m,)."""
+    """Number of components with magnets, shape (m,)."""
     push: FloatArray
     """Force of the feed along the tube [N], shape (m,)."""
     kinetic: FloatArray
     """Kinetic energy [J], shape (m,)."""
     magnetic: FloatArray | None
-    """Magnetic energy [J], shape (m,); None if there is none, or it is not known."""
+    """Magnetic energy [J], shape (m,); None if there is none or it is unknown."""
     feed: str
-    """How the tube feeds, in words."""
+    """Description of the feed."""
     earlier: Sequence[tuple[int, Sequence[str]]] = ()
-    """Sequences before that of `scene`, with the frames they end before, if it changed."""
+    """Sequences before that of `scene`, with the frames before which they end, if it changed."""
 
 
 def page_data(fold: Recording) -> dict[str, Any]:
-    """Return what the page shows as values that JSON can hold."""
+    """Return the data of the page as JSON values."""
     scene = fold.scene
     return {
         "word": fold.word,
@@ -103,7 +103,7 @@ def _tube(scene: Scene) -> dict[str, float] | None:
 
 
 def _field(scene: Scene) -> dict[str, Any] | None:
-    """Return an outer field: even flux density [mT], and the corners of a fixed magnet [mm]."""
+    """Return an external field: uniform flux density [mT], and corners of a fixed magnet [mm]."""
     if scene.field is None or not scene.field.any:
         return None
     magnet = scene.field.magnet
@@ -114,7 +114,7 @@ def _field(scene: Scene) -> dict[str, Any] | None:
 
 
 def _facts(fold: Recording) -> list[list[str]]:
-    """Return what is written under the drawing: names and values."""
+    """Return the names and values below the drawing."""
     scene = fold.scene
     facts = {"Sequence": " ".join(scene.sequence), "Mount": scene.mount}
     if scene.mount == "tube":
@@ -128,7 +128,7 @@ def _facts(fold: Recording) -> list[list[str]]:
 
 
 def feed_text(scene: Scene) -> str:
-    """Return how a tube feeds: which way, how fast and how it is loaded."""
+    """Return a description of the feed: direction, speed and loading."""
     schedule = scene.feed.schedule
     speeds = scene.speeds if schedule is None else schedule.speeds
     return f"{scene.feed.direction}, {number_range(speeds)} m/s, {scene.feed.loading}"
@@ -141,12 +141,12 @@ def number_range(values: FloatArray) -> str:
 
 
 def _scaled(values: FloatArray) -> list[float]:
-    """Return numbers rounded as the largest of them asks for."""
+    """Return numbers rounded relative to the largest of them."""
     largest = float(np.abs(values).max())
     digits = _DIGITS if largest == 0.0 else _DIGITS - int(np.ceil(np.log10(largest)))
     return _rounded(values, digits)
 
 
 def _rounded(values: float | FloatArray, digits: int) -> Any:
-    """Return plain rounded numbers, in lists if there are many; no -0."""
+    """Return rounded Python numbers, in lists if there are many, without -0."""
     return (np.round(np.asarray(values), digits) + 0.0).tolist()

@@ -14,7 +14,7 @@ class Share:
     low: float
     """Lower end of the interval of the probability of success."""
     high: float
-    """Upper end."""
+    """Upper end of the interval."""
 
     @property
     def rate(self) -> float:
@@ -26,7 +26,7 @@ class Share:
         return per_cent(self.rate, self.low, self.high)
 
     def __repr__(self) -> str:
-        """Return the counts too: shares are mostly printed in dictionaries and lists."""
+        """Return the counts too, because shares are mostly printed in dictionaries and lists."""
         return f"<Share {self.successes} of {self.trials}: {self}>"
 
 

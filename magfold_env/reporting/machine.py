@@ -1,4 +1,4 @@
-"""On what and with what a measurement was taken."""
+"""The machine and the software of a measurement."""
 
 import os
 import platform
@@ -13,7 +13,7 @@ PEERS = ("magpylib", "mujoco", "pin")
 
 
 def describe() -> dict[str, str]:
-    """Return processor, systems, versions, commit and time of a measurement as text."""
+    """Return processor, system, versions, commit and time of a measurement as text."""
     record = {
         "processor": _processor(),
         "cores": str(os.cpu_count()),
@@ -33,7 +33,7 @@ def describe() -> dict[str, str]:
 
 
 def _processor() -> str:
-    """Return the processor's name; its architecture where the system does not tell."""
+    """Return the processor's name, or its architecture if the system does not report the name."""
     table = Path("/proc/cpuinfo")
     if table.is_file():
         for line in table.read_text(encoding="utf-8", errors="replace").splitlines():
@@ -43,7 +43,7 @@ def _processor() -> str:
 
 
 def _commit() -> str:
-    """Return the checkout's commit, marked if files differ from it; 'unknown' outside one."""
+    """Return the checkout's commit, marked if files differ from it, or 'unknown' without one."""
     try:
         head = _git("rev-parse", "HEAD")
         changed = _git("status", "--porcelain", "--untracked-files=no")

@@ -1,7 +1,4 @@
-"""One self-contained HTML page for results: prose, tables, pictures, pages that play something.
-
-Nothing comes from elsewhere.
-"""
+"""One self-contained HTML page for results: prose, tables, pictures, pages that play motions."""
 
 import struct
 from base64 import b64encode
@@ -25,7 +22,7 @@ CSS_DPI = 96
 
 @dataclass(frozen=True)
 class Picture:
-    """A PNG file, which becomes part of the page, and what to say below it."""
+    """A PNG file, which becomes part of the page, and its caption."""
 
     path: Path
     caption: str = ""
@@ -53,14 +50,14 @@ class Picture:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height in CSS pixels, of which an inch has 96."""
+        """Width and height in CSS pixels, 96 per inch."""
         width, height = struct.unpack(">II", self.content[16:24])  # of the first chunk, IHDR
         return round(width * CSS_DPI / DPI), round(height * CSS_DPI / DPI)
 
 
 @dataclass(frozen=True)
 class Entries:
-    """Short texts, each with a word or two in front of it."""
+    """Short texts, each with a short label."""
 
     texts: Mapping[str, str]
 
@@ -74,18 +71,18 @@ class Points:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a comparison came to, in a word, and the sentence that says why."""
+    """The verdict of a comparison in one word, and a sentence that explains it."""
 
     word: str
     sentence: str
     tone: Tone = "plain"
     more: Sequence[str] = ()
-    """Further sentences, each a line of its own, folded away."""
+    """Further sentences, one per line, in a collapsed block."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A page that is whole in itself, within this one."""
+    """A self-contained page within this one."""
 
     title: str
     page: str
@@ -93,18 +90,18 @@ class Frame:
 
 @dataclass(frozen=True)
 class Details:
-    """Blocks that are folded away below a line that says what they are."""
+    """Collapsed blocks below a line that describes them."""
 
     summary: str
     blocks: Sequence["Block"]
     group: str = ""
-    """Of those of one group one at a time is unfolded."""
+    """Group of collapsed blocks, of which only one is open at a time."""
     unfolded: bool = False
-    """At first."""
+    """Whether the block is open at first."""
 
 
 Block = str | Picture | Entries | Points | Verdict | Table | Frame | Details
-"""What a section is made of; a plain text is a paragraph."""
+"""The content of a section; plain text is a paragraph."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +114,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """A page: the answer, sections, and how its numbers were made."""
+    """A page: the answer, sections, and the origin of its numbers."""
 
     title: str
     sections: Sequence[Section]
@@ -140,7 +137,7 @@ def write_page(page: Page, path: str | Path) -> None:
 
 
 def render(page: Page) -> str:
-    """Return a page as HTML text, its pictures inside; see `write_page`."""
+    """Return a page as HTML text with embedded pictures; see `write_page`."""
     return _template().render(page=page, kind_of=_kind_of, cell_text=cell_text)
 
 

@@ -1,4 +1,4 @@
-"""What all diagrams share. Needs matplotlib, from the extra `render`."""
+"""Common parts of diagrams. Needs matplotlib, from the extra `render`."""
 
 import importlib
 import math
@@ -9,15 +9,15 @@ from magfold_env.files import pip_install, replacing
 
 DPI = 130
 WIDEST = 10.5
-"""Of a figure [inch]: on a page that is narrower than a screen its text can still be read."""
+"""Largest width of a figure [inch], at which text is readable on a page narrower than a screen."""
 INK, GRID = "#26292e", "#d9dce0"
-# Okabe and Ito's colours, which all kinds of sight tell apart.
+# Okabe and Ito's colours, distinguishable with all kinds of colour vision.
 COLOURS = ("#000000", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
 def figure_class() -> Any:
-    """Return matplotlib's figure class, which needs no display.
+    """Return a class of matplotlib figures that need no display.
 
     Raises
     ------
@@ -65,12 +65,12 @@ def panels(
         axis.grid(visible=True, which="major", color=GRID, linewidth=0.7)
         axis.set_axisbelow(True)
         axis.spines[["top", "right"]].set_visible(False)
-        axis.tick_params(labelbottom=True)  # below a last row that is not full, too
+        axis.tick_params(labelbottom=True)  # also below an incomplete last row
     return figure, axes[:count]
 
 
 def legend_below(figure: Any, *axes: Any, **options: Any) -> None:
-    """Add one legend below all panels, with what some of them have."""
+    """Add one legend below all panels, with the entries of all of them."""
     handles: dict[str, Any] = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):

@@ -10,12 +10,12 @@ from string import ascii_uppercase
 Cell = str | int | float
 Row = dict[str, Cell]
 
-WHOLE = 1000.0  # larger numbers are shown without decimals
+WHOLE = 1000.0  # larger numbers have no decimals
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows for the console or a page, all with the same keys, which head the columns."""
+    """Rows for the console or a page, all with the same keys, which are the column headings."""
 
     title: str
     rows: list[Row]
@@ -28,7 +28,7 @@ def letters(index: int) -> str:
 
 
 def joined_pairs(pairs: Iterable[tuple[int, int]]) -> str:
-    """Return pairs of components as a text like "1-2, 3-6"."""
+    """Return pairs of components as text such as "1-2, 3-6"."""
     return ", ".join(f"{first}-{second}" for first, second in pairs)
 
 

@@ -1,4 +1,4 @@
-"""What a user states: a scene, its groups, and how they are read and written."""
+"""Scenes: the input of a user, its groups, and reading and writing."""
 
 from magfold_env.scene.errors import Problem, SceneError
 from magfold_env.scene.io import load_scene, save_scene, scene_names

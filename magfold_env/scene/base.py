@@ -1,4 +1,4 @@
-"""What the groups of a scene are made of: their base class and the numbers they hold."""
+"""Base class of the groups of a scene, and the numbers in them."""
 
 import math
 import sys
@@ -22,7 +22,7 @@ from magfold_env.scene.errors import SceneError, is_number, problems_of
 MU0 = 4e-7 * math.pi
 """Vacuum permeability [T m/A], the value the paper uses."""
 
-# Strict: without it pydantic reads True as 1.0 and "3" as 3.0.
+# Strict, because pydantic otherwise reads True as 1.0 and "3" as 3.0.
 Number = Annotated[float, Strict()]
 Positive = Annotated[float, Strict(), Field(gt=0)]
 NonNegative = Annotated[float, Strict(), Field(ge=0)]
@@ -31,14 +31,15 @@ Flag = Annotated[bool, Strict()]
 
 
 class Most(NamedTuple):
-    """The largest number that a quantity may be, and the units it is given in by mistake."""
+    """The largest value of a quantity, and units that are used by mistake."""
 
     most: float
     unit: str
     usual: tuple[float, float]
-    """The smallest and the largest number that a user may have meant."""
+    """The smallest and the largest plausible number."""
     others: dict[str, float]
-    """Other units by name, each in this unit. The first that gives a usual number is named."""
+    """Other units by name, each in this unit. The message names the first that gives a plausible
+    number."""
 
     def check(self, value: object) -> object:
         """Return the value; raise a `ValueError` that suggests another unit if it is too large."""
@@ -53,11 +54,11 @@ class Most(NamedTuple):
 
 
 LENGTH = Most(0.5, "m", (0.0, 0.5), {"mm": 1e-3})
-"""Of the sides of casings and magnets."""
+"""Limits of the sides of casings and magnets."""
 REMANENCE = Most(10.0, "T", (0.05, 1.6), {"mT": 1e-3, "kG": 0.1, "G": 1e-4})
 """No magnet has more than 1.6 T; draws of its strength at most quadruple that."""
 SPEED = Most(20.0, "m/s", (0.0, 20.0), {"mm/s": 1e-3})
-"""Of a feed; no drive is faster."""
+"""Limits of the feed speed; no drive is faster."""
 
 Metres = Annotated[Positive, Field(le=LENGTH.most), BeforeValidator(LENGTH.check)]
 MetresOrZero = Annotated[NonNegative, Field(le=LENGTH.most), BeforeValidator(LENGTH.check)]
@@ -67,7 +68,7 @@ Velocity = Annotated[Number, Field(ge=-SPEED.most, le=SPEED.most), BeforeValidat
 
 
 def number_or_list(value: object) -> str:
-    """Return the tag of the branch by which one number or many are checked.
+    """Return the tag of the branch that checks one number or many.
 
     Tags in angle brackets are not taken for keys: see `magfold_env.scene.errors.dotted`.
     """
@@ -83,7 +84,7 @@ Each = Annotated[
 
 
 def plain(value: Any) -> Any:
-    """Turn NumPy arrays and scalars, at any depth, into the Python values models are made of."""
+    """Convert NumPy arrays and scalars, at any depth, to Python values for models."""
     if isinstance(value, (np.ndarray, np.generic)):
         return cast("Any", value.tolist())
     if isinstance(value, Mapping):
@@ -94,7 +95,7 @@ def plain(value: Any) -> Any:
 
 
 class Part(BaseModel):
-    """Base of all groups: frozen, closed to unknown keys, finite, and wrong with a `SceneError`."""
+    """Base of all groups: frozen, without unknown keys, finite; errors raise a `SceneError`."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -102,5 +103,5 @@ class Part(BaseModel):
         try:
             super().__init__(**plain(data))
         except ValidationError as error:
-            # Nested groups raise here too; the outer group puts its own key before theirs.
+            # Nested groups raise here too; the outer group prefixes its own key.
             raise SceneError(problems_of(error, type(self))) from None

@@ -1,4 +1,4 @@
-"""Errors a user can cause, and the words they are told in."""
+"""User errors and their messages."""
 
 import re
 import sys
@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 
 class Problem(NamedTuple):
-    """One wrong entry: its dotted key, the value given and what is allowed."""
+    """One wrong entry: its dotted key, the given value and the allowed values."""
 
     key: str
     value: object
@@ -30,9 +30,9 @@ class SceneError(ValueError):
     Parameters
     ----------
     problems
-        The wrong entries, or a single sentence where no entry is to blame (a missing file).
+        The wrong entries, or a single sentence if no entry is wrong (such as a missing file).
     source
-        Where the scene came from, put before every line; empty for scenes made in code.
+        Origin of the scene, which begins every line; empty for scenes made in code.
     """
 
     def __init__(self, problems: Iterable[Problem] | str, source: str = "") -> None:
@@ -44,9 +44,9 @@ class SceneError(ValueError):
 
 
 def unless_one_of(key: str, value: object, allowed: Iterable[object]) -> list[Problem]:
-    """Return the problem with a value that is not one of those allowed."""
+    """Return the problem with a value that is not one of the allowed ones."""
     choices = list(allowed)
-    # An array is neither in a list nor not in it.
+    # Membership of an array in a list is undefined.
     if isinstance(value, Hashable) and value in choices:
         return []
     return [Problem(key, value, f"must be one of {', '.join(map(str, choices))}")]
@@ -55,17 +55,17 @@ def unless_one_of(key: str, value: object, allowed: Iterable[object]) -> list[Pr
 def unless_a(
     key: str, value: object, kinds: type | tuple[type, ...], allowed: str
 ) -> list[Problem]:
-    """Return the problem with a value that is not of one of some kinds, ``allowed`` in words."""
+    """Return the problem with a value of the wrong type; ``allowed`` describes the right ones."""
     return [] if isinstance(value, kinds) else [Problem(key, value, f"must be {allowed}")]
 
 
 def unless_function(key: str, value: object) -> list[Problem]:
-    """Return the problem with a value that is neither None nor can be called."""
+    """Return the problem with a value that is neither None nor callable."""
     return [] if value is None or callable(value) else [Problem(key, value, "must be a function")]
 
 
 def unless_whole(key: str, value: object, least: int, most: int | None = None) -> list[Problem]:
-    """Return the problem with what is no whole number, too small or too large."""
+    """Return the problem with a value that is not a whole number within limits."""
     kind = "a whole number, "
     if isinstance(value, Integral) and is_number(value):
         if value >= least and (most is None or value <= most):
@@ -76,7 +76,7 @@ def unless_whole(key: str, value: object, least: int, most: int | None = None) -
 
 
 def unless_positive(key: str, value: object, most: float = sys.float_info.max) -> list[Problem]:
-    """Return the problem with what is no number above 0, or too large."""
+    """Return the problem with a value that is not a number above 0 within limits."""
     kind = "a number, "
     if is_number(value):
         if 0.0 < value <= most:
@@ -87,14 +87,14 @@ def unless_positive(key: str, value: object, most: float = sys.float_info.max) -
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Return whether a value is a real number, one of NumPy's or not; truth values are none."""
+    """Return whether a value is a real number of Python or NumPy; bools are not."""
     return not isinstance(value, bool) and isinstance(value, Real)
 
 
 def nearest(name: str, names: Iterable[str]) -> str:
-    """Return the question whether the most similar of some names was meant, "; did you mean …?".
+    """Return the hint "; did you mean …?" with the most similar of some names.
 
-    Capitals do not count; empty if none is similar.
+    The comparison ignores case; the hint is empty if no name is similar.
     """
     known = {each.casefold(): each for each in names}
     found = get_close_matches(name.casefold(), known, n=1)
@@ -108,7 +108,7 @@ def refuse(problems: Sequence[Problem]) -> None:
 
 
 def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """Translate pydantic's report on a model, the outermost one, into problems with dotted keys."""
+    """Convert pydantic's report on an outermost model to problems with dotted keys."""
     problems: list[Problem] = []
     for entry in error.errors(include_url=False):
         key = dotted(entry["loc"])
@@ -136,7 +136,7 @@ def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]
 def dotted(location: Sequence[str | int]) -> str:
     """Write a location as a key: ('casing', 'mass', 2) -> 'casing.mass[2]'.
 
-    Parts in angle brackets are the tags of a union's branches, not keys, and are left out.
+    Parts in angle brackets are tags of the branches of a union, not keys, and are omitted.
     """
     key = ""
     for part in location:

@@ -17,9 +17,9 @@ _SUFFIXES = (".yaml", ".yml")
 
 
 class _Loader(yaml.SafeLoader):
-    """Safe YAML in which 1e-3 is a number, a key is text and given once, and nothing is an alias.
+    """Safe YAML in which 1e-3 is a number, keys are unique text, and there are no aliases.
 
-    Aliases of aliases let a file of a kilobyte stand for more than any memory holds.
+    Aliases of aliases let a file of a kilobyte expand beyond any memory.
     """
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
@@ -73,21 +73,21 @@ def load_scene(name_or_path: str | Path) -> Scene:
 
 
 def save_scene(scene: Scene, path: str | Path, comment: str = "") -> None:
-    """Write a scene as YAML, every field spelt out, so that `load_scene` gives it back equal.
+    """Write a scene as YAML with all fields; `load_scene` returns an equal scene.
 
     Parameters
     ----------
     scene
-        What to write.
+        The scene to write.
     path
-        Where to.
+        Path of the file.
     comment
-        Lines to put before it.
+        Comment lines before the scene.
 
     Raises
     ------
     SceneError
-        If it is no scene.
+        If it is not a scene.
     """
     refuse(unless_a_scene(scene))
     data = scene.model_dump(mode="json")
@@ -95,13 +95,13 @@ def save_scene(scene: Scene, path: str | Path, comment: str = "") -> None:
 
 
 def write_commented(path: str | Path, text: str, comment: str) -> None:
-    """Write YAML under some lines of comment."""
+    """Write YAML below some comment lines."""
     head = "".join(f"# {line}\n" for line in comment.splitlines())
     write_text(path, head + text)
 
 
 def shipped_names(folder: str) -> list[str]:
-    """Return the names of the settings that are shipped in a folder, sorted."""
+    """Return the sorted names of the settings shipped in a folder."""
     root = configs_dir() / folder
     return sorted(
         path.relative_to(root).with_suffix("").as_posix() for path in root.rglob("*.yaml")
@@ -111,13 +111,13 @@ def shipped_names(folder: str) -> list[str]:
 def read_named(
     name_or_path: str | Path, folder: str, names: list[str], kind: type[PartType]
 ) -> PartType:
-    """Read the keys and values of ``kind``, shipped under a name in a folder, or of a file.
+    """Read settings of ``kind``: shipped ones by name in a folder, or a file.
 
     Raises
     ------
     SceneError
-        If there is no such file, or it cannot be read, is not YAML, holds no mapping or not a
-        valid one.
+        If there is no such file, or it cannot be read, is not YAML, or does not contain a valid
+        mapping.
     """
     what = kind.__name__.lower()
     refuse(unless_a(what, name_or_path, (str, Path), f"the name of a {what}, or a file's path"))
@@ -145,12 +145,12 @@ def read_mapping(path: Path, what: str) -> dict[str, Any]:
     path
         The file.
     what
-        What it holds, for messages: "scene".
+        Kind of content, for messages: "scene".
 
     Raises
     ------
     SceneError
-        If it cannot be read, is not YAML, or holds no mapping.
+        If it cannot be read, is not YAML, or does not contain a mapping.
     """
     try:
         data = parse_yaml(path.read_text(encoding="utf-8"))
@@ -164,12 +164,12 @@ def read_mapping(path: Path, what: str) -> dict[str, Any]:
 
 
 def parse_yaml(text: str) -> object:
-    """Return what YAML holds: the one way in which the package reads any.
+    """Parse YAML; all YAML in the package is read here.
 
     Raises
     ------
     SceneError
-        If it is not YAML, or anything in it has an alias.
+        If it is not YAML, or contains an alias.
     """
     try:
         return yaml.load(text, Loader=_Loader)

@@ -1,4 +1,4 @@
-"""The magnets group of a scene: four magnets a component, one behind each face."""
+"""The magnets group of a scene: four magnets per component, one behind each face."""
 
 from functools import cached_property
 from typing import Annotated, Any, Literal, Self, cast, get_args
@@ -59,7 +59,7 @@ def _strength_branch(value: object) -> str:
 
 One = Annotated[T, Tag("<number>")]
 FOUR = Field(json_schema_extra={"minItems": len(FACES), "maxItems": len(FACES)})
-"""Tells in JSON schemas what `_four` and `_row` check, in words of their own."""
+"""Descriptions in JSON schemas of the checks of `_four` and `_row`."""
 Four = Annotated[tuple[T, ...], AfterValidator(_four), FOUR, Tag("<list>")]
 EachFace = Annotated[One[T] | Four[T], Discriminator(number_or_list)]
 """One number for all faces, or one for each, in the order `FACES`."""
@@ -69,7 +69,7 @@ Strength = Annotated[
     | Annotated[tuple[Annotated[tuple[T, ...], BeforeValidator(_row), FOUR], ...], Tag("<rows>")],
     Discriminator(_strength_branch),
 ]
-"""One positive number, one a face, or a row of four for every component, component 1 first."""
+"""One positive number, one per face, or a row of four for every component, component 1 first."""
 
 
 class Magnets(Part):
@@ -126,17 +126,17 @@ class Magnets(Part):
 
     @property
     def bounded(self) -> bool:
-        """Whether `accuracy` bounds errors: not those of points, nor of `nodes` that are given."""
+        """Whether `accuracy` bounds errors; it does not for points or for given `nodes`."""
         return self.model == "strips" and self.nodes is None
 
     @property
     def strength_name(self) -> Literal["remanence", "pole_charge"]:
-        """Which of the two ways to say how strong the magnets are is used."""
+        """The key that sets the strength of the magnets."""
         return "remanence" if self.pole_charge is None else "pole_charge"
 
     @property
     def rows(self) -> int | None:
-        """Number of components whose strengths are given one by one; None where they are alike."""
+        """Number of components with separate strengths; None if the strengths are equal."""
         strength: object = getattr(self, self.strength_name)
         if isinstance(strength, tuple) and isinstance(strength[0], tuple):
             return len(cast("tuple[object, ...]", strength))
@@ -158,13 +158,13 @@ class Magnets(Part):
     def charges(self, n: int, factor: Array | float = 1.0) -> Array:
         """Return the magnetic charge of each pole face [A m], without sign, shape (n, 4).
 
-        A magnet that is evenly magnetised through its thickness has remanence·area/µ0 on a face.
+        A magnet that is uniformly magnetised through its thickness has remanence·area/µ0 on a face.
         Strengths are multiplied by a factor; factors (m, 1, 1) or (m, n, 4) give (m, n, 4).
 
         Raises
         ------
         ValueError
-            If strengths are given component by component, and not for `n` of them.
+            If strengths are given by component and their number is not `n`.
         """
         if self.rows not in (None, n):
             raise ValueError(f"n: {n} is not allowed; {self.strength_name} has {self.rows} rows")
@@ -186,11 +186,11 @@ class Magnets(Part):
         return all(len(set(each)) == 1 for each in self.lengths.values())
 
     def misfits(self, side: float) -> list[Problem]:
-        """Return what keeps the magnets from fitting into a casing of a side [m] without overlap.
+        """Return the reasons why the magnets overlap in a casing of a given side [m].
 
-        All four faces are checked, those too that a sequence leaves empty: a scene stays valid
-        when its sequence is replaced. A magnet is a rectangle behind its face, as wide as its
-        pole face, from `inset` to `inset` + `thickness` deep.
+        All four faces are checked, including those that a sequence leaves empty, so that a scene
+        stays valid when its sequence is replaced. A magnet is a rectangle behind its face, as wide
+        as its pole face, from `inset` to `inset` + `thickness` deep.
         """
         width, depth = self.by_face("width"), self.by_face("inset") + self.by_face("thickness")
         room = side - 2.0 * depth  # for the width of a magnet beside this one

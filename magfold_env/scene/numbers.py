@@ -1,6 +1,6 @@
-"""From what a scene states to the numbers of kernels: the rules for one chain and for many.
+"""From the values of a scene to the numbers of kernels: rules for one chain and for many.
 
-All take numbers or arrays; `magfold_env.browser.settings` compiles them for a page.
+All functions take numbers or arrays; `magfold_env.browser.settings` compiles them for a page.
 """
 
 from typing import Any, TypeVar
@@ -20,12 +20,12 @@ SLOWEST = 1.0  # [rad/s]
 
 
 def face_charge(remanence: N, width: N, height: N) -> N:
-    """Return the magnetic charge of a pole face [A·m] that is evenly magnetised."""
+    """Return the magnetic charge of a uniformly magnetised pole face [A·m]."""
     return remanence * width * height / MU0
 
 
 def square_inertia(mass: N, side: float) -> N:
-    """Return the moment of inertia of an even square about its centre [kg m²]."""
+    """Return the moment of inertia of a uniform square about its centre [kg m²]."""
     return mass * (side * side) / 6.0
 
 
@@ -37,10 +37,10 @@ def friction_limit(friction: N, normal: N, mass: N) -> N:
 def rectangle(
     x: float, y: float, along: float, across: float, cos: float, sin: float, rounding: float
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Return the row of what stands in the way, see `Model.obstacles`, of a rectangle.
+    """Return the row of a rectangle in `Model.obstacles`.
 
-    Its centre, lengths [m] and the direction of the first are given. Its edges are rounded as the
-    casings', as far as it is large.
+    The arguments are its centre, its lengths [m] and the direction of the first. Its edges are
+    rounded like the casings', up to its size.
     """
     if across > along:
         along, across, cos, sin = across, along, -sin, cos
@@ -49,13 +49,13 @@ def rectangle(
 
 
 def typical_rate(charge: N, width: float, outer: float, mass: N, x: N, y: N, length: float) -> N:
-    """Return the rate that the strongest force gives one component, the scale of errors [rad/s].
+    """Return the rate that the strongest force gives a component, the scale of errors [rad/s].
 
-    ``charge`` is the largest of a pole face [A·m], ``width`` that of the widest [m], ``outer`` the
-    flux density of a field from outside [T]; ``mass`` [kg] and ``length`` from hinge to hinge [m]
-    are the component's, x and y gravity in the plane [m/s²].
+    ``charge`` is the largest charge of a pole face [A·m], ``width`` the largest width [m], and
+    ``outer`` the flux density of an external field [T]. ``mass`` [kg] and ``length`` from hinge to
+    hinge [m] are those of the component, and x and y the gravity in the plane [m/s²].
     """
-    # Two charges a magnet's width apart: the order of the force between touching faces.
+    # Two charges one magnet width apart: the order of the force between touching faces.
     density = charge / width
     force = 1e-7 * density * density + charge * outer
     acceleration = np.sqrt(x * x + y * y) + force / mass

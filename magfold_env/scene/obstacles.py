@@ -1,4 +1,4 @@
-"""What does not move: rectangles that a chain cannot enter, and what can be built of them."""
+"""Fixed bodies: rectangles that a chain cannot enter, and walls built from them."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class Rectangle(Part):
 
     @property
     def axis(self) -> Array:
-        """Unit vector along its heading, the same where sines differ in the last bit; (2,)."""
+        """Unit vector along its heading (2,), rounded so that all machines agree."""
         return np.round([math.cos(self.heading), math.sin(self.heading)], 15)
 
     @property
     def corners(self) -> Array:
-        """Its outline [m], shape (4, 2): front right and front left, seen along it, first."""
+        """Its outline [m], shape (4, 2), beginning with front right and front left along it."""
         along = 0.5 * self.size[0] * self.axis
         across = 0.5 * self.size[1] * np.array([-self.axis[1], self.axis[0]])
         return np.array(self.position) + np.array(
@@ -39,7 +39,7 @@ class Rectangle(Part):
         )
 
     def overlaps(self, outline: Array) -> bool:
-        """Whether a convex outline [m], (k, 2), counter-clockwise, reaches into it."""
+        """Return whether a convex counter-clockwise outline [m], (k, 2), overlaps it."""
         # Two convex outlines overlap unless an edge of one of them separates them.
         for edges in (self.corners, outline):
             for start, stop in pairwise([*edges, edges[0]]):

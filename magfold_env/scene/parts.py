@@ -1,4 +1,4 @@
-"""The groups of a scene: small frozen models, one sentence a field, SI units and radians."""
+"""The groups of a scene: small frozen models with one sentence per field, SI units and radians."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from magfold_env.scene.numbers import face_charge
 from magfold_env.scene.obstacles import Rectangle
 
 MOST_STEPS = 10**12
-"""Of steps, the largest number that may be allowed; no run takes as many."""
+"""Largest limit of steps; no run takes as many."""
 
 STEEPEST = 45.0
-"""Largest tilt of a floor that is drawn [degrees]."""
+"""Largest drawn tilt of a floor [degrees]."""
 
 Steps = Annotated[int, Strict(), Limits(ge=1, le=MOST_STEPS)]
 
@@ -83,7 +83,7 @@ class Schedule(Part):
 
     @property
     def speeds(self) -> Array:
-        """How fast its legs are, whichever way [m/s]."""
+        """Absolute speeds of its legs [m/s]."""
         return np.array([abs(speed) for _, speed in (self.time or self.advance or ())])
 
     def scaled(self, factor: float) -> Schedule:
@@ -164,7 +164,7 @@ class Field(Part):
 
     @property
     def any(self) -> bool:
-        """Whether there is something that acts."""
+        """Whether any field acts."""
         return self.magnet is not None or any(self.uniform)
 
 
@@ -196,7 +196,7 @@ class Bumps(Part):
 
 
 class Factors(NamedTuple):
-    """What draws multiply the values of a scene by, a row each."""
+    """Drawn factors of the values of a scene, one row per draw."""
 
     friction: Array  # (m,)
     mass: Array  # and inertia, (m, n)
@@ -235,8 +235,8 @@ class Spreads(Part):
     scene."""
 
     def friction_factor(self, unit: Array) -> Array:
-        """Return factors of the friction coefficients for numbers drawn evenly from [−1, 1)."""
-        # Rounded, so that machines whose powers differ in the last bit draw the same.
+        """Return factors of the friction coefficients for numbers drawn uniformly from [−1, 1)."""
+        # Rounded, so that machines whose powers differ in the last bit draw equal values.
         decades = np.round(10.0 ** (self.friction_decades * unit), 12)
         return (1.0 + self.friction * unit) * decades
 
@@ -248,8 +248,8 @@ class Spreads(Part):
     def factors(self, n: int, unit: Array) -> Factors:
         """Return factors for chains of n components.
 
-        ``unit`` holds a row of numbers for each, drawn evenly from [−1, 1), in the order of
-        `Scene.draw`; those of what is drawn one by one, if it is, come last.
+        ``unit`` contains a row of numbers for each chain, drawn uniformly from [−1, 1), in the
+        order of `Scene.draw`; numbers of individual magnets and feed speeds, if drawn, come last.
         """
         strength = 1.0 + self.remanence * unit[:, n + 1]
         speed = 1.0 + self.feed_speed * unit[:, n + 2]
@@ -264,22 +264,22 @@ class Spreads(Part):
 
     @property
     def moves_obstacles(self) -> bool:
-        """Whether there is something to draw of where obstacles lie."""
+        """Whether places of obstacles are drawn."""
         return max(self.obstacle_width, self.obstacle_offset) > 0.0
 
     def obstacle_places(self, y: Array, unit: Array) -> Array:
-        """Return where obstacles lie along y [m], (m, k), for places (k,) and numbers (m, 2)."""
+        """Return the drawn y of obstacles [m], (m, k), for places (k,) and numbers (m, 2)."""
         width = 1.0 + self.obstacle_width * unit[:, :1]
         return width * y + self.obstacle_offset * unit[:, 1:]
 
     def tilted(self, gravity: Gravity, unit: Array) -> tuple[Array, Array]:
-        """Return gravity [m/s²] on tilted floors for numbers (..., 2) drawn evenly from [−1, 1).
+        """Return gravity [m/s²] on tilted floors for numbers (..., 2) drawn uniformly from [−1, 1).
 
-        Normal to the plane, (...), and in it, (..., 2). What the tilt takes from the former pulls
-        along the floor, on top of what acts in the plane anyway.
+        The results are gravity normal to the plane, (...), and in it, (..., 2). The part that the
+        tilt removes from the former acts along the floor, in addition to the gravity in the plane.
         """
         angles = np.stack([math.radians(self.tilt) * unit[..., 0], math.pi * unit[..., 1]])
-        # Rounded like the factors of friction.
+        # Rounded, like the factors of friction.
         sines: Array = np.sin(angles).round(12)
         cosines: Array = np.cos(angles).round(12)
         along = gravity.normal * sines[0] * np.stack([cosines[1], sines[1]])
@@ -287,7 +287,7 @@ class Spreads(Part):
 
     @property
     def any(self) -> bool:
-        """Whether there is something to draw."""
+        """Whether anything is drawn."""
         return any(getattr(self, name) > 0.0 for name in type(self).model_fields)
 
 

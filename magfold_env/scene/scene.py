@@ -1,4 +1,4 @@
-"""Scene: everything a fold depends on but the seed, frozen and validated."""
+"""Scene: everything that a fold depends on except the seed, frozen and validated."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ SIGNS = {"N": 1.0, "S": -1.0, "-": 0.0}
 
 _JOINT_LIMIT = math.pi / 2
 
-# Masses over side³ [kg/m³] that tell of grams, or milligrams, where kilograms are wanted: gold has
-# 2e4. What is heavier still is no slip of units, but meant, to see what breaks down; nor is a mass
-# below 0.01, as the default in a tiny casing: no component weighs 10 mg.
+# Masses over side³ [kg/m³] that indicate grams or milligrams instead of kilograms: gold has 2e4.
+# Still larger values are not wrong units but deliberate extremes. A mass below 0.01 kg is not a
+# wrong unit either, such as the default in a tiny casing: no component weighs 10 mg.
 _GRAMS = (1e6, 1e10)
 _LEAST_GRAMS = 0.01
 
@@ -183,9 +183,9 @@ class Scene(base.Part):
         return self._each(self.feed.speed)
 
     def _grams(self) -> list[Problem]:
-        """Return what is wrong with masses that only a slip of units explains.
+        """Return the problem with masses that only a wrong unit explains.
 
-        All are of one unit, so the lightest component decides.
+        All have the same unit, so the lightest component decides.
         """
         mass, side = self.casing.mass, self.casing.side
         lightest = min(mass, default=0.0) if isinstance(mass, tuple) else mass
@@ -197,7 +197,7 @@ class Scene(base.Part):
         return [Problem("casing.mass", mass, told)]
 
     def _misfits_of_start(self) -> list[Problem]:
-        """Return what is wrong with where the tube is to hold the chain at first."""
+        """Return the problems with the initial place of the chain in the tube."""
         key, value = "start_offsets", self.start_offsets
         if value is None and self.start_angles is None:
             return []
@@ -223,7 +223,7 @@ class Scene(base.Part):
         return []
 
     def _what_is_in_the_way(self) -> list[Problem]:
-        """Return which obstacles stand in the tube's bore, or where the chain begins."""
+        """Return the problems with obstacles in the tube's bore or where the chain begins."""
         solids = {f"obstacles[{k}]": each for k, each in enumerate(self.obstacles)}
         if self.field is not None and self.field.magnet is not None:
             solids["field.magnet"] = self.field.magnet.outline
@@ -231,7 +231,8 @@ class Scene(base.Part):
         for key, solid in solids.items():
             place = Problem(f"{key}.position", solid.position, "")
             if self.mount == "tube":
-                # Cut off beyond the obstacle, and as far outside as the tube still guides casings.
+                # The bore is cut off beyond the obstacle, and extended as far as the tube guides
+                # casings.
                 end, half = min(float(solid.corners[:, 0].min()), 0.0) - diagonal, 0.5 * self.bore
                 room = 1.0 - ROUNDING  # they may touch
                 if solid.overlaps(_box(end, -room * half, room * diagonal, room * half)):
@@ -241,7 +242,7 @@ class Scene(base.Part):
                     )
                     problems.append(place._replace(allowed=allowed))
             elif self.contact and self.start_angles is None:
-                # Where angles are given, or were drawn, it is the fold that fails.
+                # With given or drawn angles, the fold fails instead.
                 for number, square in enumerate(self._straight_chain(), 1):
                     if solid.overlaps(square):
                         allowed = f"component {number} begins there"
@@ -256,7 +257,7 @@ class Scene(base.Part):
             yield square + np.array([(2 * k + 1) * half, 0.0])
 
     def _misfits_of_spreads(self) -> list[Problem]:
-        """Return the problems that a scene of the largest or the smallest casings would have."""
+        """Return the problems of a scene with the largest or the smallest casings."""
         for factor in (1.0 - self.spreads.side, 1.0 + self.spreads.side):
             try:
                 self.replace(
@@ -271,7 +272,7 @@ class Scene(base.Part):
         return []
 
     def _too_strong_or_fast_draws(self) -> list[Problem]:
-        """Return which spreads reach beyond the strongest magnet or the fastest feed allowed."""
+        """Return the problems with spreads that exceed the strongest magnet or the fastest feed."""
         spreads, schedule = self.spreads, self.feed.schedule
         strongest = 0.0
         if self.magnets is not None and self.magnets.remanence is not None:
@@ -293,7 +294,7 @@ class Scene(base.Part):
         return problems
 
     def _misfits_of_obstacles(self) -> list[Problem]:
-        """Return the problems of obstacles that lie as far as they may be drawn to."""
+        """Return the problems of obstacles at the ends of their draws."""
         for ends in itertools.product((-1.0, 1.0), repeat=2):
             try:
                 self.replace(spreads=parts.Spreads(), obstacles=self._obstacles_at(np.array(ends)))
@@ -305,7 +306,7 @@ class Scene(base.Part):
         return []
 
     def _obstacles_at(self, unit: Array) -> tuple[Rectangle, ...]:
-        """Return the obstacles where two numbers from [−1, 1) say that they lie."""
+        """Return the obstacles at the places given by two numbers from [−1, 1)."""
         y = np.array([each.position[1] for each in self.obstacles])
         places = self.spreads.obstacle_places(y, unit[None])[0].tolist()
         return tuple(
@@ -343,10 +344,10 @@ class Scene(base.Part):
 
     @property
     def solids(self) -> tuple[Rectangle, ...]:
-        """What does not move: the tube's two walls, if it has one, a fixed magnet, obstacles."""
+        """Fixed bodies: the two walls of a tube, a fixed magnet, and obstacles."""
         walls: tuple[Rectangle, ...] = ()
         if self.mount == "tube":
-            # Longer than the chain: nothing comes to its inner end.
+            # Longer than the chain, so that nothing reaches its inner end.
             length, wall = 2.0 * self.n * self.casing.diagonal, self.feed.wall
             middle = 0.5 * (self.bore + wall)
             walls = tuple(
@@ -358,12 +359,12 @@ class Scene(base.Part):
 
     @property
     def play(self) -> float:
-        """How far from the tube's axis a hinge may lie, to either side [m]."""
+        """Largest distance of a hinge from the tube's axis, to either side [m]."""
         return max(0.5 * (self.bore - self.casing.diagonal), 0.0)
 
     @property
     def start_offset_spread(self) -> float:
-        """Half-width of the even draw of each hinge's offset at release from a tube [m].
+        """Half-width of the uniform draw of each hinge's offset at release from a tube [m].
 
         Joint angles are then at most `start_angle_spread`, and every casing is within the bore.
         """
@@ -371,7 +372,7 @@ class Scene(base.Part):
 
     @property
     def is_concrete(self) -> bool:
-        """Whether nothing is left to draw: `draw` then returns the scene itself."""
+        """Whether nothing is left to draw; `draw` then returns the scene itself."""
         offsets = self.start_offsets if self.mount == "tube" else None
         lies = self.start_angles is not None or offsets is not None
         shaken = self.bumps is not None and self.bumps.seed is None
@@ -390,7 +391,7 @@ class Scene(base.Part):
         SceneError
             If the new scene is not valid.
         """
-        # Two ways to say one thing: naming one drops the other.
+        # Alternative keys: setting one drops the other.
         for given, other in (("start_angles", "start_offsets"), ("start_offsets", "start_angles")):
             if given in changes:
                 changes.setdefault(other, None)
@@ -401,25 +402,24 @@ class Scene(base.Part):
                 if new.get(given) is not None:
                     new.setdefault(other, None)
             changes["magnets"] = new
-        # Groups that nothing names are valid, and taken as they are.
+        # Unnamed groups are valid and stay unchanged.
         entries: dict[str, Any] = {name: getattr(self, name) for name in Scene.model_fields}
         return Scene(**_merged(entries, changes))
 
     def alone(self) -> Scene:
-        """Return the chain by itself, pinned: no tube, nothing in its way, and no bumps."""
+        """Return the chain alone and pinned, without tube, obstacles and bumps."""
         return self.replace(mount="pinned", obstacles=(), bumps=None)
 
     def draw(self, rng: np.random.Generator) -> Scene:
-        """Draw everything random and return a scene in which nothing is left to draw.
+        """Draw all random values and return a concrete scene, in which nothing is left to draw.
 
-        The draws are, in this order and always all of them, so that switching one spread on
-        leaves the others' values as they were: friction (1), mass (n), remanence (1), feed
-        speed (1), start angles (n-1) or in a tube the hinges' offsets (n+1), each even over its
-        width. Where the feed jitters or magnets differ one by one, their draws follow: feed jitter
-        (n), magnets (4n), component by component; where obstacles lie differently, their width (1)
-        and offset (1); where side or inset vary, side (1), inset (1); where bumps are left to
-        chance, their seed (1); where the floor tilts, its angle (1) and direction (1). A concrete
-        scene draws nothing.
+        These values are always drawn, in this order, so that a new spread does not change the
+        values of the others: friction (1), mass (n), remanence (1), feed speed (1), start angles
+        (n-1) or, in a tube, the offsets of hinges (n+1), each uniform over its width. If the feed
+        jitters or individual magnets vary, their draws follow: feed jitter (n) and magnets (4n),
+        component by component. Then follow, if they vary: width (1) and offset (1) of obstacles;
+        side (1) and inset (1); the seed of bumps (1); angle (1) and direction (1) of a tilted
+        floor. A concrete scene draws nothing.
 
         Parameters
         ----------
@@ -461,7 +461,7 @@ class Scene(base.Part):
         return self.replace(**changes)
 
     def _draw_last(self, rng: np.random.Generator) -> dict[str, Any]:
-        """Return the changes of what is drawn after all else, where it is drawn at all."""
+        """Return the changes of the values that are drawn last, if they vary."""
         changes: dict[str, Any] = {}
         spreads = self.spreads
         if spreads.moves_obstacles:
@@ -478,7 +478,7 @@ class Scene(base.Part):
 
 
 def unless_a_scene(value: object, key: str = "scene") -> list[Problem]:
-    """Return the problem with a value that is no scene."""
+    """Return the problem with a value that is not a scene."""
     return unless_a(key, value, Scene, "a Scene, as load_scene returns one")
 
 
@@ -487,7 +487,7 @@ def _box(left: float, low: float, right: float, high: float) -> Array:
 
 
 def _merged(old: object, new: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a group's entries with those of `new` in their places; nested groups likewise."""
+    """Return a group's entries, updated with those of `new`, including nested groups."""
     old = old.model_dump() if isinstance(old, base.Part) else old
     merged = dict(cast("dict[str, Any]", old)) if isinstance(old, dict) else {}
     for key, value in new.items():

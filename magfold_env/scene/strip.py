@@ -1,4 +1,4 @@
-"""The narrowest strip that holds a chain's hinges."""
+"""The narrowest strip that contains the hinges of a chain."""
 
 import math
 
@@ -8,22 +8,22 @@ from magfold_env.scene.magnets import Array
 
 
 def narrowest(cos: Array, sin: Array) -> tuple[Array, Array]:
-    """Turn a chain so that the narrowest strip around its hinges lies along +x.
+    """Turn a chain so that the narrowest strip around its hinges is along +x.
 
-    One edge of the hinges' convex hull lies on a side of that strip [1]_. Only sums, products and
-    roots are taken: the same cosines and sines give the same bits everywhere.
+    One edge of the hinges' convex hull is on a side of that strip [1]_. The method uses only sums,
+    products and roots, so that equal cosines and sines give equal bits on all machines.
 
     Parameters
     ----------
     cos, sin
-        Of the headings, shape (n,).
+        Cosines and sines of the headings, shape (n,).
 
     Returns
     -------
     along : (n,) array
-        Cosines of the headings then.
+        Cosines of the new headings.
     across : (n + 1,) array
-        How far left of the strip's middle the hinges lie, in distances of two hinges.
+        Offsets of the hinges to the left of the strip's middle, in distances between two hinges.
 
     References
     ----------
@@ -51,7 +51,7 @@ def narrowest(cos: Array, sin: Array) -> tuple[Array, Array]:
 def _hull(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """Return the corners of the convex hull of two or more points, counter-clockwise.
 
-    By A. M. Andrew's monotone chain (Information Processing Letters 9, 1979).
+    The method is A. M. Andrew's monotone chain (Information Processing Letters 9, 1979).
     """
     points = sorted(points)
     hull: list[tuple[float, float]] = []

@@ -1,1 +1,1 @@
-"""Scores of policies and of actions that others hand in, on draws that are announced afterwards."""
+"""Scores of submitted policies and actions on draws that are announced afterwards."""

@@ -1,4 +1,4 @@
-"""Actions chosen beforehand, for draws of a seed that is known: a file of JSON.
+"""Actions chosen in advance for draws of a known seed: a JSON file.
 
 ======= ===========================================================================================
 key     value
@@ -26,11 +26,11 @@ from magfold_env.scene.errors import problems_of, refuse
 FORMAT = "magfold_env actions 1"
 
 MOST_TOLD = 10
-"""Most wrong actions that are told."""
+"""Largest number of wrong actions in an error message."""
 
 
 class ActionFile(Part):
-    """What such a file holds."""
+    """The contents of a file of actions."""
 
     format: Literal["magfold_env actions 1"]
     id: str

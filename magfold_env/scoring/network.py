@@ -1,4 +1,4 @@
-"""The networks that act, without torch: layers of numbers, as Stable-Baselines3 makes them."""
+"""The networks that act, without torch: layers of numbers in the form of Stable-Baselines3."""
 
 from pathlib import Path
 from typing import Any, Self
@@ -14,21 +14,21 @@ from magfold_env.scoring.shown import shown_space
 
 Singles = NDArray[np.float32]
 State = list[tuple[Singles, Singles]]
-"""Outputs and cells of the layers that remember, (episodes, width)."""
+"""Outputs and cells of the recurrent layers, (episodes, width)."""
 
 
 class Actor:
-    """What a policy does at its best: the most probable of its actions.
+    """A policy that takes its most probable actions.
 
     Parameters
     ----------
     file : PolicyFile
-        What was read.
+        The policy that was read.
 
     Raises
     ------
     ValueError
-        If its network is of another kind than those here, or its weights do not fit.
+        If its network is of an unsupported kind, or its weights do not fit.
     """
 
     def __init__(self, file: PolicyFile) -> None:
@@ -72,7 +72,7 @@ class Actor:
         Raises
         ------
         ValueError
-            Likewise, or if it is damaged.
+            As above, or if the file is damaged.
         """
         file = policy_file.read(path)
         try:
@@ -89,7 +89,7 @@ class Actor:
         episode_start: NDArray[np.bool_] | None = None,
         deterministic: bool = True,
     ) -> tuple[NDArray[Any], State | None]:
-        """Return the actions for many observations, and what is remembered of their episodes.
+        """Return the actions for many observations, and the recurrent states of their episodes.
 
         Raises
         ------
@@ -114,7 +114,7 @@ class Actor:
     def _remembered(
         self, entries: Singles, state: State | None, begun: NDArray[np.bool_]
     ) -> tuple[Singles, State]:
-        """Return what layers of long short-term memory make of entries, and their state."""
+        """Return the outputs of layers of long short-term memory, and their state."""
         nothing = np.zeros(1, np.float32)
         before = state or [(nothing, nothing)] * len(self._memory)
         goes_on = (~begun)[:, None].astype(np.float32)
@@ -130,7 +130,7 @@ class Actor:
         return entries, after
 
     def _chosen(self, entries: Singles) -> NDArray[Any]:
-        """Return the actions that the last layer stands for."""
+        """Return the actions that the output of the last layer represents."""
         actions = self.settings.actions
         if isinstance(actions, policy_file.Discrete):
             return entries.argmax(axis=1)
@@ -149,7 +149,7 @@ def _share(entries: Singles) -> Singles:
 
 
 def _refuse_others(settings: PolicySettings) -> None:
-    """Raise a `SceneError` for networks that are not layers alone."""
+    """Raise a `SceneError` for networks that have more than layers."""
     problems: list[Problem] = []
     if settings.features != "chain":
         problems.append(Problem("features", settings.features, "must be 'chain'"))

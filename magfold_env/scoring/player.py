@@ -1,7 +1,7 @@
-"""Who plays many episodes at once, and the one loop in which episodes are played.
+"""Players of many episodes at once, and the loop in which all episodes are played.
 
-Whoever plays is a `Plan`: from episodes and some of their rows to what these do next. Networks
-become one by a `Player`, which knows what they are shown and what they remember.
+A player is a `Plan`: a function from episodes and some of their rows to the next actions of these
+rows. A `Player` turns networks into a plan; it keeps their observations and their recurrent states.
 """
 
 import inspect
@@ -19,20 +19,20 @@ from magfold_env.scoring.shown import View, shown_space
 
 
 class Player:
-    """Plays so many episodes, which begin together.
+    """Plays a number of episodes that begin together.
 
     Parameters
     ----------
     policy : magfold_env.scoring.network.Actor, or a policy of Stable-Baselines3
         What chooses the actions; masks those of it that it can, as sb3-contrib's ``MaskablePPO``.
     shown : Shown
-        What it wants to be shown.
+        The form of observations for the policy.
     env : magfold_env.envs.chain_env.ChainEnv
-        A single environment like those that are played.
+        A single environment like the played ones.
     count : int
-        How many.
+        Number of episodes.
     sampled : bool
-        Whether actions are drawn as in training; else they are the most probable ones.
+        Whether actions are drawn as in training; otherwise the most probable ones are taken.
 
     Raises
     ------
@@ -56,7 +56,7 @@ class Player:
         self._view = View(shown, env.layout, env.observation_space, count)
         self._best = not sampled
         self.count = count
-        """How many episodes."""
+        """Number of episodes."""
         self._begun = np.ones(count, dtype=np.bool_)
         self._memory: Any = None
         self._own_masks: Callable[[], Any] | None = None
@@ -64,9 +64,9 @@ class Player:
             self._own_masks = env.action_masks
 
     def act(self, observations: Any, masks: Any = None) -> Any:
-        """Return the actions of all episodes, each of which has taken a step since the last.
+        """Return the actions of all episodes, each of which has taken a step since the last call.
 
-        `masks` say which can be taken, (count, …); by default those that the environment's do.
+        `masks` contains the possible actions, (count, …); by default those of the environment.
         """
         seen = self._view.of(observations, self._begun)
         given: dict[str, Any] = {}
@@ -79,10 +79,10 @@ class Player:
         return actions
 
     def plan(self, env: Any) -> Plan:
-        """Return what it asks for in the first rows of episodes, as many as it plays.
+        """Return a plan that plays the first rows of episodes.
 
-        Those of them that go on have all taken the same steps; `env` is a single environment that
-        takes its actions.
+        All running episodes must have taken the same number of steps; `env` is a single environment
+        that takes the policy's actions.
         """
         table, first = env.world.actions, slice(self.count)
 
@@ -105,23 +105,23 @@ def play(
     seeds: Sequence[int],
     plan_of: Callable[[slice], Plan],
 ) -> Iterator[Columns]:
-    """Play episodes to their ends, as many at a time as there is room for.
+    """Play episodes to their ends, in parts that fit into the given episodes.
 
     Parameters
     ----------
     episodes : Episodes
-        The room.
+        Episodes to reuse for each part.
     numbers : sequence of int
-        Numbers of their targets, or tasks.
+        Numbers of their targets or tasks.
     seeds : sequence of int
-        Of their draws, as `reset` of a single environment takes them.
+        Seeds of their draws, as for `reset` of a single environment.
     plan_of : callable
-        Returns what plays a part of them, each in a row of its own.
+        Returns the plan of a part, with one row per episode.
 
     Yields
     ------
     dict
-        How the episodes of a part end, as `Episodes.play` returns it.
+        The results of a part, as returned by `Episodes.play`.
     """
     for start in range(0, len(seeds), episodes.count):
         part = slice(start, start + episodes.count)

@@ -1,8 +1,8 @@
-"""Policies as files that run no code: weights and settings, of which networks are made.
+"""Policies as files that run no code: weights and settings of networks.
 
-A file is one of `safetensors <https://github.com/huggingface/safetensors>`_. The entry ``policy``
-of its metadata is JSON: the format, the settings, JSON too, and the SHA-256 of settings and
-weights. In older files these are three entries of the metadata.
+The format is `safetensors <https://github.com/huggingface/safetensors>`_. The entry ``policy`` of
+the metadata is JSON and contains the format, the settings (JSON as well), and the SHA-256 of
+settings and weights. In older files, these are three entries of the metadata.
 """
 
 import hashlib
@@ -35,7 +35,7 @@ _DAMAGED = (
     AttributeError,
     RecursionError,
 )
-"""What reading a file that is no policy, or a damaged one, may raise."""
+"""Possible errors when reading a file that is damaged or not a policy."""
 
 Algorithm = Literal["ppo", "maskable-ppo", "recurrent-ppo", "sac", "tqc"]
 Features = Literal["chain", "mouth", "symmetric"]
@@ -48,24 +48,24 @@ _Choices = Annotated[int, Field(ge=1, lt=2**31)]
 
 
 class Shown(Part):
-    """What networks are shown of what is observed."""
+    """The form in which networks get observations."""
 
     frames: Annotated[int, Field(ge=1, le=64)] = 1
-    """How many of the last observations, the newest last; an episode's first stands for those
-    before it."""
+    """Number of stacked observations, newest last; an episode's first observation pads the
+    stack."""
     blind: bool = False
-    """Whether motion is taken out of them, see `magfold_env.scoring.shown.blind`."""
+    """Whether motion is removed from them; see `magfold_env.scoring.shown.blind`."""
 
 
 class LSTMSettings(Part):
-    """What a network remembers of an episode: layers of long short-term memory before the rest."""
+    """Memory of a network: layers of long short-term memory before the other layers."""
 
     hidden: Count = 128
     """Width of every layer."""
     layers: Annotated[int, Field(ge=1, le=4)] = 1
-    """How many."""
+    """Number of layers."""
     critic: Literal["own", "shared", "none"] = "own"
-    """Whether the critic remembers by layers of its own, by the actor's, or not at all."""
+    """Whether the critic has its own memory, shares that of the actor, or has none."""
 
 
 class Box(Part):
@@ -83,62 +83,62 @@ class Box(Part):
 
     @property
     def size(self) -> int:
-        """How many."""
+        """Number of entries."""
         return len(self.low)
 
     def space(self) -> spaces.Box:
-        """Return Gymnasium's form of it."""
+        """Return the space in Gymnasium's form."""
         low, high = (np.array(each, dtype=np.float32) for each in (self.low, self.high))
         return spaces.Box(low, high, dtype=np.float32)
 
 
 class Boxes(Part):
-    """Some of these, by name."""
+    """Several boxes by name."""
 
     boxes: Annotated[dict[str, Box], Field(min_length=1)]
 
     @property
     def size(self) -> int:
-        """How many numbers."""
+        """Total number of entries."""
         return sum(box.size for box in self.boxes.values())
 
     def space(self) -> spaces.Dict:
-        """Return Gymnasium's form of it."""
+        """Return the space in Gymnasium's form."""
         return spaces.Dict([(name, box.space()) for name, box in self.boxes.items()])
 
 
 class Discrete(Part):
-    """One of some choices."""
+    """One of several choices."""
 
     n: _Choices
 
     @property
     def size(self) -> int:
-        """How many."""
+        """Number of choices."""
         return self.n
 
     def space(self) -> spaces.Discrete:
-        """Return Gymnasium's form of it."""
+        """Return the space in Gymnasium's form."""
         return spaces.Discrete(self.n)
 
 
 class MultiDiscrete(Part):
-    """Several such choices at once."""
+    """Several choices at once."""
 
     nvec: Annotated[tuple[_Choices, ...], Field(min_length=1)]
 
     @property
     def size(self) -> int:
-        """How many in all."""
+        """Total number of choices."""
         return sum(self.nvec)
 
     def space(self) -> spaces.MultiDiscrete:
-        """Return Gymnasium's form of it."""
+        """Return the space in Gymnasium's form."""
         return spaces.MultiDiscrete(list(self.nvec))
 
 
 def _kind(value: Any) -> str | None:
-    """Return the tag of the space that `value` describes; None if it is none that is known."""
+    """Return the tag of the space that `value` describes, or None if it is unknown."""
     kinds = {"low": "<box>", "boxes": "<dict>", "n": "<discrete>", "nvec": "<multidiscrete>"}
     own: Any = getattr(value, "__dict__", {})
     given = cast("dict[str, Any]", value) if isinstance(value, dict) else own
@@ -164,28 +164,28 @@ _Actions = Annotated[
 
 
 class PolicySettings(Shown):
-    """Everything about a policy but its weights."""
+    """Everything about a policy except its weights."""
 
     algorithm: Algorithm
-    """What trained it."""
+    """Algorithm of the training."""
     features: Features
-    """What it sees, as in `agents.settings.LearnerSettings`."""
+    """Features, as in `agents.settings.LearnerSettings`."""
     backward: bool = False
-    """Whether the last component leaves the tube first, for features that count from its mouth."""
+    """Whether the last component leaves the tube first, for features that count from the mouth."""
     actor: Widths
-    """Widths of the hidden layers of the network that acts."""
+    """Widths of the hidden layers of the actor."""
     critic: Widths
-    """The same of those that judge."""
+    """Widths of the hidden layers of the critics."""
     lstm: LSTMSettings | None = None
-    """What they remember by, before these layers."""
+    """Memory before these layers."""
     activation: Literal["tanh", "relu"]
-    """What follows each of these layers."""
+    """Activation after each of these layers."""
     observations: _Observations
-    """What is observed at once."""
+    """Space of a single observation."""
     actions: _Actions
-    """What is chosen."""
+    """Space of the actions."""
     steps: Annotated[int, Field(ge=0)]
-    """Environment steps that it was trained for."""
+    """Environment steps of its training."""
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -202,7 +202,7 @@ class PolicySettings(Shown):
 
     @property
     def least_bytes(self) -> int:
-        """About what the weights take at least, to tell before any network is made."""
+        """Approximate minimum size of the weights, for a check before any network is made."""
         layers = (self.actor, self.actions.size), (self.critic, 1)
         seen = self.frames * self.observations.size
         widths = [(seen, *hidden, last) for hidden, last in layers]
@@ -215,10 +215,10 @@ class PolicySettings(Shown):
 
 @dataclass(frozen=True)
 class PolicyFile:
-    """A policy that was read; its weights are not until networks ask for them."""
+    """A policy that was read; its weights are read when networks need them."""
 
     settings: PolicySettings
-    """Everything but its weights."""
+    """Everything except its weights."""
     tensors: Mapping[str, Mapping[str, Any]]
     """The weights by name: ``dtype``, ``shape`` and ``data`` of each."""
 
@@ -228,7 +228,7 @@ class PolicyFile:
         Raises
         ------
         ValueError
-            If one is not there, has another shape, or numbers that are not finite.
+            If one is missing, has a different shape, or contains numbers that are not finite.
         """
         found: dict[str, NDArray[np.float32]] = {}
         for name, each in shapes.items():
@@ -250,14 +250,14 @@ def write(
     text = settings.model_dump_json()
     tensors = {name: np.asarray(each, np.float32, order="C") for name, each in weights.items()}
     told = {"format": FORMAT, "settings": text, "sha256": _digest(text, _data(save(tensors)))}
-    # One entry, since the package writes several in an order that changes from process to process.
+    # One entry, because the package writes several in an order that differs between processes.
     content = save(tensors, {_POLICY: json.dumps(told)})
     with replacing(path) as temporary:
         temporary.write_bytes(content)
 
 
 def is_zip(path: Path) -> bool:
-    """Return whether a file is a zip file, as models of Stable-Baselines3 are.
+    """Return whether a file is a zip file, like models of Stable-Baselines3.
 
     Raises
     ------
@@ -311,7 +311,7 @@ def read(path: str | Path) -> PolicyFile:
 
 
 def _data(content: bytes) -> bytes:
-    """Return what follows the header of a file."""
+    """Return the data after the header of a file."""
     return content[8 + int.from_bytes(content[:8], "little") :]
 
 

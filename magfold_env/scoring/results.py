@@ -1,7 +1,7 @@
-"""What players have done, as a file: a table of players, tasks and episodes.
+"""Results of players as a file: a table of players, tasks and episodes.
 
-`magfold score` and the commands of `agents` that compare write this one format, each its own view
-of the table: a row for each player, with what it came to, and the columns of its episodes.
+`magfold score` and the comparing commands of `agents` write this format. Each command writes its
+own view of the table: a row for each player with its summary and the columns of its episodes.
 """
 
 import json
@@ -23,32 +23,33 @@ FORMAT = "magfold_env results 1"
 
 SHA256 = r"^[0-9a-f]{64}$"
 NAME = re.compile(r"[\w .+-]{1,80}")
-"""Names of what is handed in: they stand on a page."""
+"""Names of submissions, which appear on a page."""
 
 View = Literal["score", "evaluation", "ablation", "admission", "generalisation"]
 
 
 class File(Part):
-    """What a player is made of."""
+    """A file of a player."""
 
     name: str
-    """Its path, or the name of what has none, such as ``random``."""
+    """Its path, or a name such as ``random`` if there is no file."""
     sha256: Annotated[str, Field(pattern=SHA256)] | None = None
-    """Of the file."""
+    """SHA-256 of the file."""
 
 
 class Run(Part):
-    """Columns of a player's episodes, an entry an episode; those that are not kept are empty."""
+    """Columns of a player's episodes, one entry per episode; unstored columns are empty."""
 
     task: tuple[int, ...] = ()
-    """Numbers of the tasks, where they take turns."""
+    """Numbers of the tasks, if they take turns."""
     success: Annotated[str, Field(pattern=r"^[01]+$")]
-    """A letter each, 1 or 0."""
+    """Successes, one letter 1 or 0 each."""
     score: tuple[float, ...] = ()
     energy: tuple[float | None, ...] = ()
-    """At the end [J]: the last of them tell bits of the motion apart; None where it broke down."""
+    """Energies at the end [J], whose last digits distinguish motions bit by bit; None for
+    failures."""
     details: dict[str, tuple[Any, ...]] = Field(default_factory=dict)
-    """Whatever else a view keeps."""
+    """Further columns of a view."""
 
     @model_validator(mode="after")
     def _of_one_length(self) -> Self:
@@ -65,25 +66,25 @@ class Run(Part):
 
     @classmethod
     def of(cls, success: Iterable[Any], **columns: Any) -> Self:
-        """Return the columns, success being a sequence of truths."""
+        """Return the columns for a sequence of successes."""
         return cls(success="".join(str(int(each)) for each in success), **columns)
 
 
 class Row(Part):
-    """What a player came to."""
+    """The summary of a player."""
 
     success: tuple[float, float, float]
-    """Share of the episodes, and its interval."""
+    """Share of successes and its interval."""
     score: float | None = None
     """Mean over the episodes."""
     kind: Literal["policy", "actions"] | None = None
-    """Of what was handed in; actions may have been chosen with knowledge of the draws."""
+    """Kind of the submission; actions may have been chosen with knowledge of the draws."""
     files: tuple[File, ...] = ()
-    """What it is made of, one a run."""
+    """Its files, one per run."""
     runs: tuple[Run, ...] = ()
-    """Its episodes, if they are kept."""
+    """Its episodes, if they are stored."""
     figures: dict[str, Any] = Field(default_factory=dict)
-    """Whatever else a view says of it."""
+    """Further values of a view."""
 
 
 class Results(Part):
@@ -94,29 +95,29 @@ class Results(Part):
     id: str
     """The environment's name with Gymnasium."""
     env: dict[str, Any] = Field(default_factory=dict)
-    """Settings of the environment that differ from its own."""
+    """Settings that differ from the environment's defaults."""
     confidence: float = 0.95
-    """Of all intervals."""
+    """Level of all intervals."""
     draws: int
     """Version of the draws, see `magfold_env.envs.tasks.draws`."""
     seed: int | None = None
-    """Of the draws of a score."""
+    """Seed of the draws of a score."""
     tasks: tuple[str, ...] = ()
     """The targets, one after another."""
     seeds: tuple[int, ...] = ()
-    """Of the draws that each of them was played on: the episodes of every run are in this order."""
+    """Seeds of the draws of each target; the episodes of every run are in this order."""
     physics: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
     """See `magfold_env.files.physics_digest`."""
     provenance: dict[str, Any] = Field(default_factory=dict)
-    """What played, when, where and how long."""
+    """Software, time, machine and duration of the run."""
     figures: dict[str, Any] = Field(default_factory=dict)
-    """What the view says of all players."""
+    """Values of the view for all players."""
     rows: Annotated[dict[str, Row], Field(min_length=1)]
-    """By player."""
+    """Rows by player."""
 
     @model_validator(mode="after")
     def _scored(self) -> Self:
-        """Refuse a score that does not say what its episodes do."""
+        """Refuse a score that disagrees with its episodes."""
         if self.view == "score":
             refuse(list(self._wrong_scores()))
         return self
@@ -141,7 +142,7 @@ class Results(Part):
                 yield Problem(f"rows.{name}.{key}", there, f"must be that of the episodes, {own}")
 
     def write(self, path: str | Path) -> None:
-        """Write to `path`, under a temporary name first; a list of values has one line."""
+        """Write to `path`, under a temporary name first, with each list of values on one line."""
         kept = {"format": FORMAT, "confidence": self.confidence}
         kept |= self.model_dump(mode="json", exclude_defaults=True)
         text = one_line_lists(json.dumps(kept, indent=1, allow_nan=False))
@@ -154,7 +155,7 @@ class Results(Part):
         Raises
         ------
         ValueError
-            If it is no such file, or another view than those wanted.
+            If it is not such a file, or has none of the given views.
         """
         with reading_json(path, "a file of results", FORMAT) as data:
             content = data
@@ -170,7 +171,7 @@ class Results(Part):
 
 
 def one_line_lists(text: str) -> str:
-    """Return JSON in which a list of values has one line."""
+    """Return JSON with each list of values on one line."""
     return re.sub(r"\[\n\s*([^][{}]*?)\n\s*\]", _on_one_line, text)
 
 
@@ -179,7 +180,7 @@ def _on_one_line(found: re.Match[str]) -> str:
 
 
 def summed(run: Run) -> dict[str, Any]:
-    """Return success, with Wilson's interval, and mean score of a run."""
+    """Return the success with Wilson's interval and the mean score of a run."""
     found = share(run.success.count("1"), len(run.success))
     return {
         "success": (found.rate, found.low, found.high),

@@ -1,4 +1,4 @@
-"""What is handed in, played on draws of a seed, and the result as a file."""
+"""Play a submission on draws of a seed, and write the result as a file."""
 
 import hashlib
 import os
@@ -34,8 +34,8 @@ _LIBRARIES = ("magfold_env", "numpy", "numba", "gymnasium")
 def track_of(env_id: str, seed: int) -> Track:
     """Return a track on the draws of a seed.
 
-    ``track_of(env_id, seed).draws(0, 1000)`` gives the tasks, by number, and the seeds with which
-    ``env.reset(seed=…, options={"task": …})`` begins the same episodes.
+    ``track_of(env_id, seed).draws(0, 1000)`` returns the numbers of the tasks and the seeds with
+    which ``env.reset(seed=…, options={"task": …})`` begins the same episodes.
 
     Raises
     ------
@@ -53,19 +53,19 @@ def score(
     minutes: float = MINUTES,
     tell: Callable[[int, int], object] = lambda played, wanted: None,
 ) -> Results:
-    """Play what is in a file and return how it did.
+    """Play the policy or the actions in a file and return the results.
 
     Parameters
     ----------
     path : Path
         A policy (``.safetensors``) or actions (``.json``).
     env_id, seed, episodes
-        Of a policy: its environment, the seed of the draws, by default 0, and how many are played,
-        by default `EPISODES`. Files of actions say these themselves.
+        For a policy: its environment, the seed of the draws (0 by default) and the number of
+        episodes (`EPISODES` by default). Files of actions contain these values.
     minutes : float
-        The most that it may take.
+        Time limit [min].
     tell : callable
-        Is called with how many episodes were played, and how many will be.
+        Called with the number of played episodes and the number of all episodes.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def _play(
     until: float,
     tell: Callable[[int, int], object],
 ) -> Run:
-    """Return how episodes end, unless they are not over by some moment of `time.monotonic`."""
+    """Return the results of episodes, or fail at a deadline by `time.monotonic`."""
     room = track.episodes(min(count, WIDTH), threads=os.cpu_count() or 1)
     numbers, seeds = track.draws(0, count)
     parts: list[Columns] = []
@@ -155,7 +155,7 @@ def _play(
 
 
 def _plan(track: Track, entry: Actor | ActionFile, part: range) -> Plan:
-    """Return what an entry asks for in some of the episodes."""
+    """Return the actions of an entry in some of the episodes."""
     if isinstance(entry, Actor):
         env = track.env_of(entry.action_space)
         return Player(entry, entry.settings, env, len(part)).plan(env)

@@ -1,4 +1,4 @@
-"""What networks are shown of what is observed, in training and wherever they play."""
+"""The form in which networks get observations, in training and in play."""
 
 from typing import Any, cast
 
@@ -13,13 +13,13 @@ from magfold_env.scoring.policy_file import Shown
 
 
 def blind(layout: Layout, observation: Any) -> Any:
-    """Return an observation, or many, without motion; `layout` says where that lies.
+    """Return an observation, or many, without motion; `layout` contains the groups of entries.
 
-    What is known without looking stays: the target, the magnets and speeds asked for so far, and
-    which components are out, as many as there were steps. What a camera would have to measure
-    (joints, headings, rates, positions and velocities; the goal achieved) is 0. Forces, events and
-    time are not in it. Zero is what networks that count from the mouth see in place of components
-    that are not out, and no side is favoured by it. Where time runs, the force is 0 as well.
+    Entries that are known without a camera stay: the target, the magnets and speeds chosen so far,
+    and which components are out, one per step. Entries that a camera would measure (joints,
+    headings, rates, positions and velocities; the achieved goal) become 0, as for components in the
+    tube in networks that count from the mouth; zero favours no side. In tracks with time, the force
+    is 0 as well.
     """
     if isinstance(observation, dict):
         seen = cast("dict[str, Any]", observation)
@@ -35,23 +35,23 @@ def blind(layout: Layout, observation: Any) -> Any:
 
 
 def shown_space(shown: Shown, space: Space[Any]) -> Space[Any]:
-    """Return the space of what is shown of observations."""
+    """Return the space of the observations in this form."""
     return batch_space(space, shown.frames) if shown.frames > 1 else space
 
 
 class View:
-    """What is shown of many environments, all of which are observed at once.
+    """The observations of many environments in the form for networks.
 
     Parameters
     ----------
     shown : Shown
-        What is wanted.
+        The form of observations.
     layout : Layout or None
-        That of the observations, which only the blind need.
+        Layout of the observations, needed only to remove motion.
     space : gymnasium.Space
-        Of one observation.
+        Space of one observation.
     count : int
-        How many environments.
+        Number of environments.
     """
 
     def __init__(self, shown: Shown, layout: Layout | None, space: Space[Any], count: int) -> None:
@@ -61,13 +61,13 @@ class View:
             self.frames = Frames(cast("spaces.Box", space), shown.frames, count)
 
     def of(self, observations: Any, begun: Bools) -> Any:
-        """Return what is shown; some environments have begun, the others made a step."""
+        """Return the observations; some environments have begun and the others made a step."""
         if self._layout is not None:
             observations = blind(self._layout, observations)
         return self.frames.push(observations, begun, ~begun) if self.frames else observations
 
     def last(self, observation: Any, row: int) -> Any:
-        """Return what is shown at the end of an episode; the next one's start is shown after."""
+        """Return the last observation of an episode, before the start of the next one is added."""
         if self._layout is not None:
             observation = blind(self._layout, observation)
         return self.frames.last(observation, row) if self.frames else observation

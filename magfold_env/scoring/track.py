@@ -1,7 +1,7 @@
-"""A track, and the episodes that those who are compared play.
+"""A track, and the episodes that compared players play.
 
-Episode i is of task i, counted round; its draws follow from the seed i of a stream. Streams differ
-from purpose to purpose, and training seeds, which are small numbers, are in none.
+Episode i has task i, cyclically; its draws follow from seed i of a stream. Each purpose has its own
+stream, and none contains training seeds, which are small numbers.
 """
 
 from dataclasses import dataclass, field, replace
@@ -19,16 +19,16 @@ from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import TaskWorld
 
 FEED_TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0")
-"""Environments in which chains are given, and the feed's speed is all that is free."""
+"""Environments with given chains, where only the feed speed is free."""
 
 TRAYS = ("MagFold/Tray-v0", "MagFold/Anchor-v0")
-"""Environments in which components are taken from a tray."""
+"""Environments with components from a tray."""
 
 TRACKS = (*FEED_TRACKS, *TRAYS)
-"""Environments in which chains, or components, are given, and time runs."""
+"""Environments with given chains or components and a time limit."""
 
 TASKS = 24
-"""Most tasks that are played."""
+"""Largest number of played tasks."""
 
 WIDTH = 64
 """Episodes played side by side."""
@@ -37,29 +37,29 @@ _AT_ONCE = 1000
 
 
 def choice_of_tasks(available: int, wanted: int) -> list[int]:
-    """Return the numbers of so many tasks, spread evenly over the list, the first among them."""
+    """Return the numbers of some tasks, spread evenly over the list and including the first."""
     wanted = min(available, wanted)
     return [place * available // wanted for place in range(wanted)]
 
 
 @dataclass(frozen=True)
 class Track:
-    """An environment, the tasks of it that are played, and their draws.
+    """An environment, its played tasks, and their draws.
 
     Raises
     ------
     ValueError
-        If it is none of `TRACKS`.
+        If it is not one of `TRACKS`.
     """
 
     env_id: str
     """Its name with Gymnasium."""
     tasks: int = TASKS
-    """How many tasks at most."""
+    """Largest number of tasks."""
     randomised: bool = True
-    """Whether physics and start are drawn, as the environment does by default."""
+    """Whether physics and start are drawn, as by default."""
     stream: str = field(kw_only=True)
-    """That of the draws."""
+    """Stream of the draws."""
 
     def __post_init__(self) -> None:
         if self.env_id not in TRACKS:
@@ -68,11 +68,11 @@ class Track:
 
     @cached_property
     def env(self) -> CameraTrackEnv:
-        """A single environment, in which nothing happens."""
+        """A single environment that is not stepped."""
         return self._made()
 
     def env_of(self, actions: Space[Any]) -> CameraTrackEnv:
-        """Return a single environment that takes some actions, if there is one."""
+        """Return a single environment that accepts given actions, if there is one."""
         sizes: Any = actions
         if isinstance(actions, spaces.Discrete):
             kind, size = "discrete", int(sizes.n)
@@ -84,7 +84,7 @@ class Track:
 
     @cached_property
     def single_actions(self) -> Any:
-        """How actions are written as one number each."""
+        """The form of actions as one number each."""
         actions: Any = self.world.actions
         return replace(actions, kind="discrete") if self.env_id in TRAYS else actions
 
@@ -101,15 +101,15 @@ class Track:
 
     @cached_property
     def numbers(self) -> list[int]:
-        """The numbers of the tasks that are played."""
+        """The numbers of the played tasks."""
         return choice_of_tasks(len(self.env.tasks), self.tasks)
 
     def episodes(self, count: int, world: TaskWorld | None = None, threads: int = 1) -> Any:
-        """Return room for so many `CameraEpisodes`, of these tasks or of another world."""
+        """Return a number of `CameraEpisodes` for these tasks or for another world."""
         return type(self.env).make_episodes(world or self.world, count, threads)
 
     def draws(self, start: int, stop: int) -> tuple[Ints, list[int]]:
-        """Return the tasks, by number, and the seeds of some of the episodes."""
+        """Return the numbers of the tasks and the seeds of some episodes."""
         numbers = np.array(self.numbers)[np.arange(start, stop) % len(self.numbers)]
         return numbers, _seeds(self.stream, -(-stop // _AT_ONCE) * _AT_ONCE)[start:stop]
 

@@ -1,1 +1,1 @@
-"""From a scene to a fold: arrays, sessions, batches, and what comes back."""
+"""From a scene to a fold: arrays, sessions, batches and results."""

@@ -1,6 +1,6 @@
-"""Solve equations whose matrix is a band, in an order of operations that no machine changes.
+"""Solve equations with a band matrix, in an order of operations that is fixed on all machines.
 
-Libraries pick the loops that suit a processor, and these round each in its own way.
+Libraries choose loops that suit the processor, and these round differently.
 """
 
 from magfold_env.engine.compile.jit import kernel
@@ -11,8 +11,8 @@ from magfold_env.engine.state import Array
 def solve_banded(band: Array, right: Array) -> None:
     """Put the solutions in place of the right sides (rows, k), without pivoting.
 
-    ``band`` (rows, 2 w + 1) holds every row's entries from w left of the diagonal to w right of
-    it; what lies beyond the matrix is not read. It is used up.
+    ``band`` (rows, 2 w + 1) contains every row's entries from w left of the diagonal to w right of
+    it; entries outside the matrix are not read. The function overwrites it.
     """
     rows, half = right.shape[0], band.shape[1] // 2
     for c in range(rows):

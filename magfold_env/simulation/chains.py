@@ -1,4 +1,4 @@
-"""Chains side by side, run by compiled calls on some threads; a session is row 0 of one."""
+"""Chains side by side, run by compiled calls on several threads; a session has one row."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -22,28 +22,28 @@ from magfold_env.simulation.view import Orientation
 from magfold_env.simulation.work_queue import WorkQueue
 
 OWN = ("charge", "grip", "bodies.mass", "bodies.inertia", "obstacles")
-"""What may differ from chain to chain in a model, besides the numbers that `Chains` names."""
+"""Parts of a model that may differ between chains, besides the numbers that `Chains` names."""
 AT_ONCE = 64  # chains that one compiled call runs, each for at most 50 ms
 _FIRST = np.zeros(1, dtype=np.int64)
 _CODES: dict[str, Any] = {}  # where those of `runs.run` and `runs.energy` lie, once compiled
 
 
 class Chains:
-    """Chains that differ in what is drawn for them, in the engine's order of components.
+    """Chains that differ in their draws, in the engine's order of components.
 
-    All arrays are shared with the kernels: what is written into one is what they see.
+    All arrays are shared with the kernels, which see everything that is written to them.
 
     Parameters
     ----------
     models
-        What they have in common: one model for all, or some of which each chain is given one when
-        it begins, such as one for each direction of feed.
+        The models: one for all chains, or several, of which each chain gets one when it begins,
+        such as one for each direction of feed.
     count
-        How many.
+        Number of chains.
     threads
-        How many threads run them.
+        Number of threads that run the chains.
     frame_rate
-        Frames recorded a simulated second [1/s], of a single chain; None records nothing.
+        Frames recorded per simulated second [1/s], for a single chain; None records nothing.
     """
 
     def __init__(
@@ -66,11 +66,11 @@ class Chains:
         self.state = self._states.row(0)
         """That of the first chain."""
         self.frames = Frames(models[0], self.state, self._frame_rate)
-        """Of a single chain."""
+        """Record of a single chain."""
         self.paper_step: float | None = None
-        """Time step of the paper's scheme [s], if a single chain moves as it does."""
+        """Time step of the paper's scheme [s], if a single chain uses it."""
         self.kind: IntArray = np.zeros(count, dtype=np.int64)
-        """Which of the models each chain has."""
+        """Index of the model of each chain."""
         self.mass, self.inertia = self._models["bodies.mass"], self._models["bodies.inertia"]
         self.grip, self.charge = self._models["grip"], self._models["charge"]
         self.obstacles: Array = self._models["obstacles"]
@@ -81,22 +81,22 @@ class Chains:
         self.counters: IntArray = self._states["counter"]
         self.clocks: Array = self._states["clock"]
         self.depths: Array = self._states["feed"][:, at.DEPTH]
-        """How long the chains are in the tube at first [m]."""
+        """Initial lengths of the chains in the tube [m]."""
         self.impulses: Array = self._states["account"][:, at.IMPULSE]
-        """Of the drives so far [N·s]."""
+        """Impulses of the drives so far [N·s]."""
         self.waiting: Array = self._states["waiting"]
-        """Charges that components get when they are fed [A·m]."""
+        """Charges that components receive when they are fed [A·m]."""
         self.speeds: Array = self._states["speed"]
-        """Speeds at which they are fed [m/s]."""
+        """Speeds at which components are fed [m/s]."""
         self.outcomes: IntArray = np.zeros(count, dtype=np.int64)
-        """How each integration ended; REACHED: it has not."""
+        """Outcome of each integration; REACHED means that it has not ended."""
         self.energies: Array = np.zeros(count)
         """Magnetic energies [J] of chains that have ended."""
         self._until: Array = np.full(count, math.inf)
 
     @property
     def model(self) -> Model:
-        """That of the first chain, as it was when it began."""
+        """The model of the first chain at its beginning."""
         return self._models.row(0, int(self.kind[0]))
 
     @cached_property
@@ -106,7 +106,7 @@ class Chains:
 
     @property
     def released(self) -> IntArray:
-        """Components that are out of the tube, (count,)."""
+        """Number of components out of the tube, (count,)."""
         return self.models[0].n - self.counters[:, at.LO]
 
     @property
@@ -120,16 +120,16 @@ class Chains:
         return self.counters[:, at.STEPS]
 
     def clear(self, rows: IntArray, kind: int = 0) -> None:
-        """Give some chains a model and put them into the tube; see `start`."""
+        """Set the model of some chains and put them into the tube; see `start`."""
         for stack in (self._models, self._states, self._works):
             stack.restore(rows, kind)
         self.kind[rows] = kind
         self.outcomes[rows] = REACHED
 
     def become(self, model: Model, headings: Array, frame_rate: float | None) -> None:
-        """Make a single chain another one of the same sizes, at rest with some headings [rad].
+        """Replace a single chain by another of the same size, at rest with given headings [rad].
 
-        With or without a tube; in one, see `start`.
+        It may have a tube or not; for a tube see `start`.
         """
         self.remodel(model)
         for mine, new in zip(self.state, new_state(model, headings), strict=True):
@@ -139,12 +139,12 @@ class Chains:
         self.frames = Frames(model, self.state, frame_rate)
 
     def remodel(self, model: Model) -> None:
-        """Give a single chain another model on its way."""
+        """Change the model of a single chain during its run."""
         self.models = [model]
         self._models.become(model)
 
     def put(self, rows: IntArray, numbers: Numbers) -> None:
-        """Give some chains that are clear numbers of their own."""
+        """Set the drawn numbers of some cleared chains."""
         self.mass[rows], self.inertia[rows] = numbers.mass, numbers.inertia
         self.grip[rows] = numbers.grip
         self.rate_scale[rows], self.light_rate[rows] = numbers.rate_scale, numbers.light_rate
@@ -152,10 +152,10 @@ class Chains:
             gravity[rows] = along
 
     def start(self, rows: IntArray, offsets: Array) -> None:
-        """Let chains that are clear begin at rest in tubes, with hinges so far from the axis [m].
+        """Start cleared chains at rest in tubes, with given offsets of hinges from the axis [m].
 
-        Offsets (rows, n + 1) begin at the inner end. What is drawn for the chains must be written
-        into the arrays before.
+        Offsets (rows, n + 1) begin at the inner end. The draws of the chains must be in the arrays
+        already.
         """
         n = self.models[0].n
         headings, depth = np.empty((len(rows), n)), np.empty(len(rows))
@@ -168,9 +168,9 @@ class Chains:
             self.frames = Frames(self.models[0], self.state, self._frame_rate)
 
     def feed(self, rows: IntArray, *, whole: bool = False, until: float | Array = math.inf) -> None:
-        """Feed out the next component of some chains, or all; chains that are all out settle.
+        """Feed out the next component of some chains, or all components; complete chains settle.
 
-        They pause at a time ``until`` [s], if they have not come so far.
+        The chains pause at the time ``until`` [s] if they have not finished.
         """
         left = self.counters[rows, at.LO] - 1
         self.counters[rows, at.KEEP] = -1 if whole else np.where(left > 0, left, -1)
@@ -178,22 +178,22 @@ class Chains:
         self._run(rows)
 
     def push(self, rows: IntArray, seconds: float | Array) -> None:
-        """Feed some chains for a time [s], or one each; those that are all out move freely."""
+        """Feed some chains for a time [s] or for one time each; complete chains move freely."""
         self.counters[rows, at.KEEP] = -1
         self._until[rows] = self.clocks[rows, at.TIME] + seconds
         self._run(rows)
 
     def pull(self, rows: IntArray, forces: Array, seconds: float) -> None:
-        """Let forces [N] act on some chains, (rows, 2), while they move on for a time [s].
+        """Apply forces [N], (rows, 2), to some chains while they move for a time [s].
 
-        Each is spread evenly over the mass that the tube does not hold, as gravity would be.
+        Each force is spread over the mass outside the tube, like gravity.
         """
         free = np.arange(self.models[0].n) >= self.counters[rows, at.LO][:, None]
         mass = np.where(free, self.mass[rows], 0.0).sum(axis=1)
         usual = [gravity[rows] for gravity in self.gravity]
         for gravity, force in zip(self.gravity, forces.T, strict=True):
             gravity[rows] += np.divide(force, mass, out=np.zeros(len(rows)), where=mass > 0.0)
-        # What was found of the last step's end no longer holds.
+        # Values from the end of the last step are no longer valid.
         self.counters[rows, at.FRESH] = 1
         self.push(rows, seconds)
         for gravity, before in zip(self.gravity, usual, strict=True):
@@ -201,18 +201,18 @@ class Chains:
         self.counters[rows, at.FRESH] = 1
 
     def find_energies(self, rows: IntArray) -> None:
-        """Fill `energies` in for some chains as they are."""
+        """Fill in `energies` for the present states of some chains."""
         runs.energies_of(self._codes, *self._references, rows, self.energies)
 
     def energy(self, row: int) -> float:
-        """Return the magnetic energy [J] of a chain as it is."""
+        """Return the magnetic energy [J] of a chain in its present state."""
         model, state, work = (each[row] for each in self._references)
         return float(runs.energy_at(self._code("energy"), model, state, work, 0.0))
 
     def run(self, row: int, until: float, progress: Callable[[], object] | None = None) -> int:
-        """Run a chain until a time [s], or as its state says, and call ``progress`` every turn.
+        """Run a chain until a time [s] or the end that its state sets; call ``progress`` each turn.
 
-        Returns how that ended.
+        Returns the outcome.
         """
         while (outcome := self.turn(row, until)) == PAUSED:
             if self.frames.record.interval > 0.0:
@@ -222,7 +222,7 @@ class Chains:
         return outcome
 
     def turn(self, row: int, until: float) -> int:
-        """Do what `run` does for at most 50 ms."""
+        """Run a chain like `run` for at most 50 ms."""
         record = self.frames.record
         if self.paper_step is not None:
             chain, end = (self.model, self.state, self.work, record), float(self.clocks[0, at.END])
@@ -233,18 +233,18 @@ class Chains:
         return int(runs.run_at(code, model, state, work, reference(record), until))
 
     def motion(self, view: Orientation) -> Trajectory | None:
-        """Return the frames of the single chain; None if nothing is recorded."""
+        """Return the frames of a single chain, or None if nothing is recorded."""
         return self.frames.trajectory(view)
 
     def contents(self) -> tuple[Any, ...]:
-        """Return all that decides how the chains go on, but for what was drawn."""
+        """Return the complete state of the chains, except for their draws."""
         stacks = (self._models, self._states, self._works)
         return (*(stack.contents() for stack in stacks), self.outcomes.copy(), self.energies.copy())
 
     def refill(self, contents: tuple[Any, ...]) -> None:
-        """Go back to what `contents` returned; draws must be written before. Nothing is recorded.
+        """Restore a state that `contents` returned; the draws must be set. Nothing is recorded.
 
-        A chain that goes on from here has no frames of what was before.
+        A chain that continues from here has no earlier frames.
         """
         *blocks, self.outcomes[:], self.energies[:] = contents
         for stack, block in zip((self._models, self._states, self._works), blocks, strict=True):
@@ -265,7 +265,7 @@ class Chains:
         return np.array(codes, dtype=np.int64 if POINTERS else object)
 
     def _run(self, rows: IntArray) -> None:
-        """Run chains until they end, or pause as their states say."""
+        """Run chains until they end, or pause according to their states."""
         if len(rows) == 1:
             row = int(rows[0])
             self.outcomes[row] = self.run(row, float(self._until[row]))
@@ -274,7 +274,7 @@ class Chains:
             return
         record = reference(self.frames.record)
         while len(rows) > 0:
-            # Some at a time, as only between two calls Python can be interrupted.
+            # In batches, because Python can be interrupted only between two calls.
             some, rows = rows[:AT_ONCE], rows[AT_ONCE:]
             arguments = (
                 self._codes, *self._references, record, self._until, some, self.outcomes,

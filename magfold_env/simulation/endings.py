@@ -1,4 +1,4 @@
-"""How a run ends: statuses, and what they are in words."""
+"""Ends of runs: statuses and their messages."""
 
 import math
 from collections.abc import Sequence
@@ -24,10 +24,11 @@ BREAKDOWNS = {
 def ending(
     outcome: int, time: float, joints: list[float], limit: str, inside: int = 0
 ) -> tuple[FoldStatus, str]:
-    """Return how a run ended, and the same in words.
+    """Return the status of a run and its message.
 
-    Its integration had an outcome at a time [s]; ``joints`` are the angles then [rad], ``limit`` is
-    the work cap in words, ``inside`` how many components the tube holds.
+    The arguments are the outcome of the integration and its time [s]. ``joints`` are the angles at
+    that time [rad], ``limit`` is the text of the work limit, and ``inside`` is the number of
+    components in the tube.
     """
     if outcome == outcomes.TIMED_OUT:
         return FoldStatus.UNSETTLED, f"still moving after {time:.4g} s"
@@ -48,14 +49,14 @@ def ending(
 
 
 def obstacle_names(scene: Scene) -> list[str]:
-    """Return what a scene's solids are called, in their order."""
+    """Return the names of a scene's solids, in their order."""
     walls = ["the tube's left wall", "the tube's right wall"] if scene.mount == "tube" else []
     fixed = ["the fixed magnet"] if scene.field is not None and scene.field.magnet else []
     return [*walls, *fixed, *(f"obstacles[{k}]" for k in range(len(scene.obstacles)))]
 
 
 def named(joints: Sequence[int]) -> str:
-    """Return the numbers of some joints, in order, in words: joint 2; joints 1, 3 to 9, 12."""
+    """Return the numbers of some joints as text: joint 2; joints 1, 3 to 9, 12."""
     starts = [joint for joint in joints if joint - 1 not in joints]
     ends = [joint for joint in joints if joint + 1 not in joints]
     runs = [
@@ -66,7 +67,7 @@ def named(joints: Sequence[int]) -> str:
 
 
 def work_cap(model: Model, steps: int) -> str:
-    """Return the work cap that a run met after so many steps."""
+    """Return the text of the work limit that a run reached after a number of steps."""
     if steps >= model.max_steps:
         return f"{model.max_steps} steps"
     return f"{model.max_steps_per_second} steps a second"

@@ -1,10 +1,10 @@
-"""Build the table of ``engine.magnets.far_lookup``, once a geometry.
+"""Build the table of ``engine.magnets.far_lookup``, once per geometry.
 
-The energies of two faces of unit charge, nearer nodes softened, are summed over Gauss-Legendre
-nodes at the knots, and splines are laid through them: in both angles periodic ones, in the
-reciprocal distance ones whose third derivative does not jump at the last knots but one. A mirror
-through the first face and an exchange of the casings leave the energies as they are: three quarters
-of them are copied.
+The energies of two faces of unit charge, with close nodes softened, are sums over Gauss-Legendre
+nodes at the knots, interpolated by splines. The splines are periodic in both angles; in the
+reciprocal distance, their third derivative does not jump at the second and the second to last knot.
+A mirror through the first face and an exchange of the casings do not change the energies, so three
+quarters of them are copies.
 """
 
 import math
@@ -22,8 +22,8 @@ from magfold_env.engine.workspace import new_nodes
 from magfold_env.simulation.banded import solve_banded
 from magfold_env.simulation.quadrature import graded_rule, width_rule
 
-# Distances of centres, in sides of a casing: squares that touch are a side apart or more. Knots
-# within keep what the last ones do to the splines away from there.
+# Distances of centres, in sides of a casing: touching squares are a side or more apart. Knots at
+# smaller distances keep the effect of the end of the splines away from there.
 NEAREST, FARTHEST = 0.856, 18.9
 RADIAL = 41  # knots
 TURNS = 48  # and in a whole turn
@@ -35,9 +35,9 @@ PROBES = 100
 
 
 def build_far_table(magnets: Magnets, side: float) -> tuple[FarTable, float]:
-    """Lay the splines for casings of four equal magnets and a side [m].
+    """Compute the splines for casings of four equal magnets and a side [m].
 
-    Returns their error, too, as a share of the force between two flush faces.
+    Also returns their error, as a share of the force between two flush faces.
     """
     end, soft = FARTHEST * side, SOFT * side
     reciprocal = np.linspace(1.0 / end, 1.0 / (NEAREST * side), RADIAL)
@@ -64,8 +64,8 @@ def softening(soft: float, height2: float, out: Array) -> None:
     """Fill the energy of lines of unit charge about a distance, as a polynomial in ρ² (4,)."""
     s, far = soft * soft, math.sqrt(soft * soft + height2)
     force, out[0] = node_law(True, True, height2, 0.0, s)
-    # The force over the distance is twice the energy's slope by ρ²; times the height squared, its
-    # derivatives by ρ²:
+    # The force divided by the distance is twice the energy's slope by ρ²; its derivatives by ρ²,
+    # times the height squared:
     slope = 0.5 / (far * s) - far / (s * s) + 0.5 / (s * soft)
     curve = 2.0 * far / (s * s * s) - 1.0 / (far * s * s) - 0.25 / (far * far * far * s)
     curve -= 0.75 / (s * s * soft)
@@ -84,7 +84,7 @@ def fill(
     for d in range(distances.size):
         for b in range(turns):
             for e in range(turns):
-                # Copies: seen from the other casing, of its mirror image, and both.
+                # Copies: as seen from the other casing, of the mirror image, and of both.
                 here, b2, e2 = b * turns + e, (turns // 4 - b) % turns, (turns // 4 - e) % turns
                 first = min(here, e * turns + b, b2 * turns + e2, e2 * turns + b2)
                 if first < here:
@@ -103,7 +103,7 @@ def face_energy(
 ) -> float:  # fmt: skip
     """Energy of the front-left faces of two casings, of unit charge [J/(A·m)²].
 
-    The second lies in the direction ``toward``, turned on by ``turn`` [rad], seen from the first.
+    The second is in the direction ``toward`` and turned by ``turn`` [rad], as seen from the first.
     """
     s, c = sincos(toward)
     x, y = distance * c, distance * s
@@ -130,7 +130,7 @@ def face_energy(
 
 @kernel
 def softened(r2: float, soft2: float, height2: float, soften: Array) -> float:
-    """Energy of two lines of unit charge [1/m], the polynomial within the softening radius."""
+    """Energy of two lines of unit charge [1/m], with the polynomial within the softening radius."""
     if r2 >= soft2:
         return node_law(True, True, height2, 0.0, r2)[1]
     rest = r2 - soft2
@@ -138,14 +138,14 @@ def softened(r2: float, soft2: float, height2: float, soften: Array) -> float:
 
 
 def _coefficients(values: Array) -> Array:
-    """Return the splines' coefficients as `FarTable` has them; angles wrap round."""
+    """Return the splines' coefficients in the form of `FarTable`; angles are periodic."""
     turned = np.ascontiguousarray(np.moveaxis(values, 1, 2))
     filter_rows(turned.reshape(-1, values.shape[1]))
     values = np.ascontiguousarray(np.moveaxis(turned, 2, 1))
     filter_rows(values.reshape(-1, values.shape[2]))
     n = len(values)
     band = np.zeros((n + 2, 9))
-    # The first and the last row say that fourth differences vanish.
+    # The first and the last row set fourth differences to zero.
     band[0, 4:] = band[-1, :5] = 1.0, -4.0, 6.0, -4.0, 1.0
     band[1:-1, 3:6] = 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0
     right = np.zeros((n + 2, values[0].size))
@@ -160,7 +160,7 @@ def _coefficients(values: Array) -> Array:
 
 @kernel
 def filter_rows(rows: Array) -> None:
-    """Turn periodic values, a period a row, into coefficients of cubic splines."""
+    """Convert periodic values, one period per row, to coefficients of cubic splines."""
     n = rows.shape[1]
     for line in range(rows.shape[0]):
         total, share = 0.0, 1.0
@@ -184,15 +184,15 @@ def filter_rows(rows: Array) -> None:
 
 
 def _error(table: FarTable, magnets: Magnets, side: float) -> float:
-    """Largest error of a force where casings touch, in forces between flush faces.
+    """Largest force error of touching casings, relative to the force between flush faces.
 
-    It is judged by energies, all faces together: an error that alternates from knot to knot has a
-    slope of π over their distance times its size.
+    The estimate uses energies of all faces together: an error that alternates from knot to knot has
+    a slope of its size times π divided by the distance of the knots.
     """
     rng = np.random.default_rng(0)
     distances = side * rng.uniform(1.0, math.sqrt(2.0), PROBES)
     toward, turn = rng.uniform(-math.pi, math.pi, (2, PROBES))
-    # All pairs of faces: those of casings turned by right angles.
+    # All pairs of faces are those of casings turned by right angles.
     quarters = 0.5 * math.pi * np.array(list(product(range(4), range(4))))
     places = np.stack(
         np.broadcast_arrays(
@@ -225,7 +225,7 @@ def probe(
 ) -> None:  # fmt: skip
     """Fill energies (k, 2) of two faces by the splines and by sums, at distances and angles (k, 3).
 
-    ``charge`` (2, 4) is that of the faces.
+    ``charge`` (2, 4) contains the charges of the faces.
     """
     pose.cos[0], pose.sin[0], pose.x[0], pose.y[0] = 1.0, 0.0, 0.0, 0.0
     for p in range(len(places)):

@@ -1,6 +1,6 @@
-"""The frames of one run: taken by the kernels, moved out of their room when it is full.
+"""The frames of one run, and the magnetic energies of recorded motions.
 
-And the magnetic energies of what was recorded.
+The kernels take frames, which are moved out of their buffer when it is full.
 """
 
 from typing import Any
@@ -25,7 +25,7 @@ APART = 1e-9  # [s] frames that are nearer to each other are of one moment
 
 
 class Frames:
-    """What was recorded of a chain so far: frames at a rate [1/s], or nothing if that is None.
+    """The recording of a chain so far: frames at a rate [1/s], or nothing if the rate is None.
 
     Raises
     ------
@@ -41,19 +41,19 @@ class Frames:
         self._model, self._state = model, state
         self._parts: list[list[npt.NDArray[Any]]] = []
         self.record: Record = new_record(model, interval, capacity)
-        """Where the kernels put frames."""
+        """Buffer to which the kernels write frames."""
 
     def empty(self) -> None:
-        """Make room in the record."""
+        """Empty the buffer of the kernels."""
         count, record = int(self._state.counter[at.FRAMES]), self.record
         columns = record.time, record.q, record.v, record.lo, record.impulse
         self._parts.append([column[:count].copy() for column in columns])
         self._state.counter[at.FRAMES] = 0
 
     def trajectory(self, view: Orientation, *, ended: bool = False) -> Trajectory | None:
-        """Return all frames as they are seen from outside; None if nothing is recorded.
+        """Return all frames in public form, or None if nothing is recorded.
 
-        If the run has ``ended``, the last one is its end, whenever that was.
+        If the run has ``ended``, the last frame is its end, at any time.
         """
         interval = self.record.interval
         if interval == 0.0:
@@ -75,9 +75,9 @@ class Frames:
         )
 
     def _with_end(self, columns: list[npt.NDArray[Any]]) -> list[npt.NDArray[Any]]:
-        """Return the columns of all frames with the present state as the last one.
+        """Return the columns of all frames, with the present state as the last frame.
 
-        A frame of the same moment is left out: an impact may have come after it.
+        An earlier frame of the same moment is omitted, because an impact may have followed it.
         """
         state, time = self._state, columns[0]
         now = state.clock[at.TIME]
@@ -92,8 +92,8 @@ class Frames:
 def magnetic_energy(scene: Scene, motion: Trajectory) -> Array:
     """Return the magnetic energies of the recorded motion of a scene [J], shape (m,).
 
-    Of the magnets that act, an outer field's included, as `Fold.energy` is. Nothing in the scene
-    may be left to chance, and all of the motion must be finite.
+    They include the magnets that act and an external field, like `Fold.energy`. The scene must be
+    concrete, and the whole motion finite.
     """
     # A pinned chain is indexed from component 1, as a trajectory is.
     model = pack(scene.alone())

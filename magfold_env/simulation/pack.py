@@ -1,4 +1,4 @@
-"""Scene -> arrays: what the kernels see of a chain, its magnets and the field around it."""
+"""From a scene to arrays: the form of a chain, its magnets and the field for the kernels."""
 
 from __future__ import annotations
 
@@ -40,13 +40,13 @@ from magfold_env.simulation.quadrature import (
     width_rule,
 )
 
-# Share of the accuracy that splines may use up.
+# Share of the accuracy that the error of splines may use.
 TABLE_SHARE = 0.05
 FAR_ACCURACY = 1e-3  # the finest that the table of casings farther apart serves
 FAR_SHARE = 0.7  # of it, that the table's estimated error may take up
 PAST_STOP = 0.2  # of the angle that flush magnets would have to turn on by to meet
 
-# [m²] Nodes of faces that touch come no nearer: sums that round differently are to cancel.
+# [m²] Nodes of touching faces are no closer than this: sums that round differently must cancel.
 TOUCHING2 = 1e-12
 
 P = ParamSpec("P")
@@ -57,20 +57,20 @@ NO_FIELD = Field(False, 0.0, 0.0, _NONE, _NONE, 0.0, 0.0, _NONE, 0.0, np.zeros(8
 NO_FAR_TABLE = FarTable(0.0, 0.0, np.zeros((0, 0, 0)), 0.0, np.zeros(4), 0.0)
 NO_TABLES = Tables(0.0, 0.0, np.zeros((0, 16)), np.zeros((0, 16)), NO_FAR_TABLE)
 TURNED = [2, 3, 0, 1]  # faces of a casing that is turned by half a turn
-# Where the faces look: along the diagonals.
+# The faces look along the diagonals.
 FACE_X, FACE_Y = math.sqrt(0.5) * np.array([[1.0, -1.0, -1.0, 1.0], [1.0, 1.0, -1.0, -1.0]])
 
 
 def reversed_inside(scene: Scene) -> bool:
     """Whether the engine indexes this scene's chain from component n.
 
-    The engine counts from the held end. In forward feed component n is held.
+    The engine counts from the held end. In forward feed, component n is held.
     """
     return scene.mount == "tube" and scene.feed.direction == "forward"
 
 
 class Values(NamedTuple):
-    """What chains may differ in that are drawn from one scene, a row each, component 1 first."""
+    """The drawn numbers of chains of one scene, one row per chain, component 1 first."""
 
     mass: Array  # (m, n) [kg]
     inertia: Array  # (m, n) [kg m²]
@@ -81,7 +81,7 @@ class Values(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """What follows for their models, a row each, in the engine's order; see `Model`."""
+    """The resulting numbers of models, one row per chain, in the engine's order; see `Model`."""
 
     mass: Array
     inertia: Array
@@ -92,7 +92,7 @@ class Numbers(NamedTuple):
 
 
 def numbers(scene: Scene, values: Values) -> Numbers:
-    """Return the numbers of chains that are drawn from a scene."""
+    """Return the model numbers of chains that are drawn from a scene."""
     mass, inertia, friction = values.mass, values.inertia, values.friction
     if reversed_inside(scene):
         mass, inertia = np.ascontiguousarray(mass[:, ::-1]), inertia[:, ::-1]
@@ -105,7 +105,7 @@ def numbers(scene: Scene, values: Values) -> Numbers:
             if (magnet := scene.field.magnet) is not None:
                 outer += 1e-7 * magnet.charge / (magnet.width * magnet.width)
     length, (x, y) = scene.casing.diagonal, values.pull.T
-    # Beyond the largest number: infinite, not an error.
+    # Overflow gives infinity, not an error.
     with np.errstate(over="ignore"):
         rates = [
             typical_rate(values.charge, width, outer, each, x, y, length)
@@ -116,9 +116,9 @@ def numbers(scene: Scene, values: Values) -> Numbers:
 
 
 def pack(scene: Scene) -> Model:
-    """Turn a scene into the arrays of the kernels.
+    """Convert a scene to the arrays of the kernels.
 
-    Random spreads are not applied here: draw them first (``Scene.draw``).
+    Random spreads are not applied here; draw them first with ``Scene.draw``.
     """
     n = scene.n
     casing, bumps, gravity = scene.casing, scene.bumps, scene.gravity
@@ -164,7 +164,7 @@ def pack(scene: Scene) -> Model:
 
 
 def _is_magnetic(scene: Scene, charge: Array) -> bool:
-    """Whether any component has magnets, or may be given some at the mouth of the tube."""
+    """Whether any component has magnets or may receive them at the mouth of the tube."""
     if scene.magnets is None:
         return False
     chosen_later = scene.mount == "tube" and scene.feed.loading == "at_mouth"
@@ -172,12 +172,12 @@ def _is_magnetic(scene: Scene, charge: Array) -> bool:
 
 
 def _past_stop(scene: Scene, magnets: Magnets) -> float:
-    """Angle beyond a joint's stop [rad] where forces still say something of those before it."""
+    """Angle beyond a joint's stop [rad] up to which forces still approximate those before it."""
     if scene.magnets is None:
         return math.inf
     gap = 2.0 * float(np.min(scene.magnets.inset))
     if magnets.graded.any():
-        # Beyond the stop they go on as before it.
+        # Beyond the stop they continue as before it.
         gap = TABLE_GAP * widest(scene.magnets)
     return PAST_STOP * gap / scene.casing.side
 
@@ -186,7 +186,7 @@ def charges(scene: Scene) -> Array:
     """Signed charge of each outer pole face in the engine's order, shape (n, 4) [A·m]."""
     charge = scene.charges
     if reversed_inside(scene):
-        # Seen from the other end of the chain a casing is turned by half a turn.
+        # Seen from the other end of the chain, a casing is turned by half a turn.
         charge = charge[::-1, TURNED]
     return np.ascontiguousarray(charge)
 
@@ -201,7 +201,7 @@ def pack_magnets(scene: Scene) -> Magnets:
 
 
 class _Once(Generic[T]):
-    """What takes long to make: one thread makes it, others that ask meanwhile wait."""
+    """A cache of expensive results: one thread computes a result while others that need it wait."""
 
     def __init__(self, make: Callable[[], T]) -> None:
         self._make, self._lock = make, Lock()
@@ -215,7 +215,7 @@ class _Once(Generic[T]):
 
 
 def _made_once(make: Callable[P, T]) -> Callable[P, T]:
-    """Keep what a function makes of its last arguments, made once however many threads ask."""
+    """Cache a function's results for its last arguments; each is computed once for all threads."""
     looking = Lock()
 
     @lru_cache(maxsize=16)
@@ -231,9 +231,9 @@ def _made_once(make: Callable[P, T]) -> Callable[P, T]:
 
 
 def joint_tables(scene: Scene) -> Tables:
-    """Splines of the energies of nearby casings, where angles are bounded and splines exact enough.
+    """Splines of the energies of nearby casings, if angles are bounded and splines exact enough.
 
-    Rows of points, and nodes whose number is given, are summed as they stand.
+    Rows of points, and a given number of nodes, are summed without splines.
     """
     magnets = scene.magnets
     if (
@@ -268,7 +268,7 @@ def _far_table_of(side: float, sizes: MagnetSizes) -> tuple[FarTable, float]:
 def quadrature_of(
     casing: Casing, magnets: MagnetsPart, rule: Rule, turned: bool = False
 ) -> Magnets:
-    """Return the nodes of a casing's eight pole faces, maybe ``turned`` by half a turn."""
+    """Return the nodes of a casing's eight pole faces, optionally ``turned`` by half a turn."""
     return _build(rule, magnets.model == "strips", casing.side, MagnetSizes.of(magnets, turned))
 
 
@@ -282,17 +282,17 @@ class MagnetSizes(NamedTuple):
 
     @classmethod
     def of(cls, magnets: MagnetsPart, turned: bool) -> MagnetSizes:
-        """Return the sizes of a scene's magnets, maybe those of a casing turned by half a turn."""
+        """Return the sizes of a scene's magnets, optionally for a casing turned by half a turn."""
         lengths = (magnets.lengths[name] for name in get_args(Length))
         return cls(*((each[2:] + each[:2] if turned else each) for each in lengths))
 
     @property
     def depth(self) -> Array:
-        """How deep all eight pole faces lie in the casing [m]."""
+        """Depths of all eight pole faces in the casing [m]."""
         return np.append(self.inset, np.add(self.inset, self.thickness))
 
     def near(self, gap: Array, bounded: bool) -> IntArray:
-        """Which of some gaps [m] between faces under a bound are narrower than the table's: 1."""
+        """Return 1 for gaps [m] between faces under a bound that are narrower than the table's."""
         near = gap < (1.0 - 1e-9) * TABLE_GAP * max(self.width)
         return (near & bounded).astype(np.int64)
 
@@ -360,7 +360,7 @@ def _moments(
     faces: tuple[ComplexArray, ComplexArray],
     sizes: MagnetSizes,
 ) -> Array:
-    """Moments of the magnet behind each outer face, that face having unit charge."""
+    """Moments of the magnet behind each outer face, for unit charge on that face."""
     centre, along = faces
     # Four nodes are exact up to the seventh order.
     offset, part = width_rule(True, 4)
@@ -370,7 +370,7 @@ def _moments(
 
 
 def pack_field(scene: Scene, magnetic: bool) -> Field:
-    """Return the field that acts on a chain from outside, if it is ``magnetic``."""
+    """Return the external field that acts on a chain, if the chain is ``magnetic``."""
     field, part = scene.field, scene.magnets
     if field is None or not field.any:
         return NO_FIELD
@@ -382,14 +382,14 @@ def pack_field(scene: Scene, magnetic: bool) -> Field:
         return found
     if part is None:
         return found
-    # Its poles lie on its outline: they have no inset.
+    # Its poles are on its outline and have no inset.
     sizes = MagnetSizes.of(part, reversed_inside(scene))
     found = found._replace(graded=sizes.near(sizes.depth, part.bounded))
     return _with_poles(found, magnet, widest(part))
 
 
 def pack_obstacles(scene: Scene) -> Array:
-    """Return what stands in the chain's way: a row each, see `engine.entries`."""
+    """Return the obstacles of the chain, one row each; see `engine.entries`."""
     found: list[tuple[float, ...]] = []
     for each in scene.solids:
         cos, sin = each.axis.tolist()
@@ -398,7 +398,7 @@ def pack_obstacles(scene: Scene) -> Array:
 
 
 def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
-    """Return a field with a fixed magnet's pole faces, in strips no wider than the chain's.
+    """Return a field with a fixed magnet's pole faces in strips no wider than the chain's.
 
     The same nodes then serve both.
     """
@@ -418,5 +418,5 @@ def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
 
 
 def _length(x: float, y: float) -> float:
-    """Length of a vector; unlike `math.hypot` it rounds alike everywhere."""
+    """Length of a vector, which unlike `math.hypot` rounds the same on all machines."""
     return math.sqrt(x * x + y * y)

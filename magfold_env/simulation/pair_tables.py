@@ -1,9 +1,9 @@
-"""Build the splines of ``engine.magnets.lookup``, once a geometry.
+"""Build the splines of ``engine.magnets.lookup``, once per geometry.
 
-The energy of neighbours depends on the angle of one joint, that of components two apart on two,
-and both are bilinear in the charges of the faces. So the sixteen energies of pairs of faces of
-unit charge are summed over nodes at even angles, as exactly as the sums allow, and splines are
-laid through them.
+The energy of neighbours depends on the angle of one joint, and that of components two places apart
+on two angles. Both are bilinear in the charges of the faces. The sixteen energies of pairs of faces
+of unit charge are therefore summed over nodes at many angles, as exactly as possible, and
+interpolated by splines.
 """
 
 import math
@@ -20,9 +20,9 @@ from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Tables
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.simulation.banded import solve_banded
 
-# Joints stop at a right angle; the solver oversteps by no more than a tolerance.
+# Joints stop at a right angle; the solver exceeds it by at most a tolerance.
 END = math.pi / 2.0 + 0.004
-# Where faces may touch, forces go on beyond the stop as they are there, and knots crowd so near.
+# Where faces may touch, forces keep their values beyond the stop, and knots are denser near it.
 GRADED_END, FINEST = math.pi / 2.0, 3e-7
 ONE_SPACES = 200
 TWO_SPACES = 40
@@ -65,7 +65,7 @@ def face_energies(magnets: Magnets, pitch: float, joints: Array, nodes: Nodes, o
 def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
     """Return the energies (m, 16) of a chain's first and last casing at joint angles (m, k) [rad].
 
-    ``pitch`` is the distance of a casing's hinges [m].
+    ``pitch`` is the distance between a casing's hinges [m].
     """
     out = np.zeros((len(joints), PAIRS))
     face_energies(magnets, pitch, joints, new_nodes(magnets, 1), out)
@@ -74,9 +74,10 @@ def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
 
 @kernel
 def angles_at(shares: Array, end: float, finest: float, spaces: int, out: Array) -> None:
-    """Fill in at which angles of a joint some shares of all knots lie behind, and knots a radian.
+    """Fill in the joint angles below which given shares of all knots are, and knots per radian.
 
-    ``out`` is (2, shares), `lookup.knots_at` says where knots lie, and bisection inverts it.
+    ``out`` has shape (2, shares). `lookup.knots_at` gives the places of knots, and bisection
+    inverts it.
     """
     for k in range(shares.size):
         low, high = -end, end
@@ -91,7 +92,7 @@ def angles_at(shares: Array, end: float, finest: float, spaces: int, out: Array)
 
 
 def joint_angles(shares: Array, spaces: int, graded: bool) -> tuple[Array, Array | float]:
-    """Return the angles that lie some shares of the way to the last knot, and knots a radian."""
+    """Return the angles at given shares of the knots, and the knots per radian there."""
     if not graded:
         return END * shares, spaces / (2.0 * END)
     out = np.zeros((2, shares.size))
@@ -100,9 +101,10 @@ def joint_angles(shares: Array, spaces: int, graded: bool) -> tuple[Array, Array
 
 
 def sites(spaces: int) -> Array:
-    """Return through which angles the splines are laid, as shares of the end.
+    """Return the interpolation angles of the splines, as shares of the end.
 
-    These are the knots and, near the ends, middles between them: as many as there are splines.
+    These are the knots and, near the ends, middles between them; their number is that of the
+    splines.
     """
     return np.sort(np.concatenate([np.linspace(-1.0, 1.0, spaces + 1), _middles(spaces, 2)]))
 
@@ -134,9 +136,9 @@ def basis_matrix(spaces: int, shares: Array) -> Array:
 
 
 def coefficients(spaces: int, values: Array) -> Array:
-    """Return the coefficients (splines, …) that give some values, a row for each of the `sites`.
+    """Return the coefficients (splines, …) that reproduce values, one row for each of the `sites`.
 
-    Splines are zero but near their knots, so that the matrix is a band.
+    Splines are zero except near their knots, so the matrix is a band.
     """
     matrix = basis_matrix(spaces, sites(spaces))
     n = len(matrix)
@@ -149,9 +151,9 @@ def coefficients(spaces: int, values: Array) -> Array:
 
 
 def build_tables(magnets: Magnets, pitch: float, far: FarTable) -> tuple[Tables, float]:
-    """Lay the splines of one kind of casing, whose energies are summed over its magnets' nodes.
+    """Compute the splines of one kind of casing from sums of energies over its magnets' nodes.
 
-    Returns the error of the slopes, too, all faces together, as a share of the largest slope.
+    Also returns the error of the slopes of all faces together, as a share of the largest slope.
     """
     touching = bool(magnets.graded.any())
     angles, _ = joint_angles(sites(ONE_SPACES), ONE_SPACES, touching)
@@ -171,10 +173,10 @@ def build_tables(magnets: Magnets, pitch: float, far: FarTable) -> tuple[Tables,
 
 
 def _slope_error(tables: Tables, magnets: Magnets, pitch: float) -> float:
-    """Largest error of the slopes [N·m/(A·m)²], judged by the energies in the middle of spaces.
+    """Largest error of the slopes [N·m/(A·m)²], estimated from energies midway between knots.
 
-    That is near the stops, where errors are largest. An error that alternates from space to space
-    has a slope of up to π over the knots' distance times its size.
+    The estimate is taken near the stops, where errors are largest. An error that alternates from
+    space to space has a slope of up to its size times π divided by the distance of the knots.
     """
     worst = 0.0
     for table, spaces, joints in ((tables.one, ONE_SPACES, 1), (tables.two, TWO_SPACES, 2)):
@@ -182,7 +184,7 @@ def _slope_error(tables: Tables, magnets: Magnets, pitch: float) -> float:
         shares = _middles(spaces, spaces // 2 if crowded else PROBES)
         found = table.reshape((spaces + DEGREE,) * joints + (PAIRS,))
         for _ in range(joints):
-            # Contracts the first axis and moves it behind the others but the faces'.
+            # Contracts the first axis and moves it behind all others except that of the faces.
             found = np.moveaxis(np.tensordot(basis_matrix(spaces, shares), found, 1), 0, -2)
         angles, density = tables.end * shares, spaces / (2.0 * tables.end)
         if crowded:

@@ -1,6 +1,6 @@
-"""How many nodes a pole face gets, and from which distance on.
+"""The number of nodes of a pole face by distance.
 
-The table is read off an error map of single pairs of pole faces
+The values come from an error map of single pairs of pole faces
 (``tests/simulation/test_quadrature.py`` measures it again): the largest error of a pair's force
 over non-overlapping poses, relative to the force between two flush opposite faces, as a function of
 the distance of the faces' centres. With 6 mm wide faces behind 0.5 mm of casing:
@@ -17,8 +17,9 @@ nodes  1 mm     3.5 mm   5 mm     7 mm     8.5 mm   12 mm
 16     2e-5     2e-6     1e-7     4e-14    -        -
 =====  =======  =======  =======  =======  =======  =======
 
-A bound on a component's whole force needs more than a pair's, since errors of pairs add up; the
-same tests check the bounds on random pairs, sliding ones included, and on folded chains.
+A bound on a component's total force needs more nodes than that of a pair, because errors of pairs
+add up. The same tests check the bounds on random pairs, including sliding ones, and on folded
+chains.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from magfold_env.scene import Magnets
 
 
 class Row(NamedTuple):
-    """Nodes a face that keep an error bound; radii in widths of a pole face."""
+    """Nodes per face for an error bound; radii in widths of a pole face."""
 
     bound: float
     ranks: tuple[int, ...]  # nodes of casings, from far to near
@@ -48,14 +49,14 @@ class Row(NamedTuple):
     groups: float  # and that of segments of the chain, over the number of their components
 
 
-# The paper's faces rest at 1, 3.5 and 6 mm from each other: where the bound allows, the radii keep
-# these distances out of the zones where two levels are blended. Ranks begin where the blended
-# error of two casings, for the worst of their charges, is a third of the bound. A fold begins
-# slowly, under weak forces from afar, of which the bound allows a large share: how far off it is on
-# its way is decided by what is far apart. So single nodes, which are off by a hundredth of the
-# force at any distance, are for the loosest bound only, and expansions go to an order that leaves
-# less than the solver's tolerance does. Casings on a grid are 1.58 and 2 diagonals apart, but never
-# in between, where nodes and expansions are blended and both take their time.
+# The paper's faces rest at 1, 3.5 and 6 mm from each other. Where the bound allows, the radii keep
+# these distances out of the zones where two levels are blended. Ranks begin where the blended error
+# of two casings, for their worst charges, is a third of the bound. A fold begins slowly under weak
+# distant forces, of which the bound allows a large share, so distant casings decide the timing
+# error of a fold. Single nodes, with an error of a hundredth of the force at any distance, are
+# therefore for the loosest bound only, and the order of expansions leaves a smaller error than the
+# solver's tolerance. Casings on a grid are 1.58 or 2 diagonals apart but never in between, where
+# blending needs both nodes and expansions and costs both times.
 TABLE = (
     Row(5e-2, (1, 2), (1.2,), (4, 8), (6.2 / 6.0, 3.1 / 6.0), 12, 1.59, 5, 1.45),
     Row(1e-2, (2, 3), (0.8,), (6, 10), (6.2 / 6.0, 3.1 / 6.0), 16, 1.59, 5, 2.05),
@@ -64,18 +65,18 @@ TABLE = (
     Row(1e-6, (2, 3, 5, 8), (5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0), 40, 2.55, 7, 8.05),
     Row(0.0, (12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0), 64, math.inf, 0, math.inf),
 )
-# Touching faces of the table's magnets are a sixth of their width apart.
+# Touching faces of the magnets in the table are a sixth of their width apart.
 TABLE_GAP = 1.0 / 6.0
 
 
 @dataclass(frozen=True)
 class Rule:
-    """Nodes a pole face at every rank and level, and where they act [m]; the first has no bound.
+    """Nodes per pole face at every rank and level, and their ranges [m]; the first has no bound.
 
-    Level 0 is the last rank. A rank acts by the room between casings, the distance of their
-    centres less twice the depth of the outer faces; a level by the distance of faces' centres.
-    Beyond ``far``, a distance in diagonals of a casing, casings are expanded, and beyond ``groups``
-    times their number segments of the chain.
+    Level 0 is the last rank. Ranks depend on the room between casings, which is the distance of
+    their centres less twice the depth of the outer faces; levels depend on the distance of the
+    faces' centres. Beyond ``far``, a distance in diagonals of a casing, casings are expanded;
+    beyond ``groups`` times their number, segments of the chain are.
     """
 
     ranks: tuple[int, ...]
@@ -89,12 +90,12 @@ class Rule:
 
     @classmethod
     def single(cls, count: int) -> Rule:
-        """Return the rule that takes ``count`` nodes everywhere."""
+        """Return the rule with ``count`` nodes everywhere."""
         return cls((count,), (math.inf,), (count,), (math.inf,))
 
 
 def choose_rule(magnets: Magnets) -> Rule:
-    """Pick the nodes for a fixed number or for an error bound."""
+    """Choose the nodes for a fixed number or for an error bound."""
     if not magnets.bounded:
         return Rule.single(magnets.nodes or 3)
     row = next(row for row in TABLE if magnets.accuracy >= row.bound)
@@ -118,9 +119,9 @@ def widest(magnets: Magnets) -> float:
 
 
 def table_rule(magnets: Magnets) -> Rule:
-    """Pick the nodes that energies are summed over to be laid splines through.
+    """Choose the nodes of the energy sums that splines interpolate.
 
-    They leave errors of 1e-8, below the splines' own.
+    Their errors are 1e-8, below those of the splines.
     """
     middle, near = 1.5 * widest(magnets), widest(magnets)
     counts, radii = (8, 16, 32), (math.inf, middle, near)
@@ -135,9 +136,9 @@ def width_rule(strips: bool, count: int) -> tuple[Array, Array]:
 
 
 def graded_rule(count: int) -> tuple[Array, Array]:
-    """As `width_rule`, nodes that crowd towards both ends, where a function may have a logarithm.
+    """Like `width_rule`, with nodes that are denser towards both ends, for logarithmic functions.
 
-    Those of Gauss and Legendre, moved by a step whose slope vanishes twice at both ends.
+    They are Gauss-Legendre nodes, moved by a step whose slope has a double zero at both ends.
     """
     offset, share = _gauss_legendre(count)
     x = offset + 0.5
@@ -146,10 +147,10 @@ def graded_rule(count: int) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=64)
 def _gauss_legendre(count: int) -> tuple[Array, Array]:
-    """Offsets and shares on a width of 1, the same to the last bit on every machine.
+    """Offsets and shares on a width of 1, equal to the last bit on every machine.
 
-    NumPy's are exact, too, but processors differ in how they round. Newton's step squares that
-    error from nodes of which only nine digits are taken.
+    NumPy's values are exact too, but processors round differently. A Newton step from nodes rounded
+    to nine digits squares their error.
     """
     x = np.round(np.polynomial.legendre.leggauss(count)[0], 9)
     slope = np.ones(count)

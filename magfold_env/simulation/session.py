@@ -1,4 +1,4 @@
-"""One chain being folded, step by step: what `simulate` and the environments drive."""
+"""One chain that folds step by step, driven by `simulate` and the environments."""
 
 import math
 import weakref
@@ -42,7 +42,7 @@ def _spare(*_sizes: int) -> deque[Chains]:
 
 
 def _spare_of(model: Model) -> deque[Chains]:
-    """Return chains that are left over from other runs, of all sizes that this one needs."""
+    """Return reusable chains of earlier runs with all sizes that this one needs."""
     magnets = model.magnets
     nodes = magnets.node_x.shape if model.magnetic else ()
     lanes = magnets.level_node.shape[1] if model.magnetic else 0
@@ -51,34 +51,35 @@ def _spare_of(model: Model) -> deque[Chains]:
 
 
 class Account(NamedTuple):
-    """What the drive and others did to a chain, and what impacts took, each summed on its own.
+    """The work of the drive and of other causes on a chain, and the losses of impacts.
 
-    The kinetic and the magnetic energy grow by all the work, less what impacts and friction take.
+    The kinetic and the magnetic energy grow by all the work less the losses of impacts and
+    friction.
     """
 
     impulse: float
-    """Of the drive along the tube [N s]."""
+    """Impulse of the drive along the tube [N s]."""
     feed: float
     """Work of the drive [J]."""
     bumps: float
     """Work of bumps [J]."""
     loading: float
-    """Work of giving and taking magnets at the mouth [J]."""
+    """Work of adding and removing magnets at the mouth [J]."""
     impacts: float
-    """Energy that impacts took [J]."""
+    """Energy lost in impacts [J]."""
     push_peak: float
     """See `Fold.push_peak` [N]."""
 
 
 class Session:
-    """A chain at the beginning of its run, or anywhere in it: row 0 of `Chains` of one.
+    """A chain at any point of its run: row 0 of `Chains` with one chain.
 
     Parameters
     ----------
     scene
-        What to simulate; anything it leaves to chance must be drawn first (`Scene.draw`).
+        The scene to simulate; its random values must be drawn first (`Scene.draw`).
     frame_rate
-        Frames recorded a simulated second [1/s], up to a million; None records nothing.
+        Frames recorded per simulated second [1/s], up to a million; None records nothing.
 
     Raises
     ------
@@ -94,13 +95,14 @@ class Session:
                 "scene: leaves start angles or spreads to chance; draw it first (Scene.draw)"
             )
         self.scene = scene
-        """What is simulated."""
+        """The simulated scene."""
         self.status: FoldStatus | None = None
-        """How the run ended; None while it has not."""
+        """Status of the run; None until it has ended."""
         self.message = ""
-        """The status in words."""
+        """A message about the status."""
         self.progress: Progress = lambda _time, _released: None
-        """See `simulate`; after it has stopped a run, `settle` and others go on with it."""
+        """See `simulate`; after it has stopped a run, `settle` and other methods continue the
+        run."""
         model = pack(scene)
         self._view = view.Orientation(reversed_inside(scene), model.bodies.length)
         spare = _spare_of(model)
@@ -121,10 +123,10 @@ class Session:
         if scene.contact and scene.mount != "tube":
             self._refuse_overlap()
         if scene.mount == "tube" and scene.feed.loading == "at_mouth":
-            # A component's magnets act from when its leading hinge reaches the mouth.
+            # A component's magnets act once its leading hinge reaches the mouth.
             chains.charge[:] = 0.0
 
-    # --- what a caller may see -------------------------------------------------------------
+    # --- state for callers -----------------------------------------------------------------
 
     @property
     def n(self) -> int:
@@ -133,7 +135,7 @@ class Session:
 
     @property
     def released(self) -> int:
-        """Components that are out of the tube and free; all n where there is no tube."""
+        """Number of components out of the tube and free; n without a tube."""
         return self.n - self._held
 
     @property
@@ -142,7 +144,7 @@ class Session:
 
     @property
     def advance(self) -> float:
-        """How far the feed has gone [m]; at least 0, and without meaning once all are out."""
+        """Advance of the feed [m], at least 0; it has no meaning once all components are out."""
         return float(feed.advance(self._model, self._state))
 
     @property
@@ -152,12 +154,12 @@ class Session:
 
     @property
     def steps(self) -> int:
-        """Time steps so far; one that was tried again counts once."""
+        """Number of time steps so far; a repeated step counts once."""
         return int(self._state.counter[at.STEPS])
 
     @property
     def evaluations(self) -> int:
-        """Evaluations of the accelerations so far."""
+        """Number of evaluations of the accelerations so far."""
         return int(self._state.counter[at.EVALUATIONS])
 
     @property
@@ -189,18 +191,19 @@ class Session:
 
     @property
     def word(self) -> str:
-        """Nearest fold word; empty where numbers broke down."""
+        """Nearest fold word; empty if the simulation failed."""
         joints = np.diff(self.angles)
         return angles_to_word(joints) if np.isfinite(joints).all() else ""
 
     def energy(self) -> float:
-        """Magnetic energy of the components whose magnets act [J], an outer field's included."""
+        """Magnetic energy of the components whose magnets act [J], including an external field."""
         return self._chains.energy(0)
 
     def potential(self) -> float:
-        """Energy whose exact gradient the simulated magnet forces are [J].
+        """Energy whose exact gradient gives the simulated magnet forces [J].
 
-        Within the magnets' accuracy it is `energy`, which sums where the dynamics looks up.
+        It equals `energy` within the accuracy of the magnets; `energy` uses sums, the dynamics
+        tables.
         """
         return float(feed.potential_of(self._model, self._state, self._work))
 
@@ -210,30 +213,30 @@ class Session:
 
     @cached_property
     def _probe(self) -> Work:
-        """Scratch space, so that to measure a force changes nothing."""
+        """Scratch space, so that measuring a force changes nothing."""
         return new_work(self._model)
 
-    # --- what a caller may do --------------------------------------------------------------
+    # --- actions of callers ---------------------------------------------------------------
 
     def feed_one(self) -> None:
-        """Push the next component out until it is released, whatever the schedule.
+        """Push the next component out until it is released, regardless of the schedule.
 
         Raises
         ------
         ValueError
-            If none is left in the tube.
+            If no component is left in the tube.
         """
         if self._held == 0:
             raise ValueError("no component is left in the tube")
         self._go_on(keep=self._held - 1)
 
     def settle(self) -> None:
-        """Feed what is left, and integrate until the chain rests or its time is over.
+        """Feed the remaining components, and integrate until the chain rests or its time is over.
 
-        If the scene has a schedule, the feed follows it, from its first leg on, and then stands
-        still. After a `push` the feed keeps its last speed. A feed that stands still, or has drawn
-        in all it can, stands still for good: what is outside has the scene's ``duration`` to
-        settle, and the status is then ``held``.
+        If the scene has a schedule, the feed follows it from its first leg and then stops. After a
+        `push`, the feed keeps its last speed. A feed that has stopped, or has drawn in as much as
+        it can, does not move again: the components outside have the scene's ``duration`` to settle,
+        and the status is then ``held``.
         """
         schedule = self.scene.feed.schedule if self.scene.mount == "tube" else None
         if schedule is not None:
@@ -243,17 +246,17 @@ class Session:
         self._go_on(keep=-1)
 
     def push(self, speeds: Array | float, seconds: float) -> None:
-        """Feed for some time [s] or until the run ends.
+        """Feed for a time [s] or until the run ends.
 
-        ``speeds`` is the feed's [m/s], or (n,) those while each component is in the mouth,
-        component 1 first; a feed with a negative one pulls back. A component that passes the mouth
-        meanwhile is released, and may be held again when it is drawn in. With none left inside the
+        ``speeds`` is the speed of the feed [m/s], or (n,) speeds while each component is in the
+        mouth, component 1 first; negative speeds pull back. A component that passes the mouth is
+        released, and may be held again when it is drawn in. Once no component is left inside, the
         chain folds freely.
 
         Raises
         ------
         SceneError
-            If a speed is no finite number, or faster than any drive.
+            If a speed is not a finite number, or is faster than any drive.
         """
         every = np.broadcast_to(np.asarray(speeds, dtype=np.float64), self.n)
         if not (np.abs(every) <= SPEED.most).all():
@@ -263,16 +266,16 @@ class Session:
         self._go_on(keep=-1, until=self.time + seconds)
 
     def _ask(self, speeds: Array) -> None:
-        """Ask speeds of the feed, one a component in the mouth."""
+        """Set the speeds of the feed, one per component in the mouth."""
         self._state.speed[:] = speeds[::-1] if self._view.flip else speeds
 
     def _follow(self, schedule: Schedule) -> None:
-        """Feed as a schedule says, as long as components are left in the tube."""
+        """Feed according to a schedule while components are left in the tube."""
         for seconds, speed in schedule.time or ():
             self._go(speed, seconds)
         diagonal = self.scene.casing.diagonal
         for goal, speed in schedule.advance or ():
-            # A drive that slips comes later.
+            # A drive that slips arrives later.
             while self.status is None and self._held > 0:
                 way = goal * diagonal - self.advance
                 if abs(way) <= ARRIVED * diagonal:
@@ -280,7 +283,7 @@ class Session:
                 self._go(math.copysign(speed, way), abs(way) / speed)
 
     def _go(self, speed: float, seconds: float) -> None:
-        """Feed for some time, or until all components are out."""
+        """Feed for a time, or until all components are out."""
         if self._held > 0:
             self._ask(np.full(self.n, speed))
             self._go_on(keep=0, until=self.time + seconds)
@@ -288,10 +291,11 @@ class Session:
     def push_force(self) -> float:
         """Return the force along the tube that the feed needs at this moment [N].
 
-        See `magfold_env.engine.chain.feed.needed_force`; inside the tube nothing rubs. Negative
-        where the chain pulls. No number where the contact forces are not found.
+        See `magfold_env.engine.chain.feed.needed_force`; there is no friction inside the tube. The
+        force is negative if the chain pulls, and NaN if the contact forces are not found.
         """
-        # The chain stays as it is: what a run carries over from step to step must not change.
+        # The chain does not change: values that a run carries over between steps must stay the
+        # same.
         copies = {name: array.copy() for name, array in self._state._asdict().items()}
         model, state, work = self._model, self._state._replace(**copies), self._probe
         if self._held in (0, self.n):
@@ -309,7 +313,7 @@ class Session:
 
     @property
     def account(self) -> Account:
-        """What moved the chain so far, and what it lost."""
+        """The work on the chain and its losses so far."""
         return Account(*self._state.account[: at.BEFORE].tolist())
 
     def fold(self) -> Fold:
@@ -318,7 +322,7 @@ class Session:
         Raises
         ------
         ValueError
-            If it has not.
+            If the run has not ended.
         """
         if self.status is None:
             raise ValueError("the run has not ended; settle it first")
@@ -339,10 +343,10 @@ class Session:
             magnetic_energy=magnetic_energy,
         )
 
-    # --- within ----------------------------------------------------------------------------
+    # --- internals -------------------------------------------------------------------------
 
     def _go_on(self, keep: int, until: float = math.inf) -> None:
-        """Run until so many components are held, see `State`, or a time [s]."""
+        """Run until the given number of components is held (see `State`) or until a time [s]."""
         if self.status is not None:
             return
         self._state.counter[at.KEEP] = keep
@@ -356,7 +360,7 @@ class Session:
                 self.message += f"; {pressed}"
 
     def _what_presses(self) -> str:
-        """Return in words what a chain that has jammed presses against."""
+        """Return a text that names the contacts of a jammed chain."""
         rows, n, index = self._work.rows, self.n, self._view.index
         stops, contacts = rows.counts[at.JOINT_STOPS], rows.counts[at.CONTACTS]
         names = obstacle_names(self.scene)
@@ -364,7 +368,7 @@ class Session:
         for r in np.flatnonzero(rows.multiplier[:contacts] > 0.0).tolist():
             one, other = sorted(rows.id[r, :2].tolist())
             if r < stops:
-                # Joint k of the engine is before its component k, so behind another one seen so.
+                # Joint k of the engine is before its component k, and behind it in public order.
                 joint = index(int(rows.id[r, 0])) + (1 if self._view.flip else 0)
                 found.append(f"joint {joint} is at its stop")
             elif other < n:
@@ -375,14 +379,14 @@ class Session:
         return ", ".join(dict.fromkeys(found))
 
     def _run(self, until: float) -> int:
-        """Run until a time [s] or an end; returns how the integration ended."""
+        """Run until a time [s] or an end; return the outcome of the integration."""
         return self._chains.run(0, until, lambda: self.progress(self.time, self.released))
 
     def _refuse_overlap(self) -> None:
         model, work = self._chains.models[0], self._work
         headings: Array = self._state.q[: model.n]
         if headings.max() - headings.min() < 0.5 * math.pi and len(model.obstacles) == 0:
-            # Along the line midway between the headings each square lies between its hinges.
+            # Along the line midway between the headings, each square is between its hinges.
             return
         feed.place_all(0, model, self._state.q, work.pose)
         boxes.place_boxes(0, model, work.pose, work)

@@ -1,4 +1,4 @@
-"""Scene -> Fold, one or many on all cores, and the forces behind it."""
+"""From a scene to a fold, one or many on all cores, and the magnet forces."""
 
 import os
 import threading
@@ -21,8 +21,8 @@ from magfold_env.simulation.session import Progress, Session
 Floats = npt.NDArray[np.float64]
 
 LARGEST = 1e14
-"""Angles [rad] and rates [rad/s] up to which sines and squares are right; there, floats are 0.02
-apart."""
+"""Largest angles [rad] and rates [rad/s] with accurate sines and squares; floats of this size are
+0.02 apart."""
 
 
 def simulate(
@@ -39,19 +39,19 @@ def simulate(
     scene
         What to fold.
     seed
-        Draws what the scene leaves to chance: its start angles and its spreads. One seed gives
-        one fold, bit for bit.
+        Seed of the random values of the scene: its start angles and its spreads. A seed always
+        gives the same fold, bit for bit.
     frame_rate
-        Frames recorded a simulated second [1/s], up to a million, and one more at the end; None
+        Frames recorded per simulated second [1/s], up to a million, and one more at the end; None
         records no trajectory. Recording does not change the fold.
     progress
-        Called about twenty times a second of work, or more often, with the simulated time [s] and
-        the number of components out of the tube. What it raises stops the run.
+        Called at least about twenty times per second of work with the simulated time [s] and the
+        number of components out of the tube. An exception that it raises stops the run.
 
     Returns
     -------
     Fold
-        The result; ``fold.scene`` is the scene as drawn and gives the same fold again.
+        The result; ``fold.scene`` is the drawn scene, which gives the same fold again.
 
     Raises
     ------
@@ -73,31 +73,31 @@ def simulate_batch(
     threads: int | None = None,
     frame_rate: float | None = None,
 ) -> list[Fold]:
-    """Simulate many folds on several threads; the kernels hold no lock while they run.
+    """Simulate many folds on several threads; the kernels release the interpreter's lock.
 
-    Every fold is, bit for bit, the one that `simulate` gives for its scene and seed, whatever the
-    number of threads.
+    Every fold equals the result of `simulate` for its scene and seed, bit for bit, for any number
+    of threads.
 
     Parameters
     ----------
     scenes
         What to fold: one scene for all seeds, or one for each.
     seeds
-        One a fold, see `simulate`.
+        One seed per fold; see `simulate`.
     threads
-        How many folds run at a time; None takes as many as there are cores.
+        Number of parallel folds; None uses all cores.
     frame_rate
-        Frames recorded a simulated second [1/s], as for `simulate`; None records no trajectories.
+        Frames recorded per simulated second [1/s], as for `simulate`; None records no trajectories.
 
     Returns
     -------
     list of Fold
-        In the order of the seeds.
+        The folds in the order of the seeds.
 
     Raises
     ------
     SceneError
-        If an argument is not allowed, or there are not as many scenes as seeds.
+        If an argument is not allowed, or the numbers of scenes and seeds differ.
     """
     errors.refuse(errors.unless_a("seeds", seeds, Iterable, "seeds, one a fold"))
     if not isinstance(scenes, Scene):
@@ -131,9 +131,9 @@ def simulate_batch(
 def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> Floats:
     """Angular accelerations (..., n) [rad/s²] of the pinned chain under its smooth forces.
 
-    Magnets, in-plane gravity and inertia act; contact, stops and friction do not. The equations
-    are the paper's eq. 39, solved in O(n), for many states at once if they come stacked; alone or
-    in a stack a state gives the same bits.
+    Magnets, in-plane gravity and inertia act; contact, stops and friction do not. The equations are
+    the paper's eq. 39, solved in O(n), for many states at once if they are stacked; a state gives
+    the same bits alone and in a stack.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> 
     Raises
     ------
     SceneError
-        If ``scene`` is none, a shape is not (..., n), the shapes differ, or a number is beyond
+        If ``scene`` is not a scene, a shape is not (..., n), the shapes differ, or a number exceeds
         `LARGEST`.
     """
     headings = checked("angles", angles, scene, stacked=True)
@@ -158,7 +158,7 @@ def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> 
     if model.magnetic:
         loads = np.empty_like(flat)
         magnet_loads(model, flat, new_work(model), loads)
-    # A hinge that accelerates upwards is a hinge at rest in a field that pulls down.
+    # A hinge that accelerates upwards is equivalent to one at rest in a field that pulls down.
     base = (-model.gravity_x, -model.gravity_y)
     out = recursion.accelerate_many(model.bodies, base, flat, speeds.reshape(flat.shape), loads)
     return out.reshape(headings.shape)
@@ -170,20 +170,20 @@ def forces(scene: Scene, angles: npt.ArrayLike) -> tuple[Floats, Floats]:
     Raises
     ------
     SceneError
-        If ``scene`` is none, the shape is not (n,) or a number is beyond `LARGEST`.
+        If ``scene`` is not a scene, the shape is not (n,) or a number exceeds `LARGEST`.
     """
     return _smooth_state(scene, checked("angles", angles, scene))[:2]
 
 
 def energy(scene: Scene, angles: npt.ArrayLike) -> float:
-    """Magnetic energy [J] at the given headings, each pair of components once.
+    """Magnetic energy [J] at the given headings, counting each pair of components once.
 
-    Pairs of pole faces within a component are left out: they do not depend on the shape.
+    Pairs of pole faces within a component are omitted, because they do not depend on the shape.
 
     Raises
     ------
     SceneError
-        If ``scene`` is none, the shape is not (n,) or a number is beyond `LARGEST`.
+        If ``scene`` is not a scene, the shape is not (n,) or a number exceeds `LARGEST`.
     """
     return _smooth_state(scene, checked("angles", angles, scene))[2]
 
@@ -191,7 +191,7 @@ def energy(scene: Scene, angles: npt.ArrayLike) -> float:
 def checked(key: str, values: npt.ArrayLike, scene: Scene, *, stacked: bool = False) -> Floats:
     """Return numbers up to `LARGEST` of shape (n,), or (..., n) if ``stacked``; refuse others.
 
-    They are those of a scene with n components; what is none is refused, too.
+    They belong to a scene with n components; an argument that is not a scene is refused too.
     """
     errors.refuse(unless_a_scene(scene))
     n = scene.n
@@ -209,7 +209,7 @@ def checked(key: str, values: npt.ArrayLike, scene: Scene, *, stacked: bool = Fa
 
 
 def _generator(seed: int | np.random.Generator) -> np.random.Generator:
-    """Return the generator that a seed stands for, or itself."""
+    """Return the generator for a seed; a generator is returned unchanged."""
     if isinstance(seed, np.random.Generator):
         return seed
     errors.refuse(errors.unless_whole("seed", seed, 0))

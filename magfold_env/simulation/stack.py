@@ -1,4 +1,4 @@
-"""Many copies of a NamedTuple that kernels see through one pointer, side by side in memory."""
+"""Many copies of a NamedTuple, side by side in memory, each accessed by kernels by one pointer."""
 
 from collections.abc import Collection, Sequence
 from operator import attrgetter
@@ -18,18 +18,18 @@ _PLACES: dict[tuple[type, str], int] = {}  # of numbers among the words
 
 
 class Stack(Generic[T]):
-    """Copies of some originals, the arrays of each in one row of a block.
+    """Copies of originals, with the arrays of each copy in one row of a block.
 
     Parameters
     ----------
     originals
-        NamedTuples marked with `by_pointer`, alike but for what they hold, whose arrays have
-        entries of eight bytes. All copies are the first's to begin with.
+        NamedTuples marked with `by_pointer` that differ only in their values and whose arrays have
+        entries of eight bytes. All copies begin as copies of the first.
     count
-        How many copies.
+        Number of copies.
     own
-        Arrays that each copy has of its own, such as ``bodies.mass``; all by default. The others
-        are the original's.
+        Arrays that each copy owns, such as ``bodies.mass``; all by default. The other arrays are
+        those of the original.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Stack(Generic[T]):
             self._fill(image, original)
         self._block = _aligned(count, size)
         self.references: Any = self._words_of_rows() if POINTERS else Rows(self, count)
-        """By what kernels know each copy, see `by_pointer.reference`."""
+        """Addresses of the copies for kernels; see `by_pointer.reference`."""
         self.restore(np.arange(count))
 
     def _fill(self, image: Array, original: T) -> None:
@@ -56,7 +56,7 @@ class Stack(Generic[T]):
             image[start : start + array.size] = values.ravel().view(np.float64)
 
     def become(self, original: T) -> None:
-        """Make all copies those of another original, whose arrays have the same sizes."""
+        """Replace the original of all copies by another with arrays of the same sizes."""
         self._originals = [original]
         self._fill(self._images[0], original)
         if POINTERS:
@@ -65,10 +65,10 @@ class Stack(Generic[T]):
         self.restore(np.arange(self._count))
 
     def _words_of_rows(self) -> IntArray:
-        """Make room to write down all copies, and return where the words of each begin."""
+        """Allocate the words of all copies, and return the address of each."""
         words_of = pointer_types.words_of
-        # Words that differ from the original's are addresses in the first row; those of the next
-        # rows lie a row further on.
+        # Words that differ from the original's are addresses in the first row; those of later rows
+        # are offset by whole rows.
         images = [words_of(self.row(0, k)) for k in range(len(self._originals))]
         self._word_images = np.array(images)
         self._moved = self._word_images[0] != words_of(self._originals[0])
@@ -76,7 +76,7 @@ class Stack(Generic[T]):
         return self._words.ctypes.data + np.arange(self._count) * self._words.strides[0]
 
     def row(self, row: int, original: int = 0) -> T:
-        """Return a copy, of one of the originals, with that one's numbers."""
+        """Return a copy of one of the originals, with the numbers of that original."""
         arrays = {name: self[name][row] for name in self._places}
         return _with_arrays(self._originals[original], arrays)
 
@@ -87,7 +87,7 @@ class Stack(Generic[T]):
         return part.reshape(self._count, *array.shape)  # a view, as only the last axis is split
 
     def number(self, name: str) -> Array:
-        """Return a number of all copies, (count,), to be set between two calls of kernels."""
+        """Return a number of all copies, (count,), settable between two calls of kernels."""
         if POINTERS:
             original = self._originals[0]
             if (type(original), name) not in _PLACES:  # which take long to find
@@ -96,7 +96,7 @@ class Stack(Generic[T]):
         return self.references.number(name)
 
     def restore(self, rows: IntArray, original: int = 0) -> None:
-        """Make some copies those of an original again."""
+        """Reset some copies to an original."""
         self._block[rows] = self._images[original]
         if POINTERS:
             shift = rows[:, None] * (self._moved * self._block.strides[0])
@@ -105,16 +105,16 @@ class Stack(Generic[T]):
             self.references.restore(rows, original)
 
     def contents(self) -> Array:
-        """Return what the arrays of all copies hold, (count, size); numbers are left out."""
+        """Return the contents of the arrays of all copies, (count, size), without numbers."""
         return self._block.copy()
 
     def refill(self, contents: Array) -> None:
-        """Give all arrays what `contents` returned."""
+        """Restore all arrays from the result of `contents`."""
         self._block[:] = contents
 
 
 class Rows:
-    """The copies of a stack as tuples, where kernels take no addresses."""
+    """The copies of a stack as tuples, for kernels that take no addresses."""
 
     def __init__(self, stack: Stack[Any], count: int) -> None:
         self._stack = stack
@@ -122,19 +122,19 @@ class Rows:
         self._numbers: dict[str, Array] = {}
 
     def __getitem__(self, k: int) -> Any:
-        """Return a copy with its numbers as they are now."""
+        """Return a copy with its current numbers."""
         return self._rows[k]._replace(
             **{name: float(values[k]) for name, values in self._numbers.items()}
         )
 
     def number(self, name: str) -> Array:
-        """Return a number of all copies, (count,), to be set between two calls of kernels."""
+        """Return a number of all copies, (count,), settable between two calls of kernels."""
         if name not in self._numbers:
             self._numbers[name] = np.array([getattr(row, name) for row in self._rows])
         return self._numbers[name]
 
     def restore(self, rows: IntArray, original: int) -> None:
-        """Make some copies those of an original again."""
+        """Reset some copies to an original."""
         for k in rows.tolist():
             self._rows[k] = self._stack.row(k, original)
             for name, values in self._numbers.items():
@@ -153,7 +153,7 @@ def _arrays(packed: tuple[Any, ...], prefix: str = "") -> list[tuple[str, NDArra
 
 
 def _with_arrays(packed: Any, arrays: dict[str, NDArray[Any]], prefix: str = "") -> Any:
-    """Return a NamedTuple with other arrays in some places."""
+    """Return a NamedTuple with some of its arrays replaced."""
     changes: dict[str, Any] = {}
     for name, value in zip(packed._fields, packed, strict=True):
         if isinstance(value, tuple):
@@ -164,7 +164,7 @@ def _with_arrays(packed: Any, arrays: dict[str, NDArray[Any]], prefix: str = "")
 
 
 def _aligned(rows: int, size: int) -> Array:
-    """Return a block whose rows begin with a cache line; `size` is a multiple of one."""
+    """Return a block whose rows begin at a cache line; `size` is a multiple of a line."""
     space = np.zeros(rows * size + LINE)
     first = -(space.ctypes.data // WORD) % LINE
     return space[first : first + rows * size].reshape(rows, size)

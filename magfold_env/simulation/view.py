@@ -1,7 +1,7 @@
 """A chain in the public order, component 1 first: its state, and its place in the engine.
 
-The engine counts from the held end. Seen from its other end a chain has its order reversed, its
-headings turned by π and its joint angles' signs changed.
+The engine counts from the held end. Seen from the other end, a chain has reversed order, headings
+turned by π and joint angles of opposite sign.
 """
 
 import math
@@ -20,12 +20,12 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Orientation:
-    """How a chain lies in the engine."""
+    """The orientation of a chain in the engine."""
 
     flip: bool
     """Whether the engine counts from component n."""
     length: Array
-    """Hinge to hinge [m], in the engine's order, shape (n,)."""
+    """Distances between hinges [m], in the engine's order, shape (n,)."""
 
     def index(self, i: int) -> int:
         """Map a component's index to the engine's, or back."""
@@ -42,7 +42,7 @@ class Orientation:
     def outer_hinge(self, q: Array, lo: IntArray) -> Array:
         """Component 1's outer hinge [m], (m, 2), for coordinates (m, n + 2).
 
-        ``lo`` (m,) is the first component that moves freely; the base is its inner hinge.
+        ``lo`` (m,) is the first component that moves freely, and the base is its inner hinge.
         """
         n = self.length.size
         links = self.length * np.exp(1j * q[:, :n])
@@ -79,8 +79,8 @@ def public_state(
     """Fill headings [rad] and rates [rad/s], (n,), component 1's outer hinge [m] and its velocity.
 
     ``flip`` and ``length`` are as in `Orientation`. ``q`` and ``v`` (n + 2,) are coordinates and
-    velocities in the engine, where ``lo`` is the first component that moves freely; the base is its
-    inner hinge.
+    velocities in the engine, where ``lo`` is the first component that moves freely and the base is
+    its inner hinge.
     """
     n = length.size
     x, y, vx, vy = q[n], q[n + 1], v[n], v[n + 1]
@@ -117,7 +117,7 @@ def public_states(
     base: Array,
     base_velocity: Array,
 ) -> None:
-    """`public_state` of some chains, where numbers are finite; arrays have a row for each."""
+    """`public_state` of some chains, where numbers are finite; arrays have one row per chain."""
     for j in range(rows.size):
         k: int = rows[j]
         if is_finite(q[k]) and is_finite(v[k]):
@@ -129,10 +129,10 @@ def public_states(
 
 @kernel
 def advances(length: Array, counters: IntArray, q: Array, depth: Array, out: Array) -> None:
-    """Fill in how far the feeds of some chains have gone [m], (m,).
+    """Fill in the advance of the feeds of some chains [m], (m,).
 
-    That of a chain that is all out has gone its whole length. ``depth`` (m,) is how long the chains
-    are in the tube at first; see `public_states` for the others.
+    The advance of a complete chain is its length. ``depth`` (m,) is the initial length of the
+    chains in the tube; see `public_states` for the other arguments.
     """
     for k in range(out.size):
         held = counters[k, at.LO]
@@ -146,7 +146,7 @@ def advances(length: Array, counters: IntArray, q: Array, depth: Array, out: Arr
 
 @dataclass(frozen=True)
 class ChainState:
-    """What is known of a chain's motion, component 1 first."""
+    """The state of a chain's motion, component 1 first."""
 
     angles: NDArray[np.float64]
     rates: NDArray[np.float64]

@@ -1,11 +1,11 @@
-"""Threads that work off one queue together.
+"""Threads that share one queue of work.
 
-Chains of a vector environment take very different times: one folds on for seconds while another
-has come to rest. So every thread takes the next chain when it is done with its last, and a step
-takes little longer than its work shared out evenly. The threads are Python's, in kernels that do
-not hold the interpreter's lock, because numba's own are no use here: those of GNU OpenMP kill a
-process that forks after they have run (`AsyncVectorEnv` does), and those of numba's workqueue
-share loops out beforehand, and abort where two Python threads use them at once.
+Chains of a vector environment take very different times: one may fold for seconds while another is
+at rest. Every thread therefore takes the next chain when it has finished one, and a step takes
+little longer than its work divided evenly. The threads are Python's, in kernels that release the
+interpreter's lock. Numba's own threads are unsuitable: those of GNU OpenMP kill a process that
+forks after they have run, as `AsyncVectorEnv` does, and those of numba's workqueue divide loops in
+advance and abort when two Python threads use them at once.
 """
 
 import os
@@ -18,7 +18,7 @@ Job = tuple[Callable[..., int], tuple[Any, ...], "SimpleQueue[int]"]
 
 
 class WorkQueue:
-    """Some threads, the calling one among them; the others are started when first needed."""
+    """Several threads, including the calling one; the others start on first use."""
 
     def __init__(self, size: int) -> None:
         self.size = size
@@ -26,10 +26,10 @@ class WorkQueue:
         self._process = -1
 
     def run(self, work: Callable[..., int], arguments: tuple[Any, ...], pieces: int) -> None:
-        """Call ``work(*arguments)`` on all threads until so many pieces of work are done.
+        """Call ``work(*arguments)`` on all threads until a number of pieces of work is done.
 
-        Every call takes pieces, from a counter of their own, until none is left, and returns how
-        many it has done. A thread that is late finds none, and nobody waits for it.
+        Every call takes pieces from a shared counter until none is left, and returns the number it
+        has done. A late thread finds none, and no other thread waits for it.
         """
         helpers = min(self.size, pieces) - 1
         if helpers > 0:
@@ -52,7 +52,7 @@ class WorkQueue:
         self.close()
 
     def _start(self) -> None:
-        """Start the threads, unless they run: those of a process do not survive its forking."""
+        """Start the threads unless they run; threads do not survive a fork of the process."""
         if self._process == os.getpid():
             return
         self._process, self._jobs = os.getpid(), SimpleQueue()

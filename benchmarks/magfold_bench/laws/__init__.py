@@ -1,1 +1,1 @@
-"""Laws of mechanics as measurements, for tests, stress campaigns and benchmarks."""
+"""Measured laws of mechanics, for tests, stress campaigns and benchmarks."""

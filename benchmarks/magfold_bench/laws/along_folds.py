@@ -17,16 +17,16 @@ from magfold_env.simulation.session import Session
 
 
 class SteppedSession(Session):
-    """A session that stops after steps of the integrator, and goes on unchanged.
+    """A session that stops after steps of the integrator and continues unchanged.
 
     Parameters
     ----------
     scene
-        What to simulate; nothing may be left to draw.
+        The scene to simulate, which must be concrete.
     look
         Called with the session after each of these stops.
     stride
-        Steps from one stop to the next.
+        Number of steps between two stops.
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class SteppedSession(Session):
         super().__init__(scene)
         self._look = look
         self._stride = stride
-        # A second of simulated time that ends every few steps stops the run there.
+        # A limit of steps per second of simulated time stops the run every few steps.
         self._whole: Model = self._model
         self._chains.remodel(self._whole._replace(max_steps_per_second=stride))
         self._second, self._second_steps = 0.0, 0
@@ -78,7 +78,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Motion:
-    """The states that a fold passed through, up to where numbers broke down: m of them."""
+    """The m states of a fold, up to the first that is not finite."""
 
     scene: Scene
     time: Floats
@@ -92,15 +92,15 @@ class Motion:
     base_velocity: Floats
     """[m/s], shape (m, 2)."""
     potential: Floats
-    """Of the magnets [J], shape (m,)."""
+    """Magnetic energy [J], shape (m,)."""
     work: Floats
-    """Done on the chain so far by the drive, by bumps and by loading at the mouth [J], (m,)."""
+    """Work on the chain so far by the drive, by bumps and by loading at the mouth [J], (m,)."""
     impacts: Floats
-    """Energy that impacts took so far [J], shape (m,)."""
+    """Energy lost in impacts so far [J], shape (m,)."""
     released: npt.NDArray[np.int64]
-    """Components that are out of the tube, shape (m,)."""
+    """Number of components out of the tube, shape (m,)."""
     finite: bool
-    """Whether nothing broke down."""
+    """Whether all numbers are finite."""
 
     @cached_property
     def kinetic(self) -> Floats:
@@ -115,7 +115,7 @@ class Motion:
 
     @cached_property
     def own(self) -> Floats:
-        """Energy less what was put in [J], shape (m,): only friction and impacts change it."""
+        """Energy less the work done [J], shape (m,); only friction and impacts change it."""
         return self.total - self.work
 
     @cached_property
@@ -128,21 +128,21 @@ class Motion:
 
 
 def follow(scene: Scene, stride: int = 1) -> tuple[Motion, SteppedSession]:
-    """Simulate a scene in which nothing is left to draw, and keep every state.
+    """Simulate a concrete scene and store every state.
 
     Parameters
     ----------
     scene
-        What to simulate.
+        The scene to simulate.
     stride
-        Steps from one state that is kept to the next.
+        Number of steps between two stored states.
 
     Returns
     -------
     motion : Motion
-        Start and end included.
+        The motion, including start and end.
     session : SteppedSession
-        As it ended.
+        The session at its end.
     """
     rows: list[Floats] = []
     released: list[int] = []

@@ -1,8 +1,7 @@
-"""What a fold did inside its steps, judged on the integrator's dense output.
+"""The states of a fold inside its steps, from the integrator's dense output.
 
-Two states that are looked at one after the other are at most 0.1 ms apart, and no casing near a
-solid moves by more than a small share of the thinnest solid from one to the next. States that
-hardly differ count as one.
+Consecutive states are at most 0.1 ms apart, and no casing near a solid moves by more than a small
+share of the thinnest solid between them. States that hardly differ count as one.
 """
 
 from __future__ import annotations
@@ -49,35 +48,36 @@ class States(NamedTuple):
     """Components that are out of the tube, shape (m,)."""
 
     def of(self, kept: npt.NDArray[np.intp] | Bools) -> States:
-        """Return some of the states."""
+        """Return the states of some rows."""
         moving = self.base[kept], self.base_velocity[kept]
         return States(self.angles[kept], self.rates[kept], *moving, self.released[kept])
 
 
 @dataclass
 class Inside:
-    """The worst values among the states of one fold that were looked at."""
+    """The worst values among the inspected states of one fold."""
 
     casings: float = 0.0
     """Deepest overlap of two casings, as a share of the side."""
     solids: float = 0.0
     """Deepest overlap of a casing and a solid, as a share of the side."""
     thin: float = 0.0
-    """The same as a share of the solid's thickness."""
+    """Deepest overlap of a casing and a solid, as a share of the solid's thickness."""
     crossings: int = 0
-    """How often a casing's centre was on the other side of a solid at the next look."""
+    """Number of times that a casing's centre was on the other side of a solid in the next state."""
     past_stop: float = 0.0
-    """How far a joint was beyond a right angle [rad]."""
+    """Largest angle of a joint beyond a right angle [rad]."""
     beyond_bore: float = 0.0
-    """How far what the tube held reached beyond its inner wall, as a share of the side."""
+    """Largest distance of held casings beyond the inner wall of the tube, as a share of the
+    side."""
     speed: float = 0.0
     """Speed of the fastest point of a casing near a solid [m/s]."""
     looks: int = 0
-    """States that were judged."""
+    """Number of inspected states."""
 
 
 class Judge:
-    """Finds the worst values among states that follow each other."""
+    """Finds the worst values among consecutive states."""
 
     def __init__(self, scene: Scene) -> None:
         self.worst = Inside()
@@ -89,7 +89,7 @@ class Judge:
         self._before: tuple[Floats, Bools] | None = None
 
     def look(self, states: States) -> None:
-        """Take states into account, the first of which follows those before."""
+        """Add states, which follow the earlier ones."""
         finite = np.logical_and.reduce([np.isfinite(each).all(axis=-1) for each in states[:4]])
         states = states.of(finite)
         if len(states.angles) == 0:
@@ -119,7 +119,7 @@ class Judge:
             self._hurry(states, places, free)
 
     def _moved(self, angles: Floats, places: Floats) -> npt.NDArray[np.intp]:
-        """Return which states differ from the one before that is kept, the last one included."""
+        """Return which states differ from the previous kept one, including the last state."""
         moved = np.linalg.norm(np.diff(places, axis=0), axis=2)
         moved += 0.5 * self._scene.casing.diagonal * np.abs(np.diff(angles, axis=0))
         return _apart(moved.max(axis=1), self.still)
@@ -141,7 +141,7 @@ class Judge:
             self.worst.crossings += int(((enters < leaves) & free[1:] & free[:-1]).sum())
 
     def _hurry(self, states: States, places: Floats, free: Bools) -> None:
-        """Note how fast what is near a solid moves."""
+        """Record the speeds of casings near solids."""
         scene, diagonal = self._scene, self._scene.casing.diagonal
         near = np.zeros(places.shape[:2], dtype=bool)
         for solid in scene.solids:
@@ -167,7 +167,7 @@ def _seen_from(solid: Rectangle, places: Floats) -> Floats:
 
 
 class _Watch(Frames):
-    """Frames that are judged instead of kept."""
+    """Frames that are inspected instead of stored."""
 
     def __init__(self, judge: Judge, view: Orientation, model: Model, state: State, rate: float):
         super().__init__(model, state, rate)
@@ -198,7 +198,7 @@ class _Watch(Frames):
 
 
 class _WatchedSession(Session):
-    """A session every frame of which is judged."""
+    """A session that inspects every frame."""
 
     def __init__(self, scene: Scene, judge: Judge, rate: float) -> None:
         super().__init__(scene)
@@ -206,7 +206,7 @@ class _WatchedSession(Session):
 
 
 def look_inside(scene: Scene) -> tuple[Inside, Fold]:
-    """Fold a scene, in which nothing may be left to draw, and judge it inside its steps."""
+    """Fold a concrete scene and inspect it inside its steps."""
     worst, fold = _look_at(scene, RATE)
     thinnest = min((min(each.size) for each in scene.solids), default=math.inf)
     needed = worst.speed / (SHARE * thinnest)

@@ -28,7 +28,7 @@ CHUNK = 400_000  # points at a time
 
 
 class Faces(NamedTuple):
-    """Pole faces; those of casings lie casing by casing, `FACES` of each."""
+    """Pole faces; those of casings are ordered by casing, `FACES` for each."""
 
     centre: Array  # (faces, 2) [m]
     along: Array  # unit vectors along the widths, (faces, 2)
@@ -79,7 +79,7 @@ def forces(scene: Scene, places: Array, headings: Array) -> tuple[Array, Array]:
     Parameters
     ----------
     scene
-        Poles, casings and magnets; where the casings are does not follow from it.
+        The scene with poles, casings and magnets; it does not set the places of the casings.
     places : (n, 2) array
         Centres [m].
     headings : (n,) array
@@ -106,17 +106,17 @@ def forces(scene: Scene, places: Array, headings: Array) -> tuple[Array, Array]:
 def flush_force(scene: Scene) -> float:
     """Force [N] between opposite pole faces of casings that lie flush: the unit of errors.
 
-    Of four unequal faces the one that pulls its own like hardest, with the largest charge that it
-    has in any component, counts.
+    Of four unequal faces, the one with the strongest attraction to its like counts, with its
+    largest charge in any component.
     """
     insets = magnets_of(scene).by_face("inset").tolist()
     return max(face_force(scene, 2.0 * inset, face) for face, inset in enumerate(insets))
 
 
 def face_force(scene: Scene, gap: float, face: int = 0) -> float:
-    """Force [N] between two pole faces of one kind that look at each other across a gap [m].
+    """Force [N] between two pole faces of one kind that face each other across a gap [m].
 
-    They are as strong as this face is in any component.
+    They have the largest charge of this face in any component.
     """
     magnets = magnets_of(scene)
     size = np.array([[magnets.by_face("width")[face], magnets.by_face("height")[face]]])
@@ -126,7 +126,7 @@ def face_force(scene: Scene, gap: float, face: int = 0) -> float:
 
 
 def pulls(faces: Faces, one: IntArray, other: IntArray) -> Iterator[tuple[IntArray, Array, Array]]:
-    """Yield some of the pairs of faces at a time, and what the first of each feels.
+    """Yield batches of pairs of faces, with the force and torque on the first of each pair.
 
     That is the force (k, 2) [N] and the torque about the face's centre (k,) [N·m].
     """

@@ -1,6 +1,6 @@
 """The paper's experiment: 100 free folds, 50 forward and 50 backward feeds of each sequence.
 
-They are released as if by hand; random sequences, which the paper has not, as the paper's own.
+The chains are released as if by hand; so are random sequences, which the paper does not have.
 """
 
 from typing import Any, Literal
@@ -15,12 +15,12 @@ SEQUENCES = (1, 2, 3)
 COMPONENTS = 6
 
 SPEED = 0.05
-"""Feed speed [m/s]; the paper says constant, and by hand."""
+"""Feed speed [m/s]; in the paper it is constant and by hand."""
 
 SPREADS = Spreads(
     friction=0.2, mass=0.05, remanence=0.05, feed_speed=0.3, feed_jitter=0.2, magnet=0.05
 )
-"""Assumed: what varies from one release by hand to the next. The paper gives no figures."""
+"""Assumed variation between releases by hand; the paper gives no figures."""
 
 ANGLE = 0.1
 """Assumed: half-width of the joint angles at release [rad].
@@ -30,24 +30,24 @@ The paper's chain is 3 mm from its model at the start, on average, because its h
 
 
 def by_hand(scene: Scene, mode: Mode, speed: float = SPEED) -> Scene:
-    """Return a scene as it is released by hand in one of the modes."""
+    """Return a scene that is released by hand in one of the modes."""
     varied = scene.replace(spreads=SPREADS, start_angle_spread=ANGLE, start_angles=None)
     return release(varied, mode, speed)
 
 
 Kind = Literal["", "-strong"]
-"""What the name of a paper's scene ends in: of the device as given, or with strong magnets."""
+"""Suffixes of the names of the paper's scenes: the device as given, or with strong magnets."""
 
 
 def paper_scene(sequence: int, mode: Mode, kind: Kind = "") -> Scene:
-    """Return one of the paper's sequences, as it is released by hand."""
+    """Return one of the paper's sequences, released by hand."""
     return by_hand(load_scene(f"paper/sequence-{sequence}{kind}"), mode)
 
 
 RUNS: dict[Mode, int] = {"free": 100, "forward": 50, "backward": 50}
 QUICK_RUNS = 4
 
-# What the paper says of its experiment, in words and in its names for the shapes.
+# The paper's description of its experiment, with its names for the shapes.
 _LEAST = "least lateral movement, not the global minimum"
 _ONLY = "S3A (LRLLL) or a misfold"
 PAPER: dict[tuple[int, Mode], str] = {
@@ -66,7 +66,7 @@ _COLUMNS = ("sequence", "releases", "share", "word", "status", "minimiser", "in 
 
 
 def run(quick: bool, progress: Progress, kind: Kind = "") -> Measurement:
-    """Release the paper's sequences as it did, and count where they end."""
+    """Release the paper's sequences as in its experiment, and count the outcomes."""
     rows: list[Row] = []
     table: list[Row] = []
     cases: list[tuple[int, Mode]] = [(sequence, mode) for sequence in SEQUENCES for mode in MODES]
@@ -98,14 +98,14 @@ def run(quick: bool, progress: Progress, kind: Kind = "") -> Measurement:
 
 
 def bar_of(row: Row) -> Bar:
-    """Return the bar that a row was made of."""
+    """Return the bar of a row."""
     joints = tuple(float(angle) for angle in str(row["joint angles (rad)"]).split())
     rate, low, high = (float(row[name]) for name in ("probability", "low", "high"))
     return Bar(str(row["word"]), str(row["status"]), rate, low, high, joints)
 
 
 def draw_experiment(rows: list[Row]) -> Any:
-    """Return the bars of the nine ensembles, a row a sequence: the paper's Figure 18."""
+    """Return the bars of the nine ensembles, one row per sequence: the paper's Figure 18."""
     from magfold_env.render.ensembles import bar_chart  # noqa: PLC0415 - an extra
 
     panels: dict[str, list[Bar]] = {}

@@ -1,4 +1,4 @@
-"""Integrators to compare the engine's with: three of equal steps, and Dormand and Prince's pair.
+"""Integrators for comparison: three of equal steps, and Dormand and Prince's pair.
 
 All advance ``y`` = headings and base (n + 2), then their rates (n + 2), in place, and return the
 number of evaluations. The chain is pinned and its forces are smooth.
@@ -56,7 +56,7 @@ def velocity_verlet(model: Model, work: Work, y: Array, until: float, steps: int
 
 @allocating_kernel
 def implicit_midpoint(model: Model, work: Work, y: Array, until: float, steps: int) -> int:
-    """Advance by the implicit midpoint rule, which time reversal leaves as it is.
+    """Advance by the implicit midpoint rule, which is time-reversible.
 
     Its equation is solved by fixed-point iteration from the last step's accelerations.
     """
@@ -89,10 +89,10 @@ def implicit_midpoint(model: Model, work: Work, y: Array, until: float, steps: i
 
 @allocating_kernel
 def dormand_prince(model: Model, work: Work, y: Array, until: float, tolerance: float) -> int:
-    """Advance by the engine's pair with the plainest control of steps; −1 if they get too short.
+    """Advance by the engine's pair with the simplest step control; −1 if steps get too short.
 
-    The error of angles is kept below a tolerance [rad], that of rates below the tolerance times the
-    rate, or a share of a typical rate.
+    The step control keeps the error of angles below a tolerance [rad], and that of rates below the
+    tolerance times the rate or a share of a typical rate.
     """
     m = y.size // 2
     slope, new = np.zeros((STAGES, 2 * m)), np.zeros(2 * m)
@@ -133,4 +133,4 @@ def dormand_prince(model: Model, work: Work, y: Array, until: float, tolerance: 
 
 
 FIXED = {EULER: double_euler, VERLET: velocity_verlet, MIDPOINT: implicit_midpoint}
-"""Those that take a number of steps; the other takes a tolerance [rad]."""
+"""Integrators with a number of steps; the other one has a tolerance [rad]."""

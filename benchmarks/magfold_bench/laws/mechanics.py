@@ -1,6 +1,6 @@
 """Plain NumPy mechanics of a chain, independent of the engine: energies, momenta, equation 39.
 
-Headings, rates and the base (the outer hinge of component 1) may come stacked: (..., n), (..., 2).
+Headings, rates and the base (the outer hinge of component 1) may be stacked: (..., n), (..., 2).
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ def equation_39(
     coupling : (n, n) array
         Sums over the masses of products of their levers [kg m²].
     inertia : (n, n) array
-        Of the components about their centres, on the diagonal [kg m²].
+        Moments of inertia of the components about their centres, on the diagonal [kg m²].
     pull : (n,) array
         Generalised forces [N·m].
     """
@@ -32,7 +32,7 @@ def equation_39(
 
 
 def levers(reach: Floats, length: Floats) -> Floats:
-    """How far a turn of each component moves each centre along or across it, (n, n) [m]."""
+    """Lever arms of a turn of each component on each centre along or across it, (n, n) [m]."""
     return np.tril(np.broadcast_to(length, (len(reach), len(length))), -1) + np.diag(reach)
 
 
@@ -45,7 +45,7 @@ def pinned_accelerations(
 ) -> Floats:
     """Angular accelerations (n,) [rad/s²] of a pinned chain, solved with a dense matrix.
 
-    ``force`` (n, 2) [N] and ``torque`` (n,) [N·m] act at the centres; gravity comes on top.
+    ``force`` (n, 2) [N] and ``torque`` (n,) [N·m] act at the centres, in addition to gravity.
     """
     pitch = np.full(scene.n, scene.casing.diagonal)
     arms = levers(pitch / 2.0, pitch)

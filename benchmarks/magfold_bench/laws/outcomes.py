@@ -1,4 +1,4 @@
-"""Starts that are moved a little, and when two ends are the same."""
+"""Slightly moved starts, and the comparison of ends."""
 
 from collections.abc import Iterator
 
@@ -11,16 +11,16 @@ from magfold_env.simulation.start import hinge_offsets
 Floats = npt.NDArray[np.float64]
 
 SAME_WITHIN = 0.02  # [rad] of a joint angle
-MOVED = 1e-6  # [rad] that a reference's start is moved by
+MOVED = 1e-6  # [rad] shift of a reference's start
 PAIRS_OF_MOVES = 3
 
 
 def moved_starts(
     scene: Scene, rng: np.random.Generator, by: float = MOVED, pairs: int = PAIRS_OF_MOVES
 ) -> Iterator[Scene]:
-    """Yield the scene with its start moved a little ``by`` an angle [rad], in opposite pairs.
+    """Yield the scene with its start moved slightly ``by`` an angle [rad], in opposite pairs.
 
-    The first pairs move all joints, or in a tube all hinges, the last one a single one of them.
+    The first pairs move all joints, or all hinges in a tube; the last one moves a single one.
     """
     size = scene.n + 1 if scene.mount == "tube" else scene.n - 1
     for pair in range(pairs):
@@ -32,10 +32,10 @@ def moved_starts(
 
 
 def moved_start(scene: Scene, move: Floats) -> Scene:
-    """Return a concrete scene that starts otherwise.
+    """Return a concrete scene with a different start.
 
-    ``move`` is added to the joint angles [rad], (n − 1,). In a tube it is the hinges that move,
-    (n + 1,), in units of a quarter diagonal: no joint turns by much more than the largest of them.
+    ``move`` is added to the joint angles [rad], (n − 1,). In a tube it moves the hinges, (n + 1,),
+    in units of a quarter diagonal, so that no joint turns by much more than the largest move.
     """
     if scene.mount == "tube":
         moved = hinge_offsets(scene) + 0.25 * scene.casing.diagonal * move

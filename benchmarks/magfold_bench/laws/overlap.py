@@ -1,8 +1,8 @@
-"""How deep casings with rounded corners lie in each other and in obstacles; plain NumPy.
+"""Overlaps of casings with rounded corners with each other and with obstacles, in plain NumPy.
 
-A casing is a square core widened by the corner's radius, an obstacle a rectangle likewise. Where
-cores are apart, what counts is the least distance of a corner of one from the other; where they
-overlap, the least way out along an edge's normal.
+A casing is a square core widened by the corner's radius, and an obstacle is a rectangle widened in
+the same way. If cores are apart, the least distance of a corner of one from the other counts; if
+they overlap, the least way out along an edge's normal.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ SIGNS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 
 
 class Boxes(NamedTuple):
-    """Rectangles, each array of shape (k, 2) but the turn's."""
+    """Rectangles; all arrays except the turn have shape (k, 2)."""
 
     centre: Floats
     """[m]."""
     turn: Floats
-    """Of the first side's direction [rad], shape (k,)."""
+    """Direction of the first side [rad], shape (k,)."""
     half: Floats
     """Half the lengths of both sides [m]."""
 
@@ -48,24 +48,24 @@ class Boxes(NamedTuple):
 
 
 class Depths(NamedTuple):
-    """How deep things lie in each other in m states [m]; 0 where they are apart."""
+    """Depths of overlaps in m states [m]; 0 where bodies are apart."""
 
     casings: Floats
     """The deepest overlap of two casings, shape (m,)."""
     solids: Floats
-    """That of a casing and each of the scene's solids, shape (m, solids)."""
+    """The deepest overlap of a casing and each of the scene's solids, shape (m, solids)."""
 
     @property
     def deepest(self) -> Floats:
-        """The deepest of all, shape (m,)."""
+        """The deepest overlap of all, shape (m,)."""
         return np.maximum(self.casings, self.solids.max(axis=1, initial=0.0))
 
 
 def depths(scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.int64]) -> Depths:
-    """Return how deep casings lie in each other and in what does not move.
+    """Return the depths of overlaps between casings and with fixed bodies.
 
     The tube guides the components that it holds, so solids concern only the others. The tube's
-    walls lie between these and all held components but the two next to the mouth.
+    walls are between these and all held components except the two next to the mouth.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def depths(scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.
     base
         Outer hinge of component 1 [m], shape (m, 2).
     released
-        Components that are out of the tube, shape (m,).
+        Number of components out of the tube, shape (m,).
     """
     solids = obstacles(scene)
     found = Depths(np.zeros(len(angles)), np.zeros((len(angles), len(solids))))
@@ -87,7 +87,7 @@ def depths(scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.
 
     free = order_in_feed(scene) < released[:, None]
     inside = order_in_feed(scene) > released[:, None] + 1
-    # Farther apart, the circles around two casings do not meet.
+    # Beyond this distance, the circles around two casings do not meet.
     reach2 = scene.casing.diagonal**2
     for apart in range(1, scene.n):
         away2 = ((places[:, apart:] - places[:, :-apart]) ** 2).sum(axis=2)
@@ -111,7 +111,7 @@ def deepest_overlap(scene: Scene, angles: Floats, base: Floats, released: int) -
 
 
 def order_in_feed(scene: Scene) -> npt.NDArray[np.intp]:
-    """Return how many components leave the tube before each, shape (n,)."""
+    """Return the number of components that leave the tube before each, shape (n,)."""
     number = np.arange(scene.n)
     return number if scene.feed.direction == "forward" else number[::-1]
 
@@ -119,7 +119,7 @@ def order_in_feed(scene: Scene) -> npt.NDArray[np.intp]:
 def beyond_bore(
     scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.int64]
 ) -> Floats:
-    """Return how far casings that the tube holds reach beyond its inner wall at most [m], (m,).
+    """Return the largest distance of held casings beyond the tube's inner wall [m], (m,).
 
     Arguments are as for `depths`. Corners are sharp.
     """
@@ -131,7 +131,7 @@ def beyond_bore(
 
 
 def obstacles(scene: Scene) -> list[tuple[Boxes, float]]:
-    """Cores of what does not move (the tube's mouth is at x = 0), and their corners' radii."""
+    """Cores of fixed bodies (the tube's mouth is at x = 0), and the radii of their corners."""
     found: list[tuple[Boxes, float]] = []
     for solid in scene.solids:
         edge = min(scene.casing.corner_radius, 0.25 * min(solid.size))
@@ -141,9 +141,9 @@ def obstacles(scene: Scene) -> list[tuple[Boxes, float]]:
 
 
 def separation(one: Boxes, other: Boxes, wanted: float = np.inf) -> Floats:
-    """Distances of pairs of boxes [m], shape (k,); where they overlap, minus the way out.
+    """Distances of pairs of boxes [m], shape (k,); if they overlap, minus the way out.
 
-    Distances from ``wanted`` on need not be exact, but are not below it.
+    Distances of at least ``wanted`` may be inexact, but are not below it.
     """
     away = other.centre - one.centre
     gap = np.full(len(away), -np.inf)
@@ -163,7 +163,7 @@ def separation(one: Boxes, other: Boxes, wanted: float = np.inf) -> Floats:
 def squares_apart(places: Floats, headings: Floats, side: float, apart: int = 1) -> float:
     """Return the least separation of two sharp squares of a chain [m]; < 0 where two overlap.
 
-    It is what an edge's normal tells at most.
+    It is the largest separation along an edge's normal.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def squares_apart(places: Floats, headings: Floats, side: float, apart: int = 1)
     side
         Of the squares [m].
     apart
-        How many components apart they are at least.
+        Smallest distance of the two squares along the chain, in components.
     """
     squares = Boxes(places, headings + TO_FACE, np.full((len(headings), 2), 0.5 * side))
     one, other = np.triu_indices(len(headings), apart)

@@ -1,7 +1,7 @@
-"""Random contact scenes: every number gives one scene, on every machine and for every engine.
+"""Random contact scenes: every number gives one scene on all machines and with all engines.
 
-Scenes with even seeds have sequences designed for a folded word, the others are left to chance.
-A design takes no simulation and no energies, so that a change of either leaves the scenes alone.
+Scenes with even seeds have sequences designed for a folded word; the others are random. A design
+uses no simulation and no energies, so that a change of either does not change the scenes.
 """
 
 import math
@@ -24,9 +24,9 @@ Sequence = tuple[str, ...]
 
 
 def random_scene(seed: int) -> Scene:
-    """Return the scene of a number, with nothing left to draw.
+    """Return the concrete scene of a number.
 
-    Components, friction and start angles are drawn evenly, feed speeds evenly in their logarithm.
+    Components, friction and start angles are drawn uniformly, feed speeds log-uniformly.
     """
     rng = np.random.default_rng([seed, 0x5EED])
     n = int(rng.integers(SMALLEST, LARGEST + 1))
@@ -49,16 +49,16 @@ def is_designed(seed: int) -> bool:
 
 
 def random_sequence(rng: np.random.Generator, n: int, letters: str = "NS") -> Sequence:
-    """Draw every face by itself, of letters in this order."""
+    """Draw every face separately from letters in this order."""
     return tuple("".join(row) for row in rng.choice(list(letters), (n, 4)))
 
 
 def random_word(rng: np.random.Generator, n: int) -> str:
-    """Draw a word of L and R in which nothing overlaps, letter by letter."""
+    """Draw a word of L and R without overlap, letter by letter."""
     word = ""
     while len(word) < n - 1:
         options = [word + letter for letter in "LR" if not overlaps(word + letter)]
-        # A dead end begins anew.
+        # A dead end starts again.
         word = str(rng.choice(options)) if options else ""
     return word
 
@@ -66,7 +66,7 @@ def random_word(rng: np.random.Generator, n: int) -> str:
 def designed_sequence(rng: np.random.Generator, n: int) -> Sequence:
     """Draw a sequence that pulls every joint towards one folded word.
 
-    Of several draws, the one with the fewest equal poles in touch where the word closes loops.
+    The function returns the draw with the fewest touching equal poles where the word closes loops.
     """
     word = random_word(rng, n)
     lattice = from_words([word])
@@ -85,7 +85,7 @@ def pulled_sequence(rng: np.random.Generator, word: str) -> Sequence:
     """Draw a sequence whose neighbours attract on the side they turn to and repel on the other.
 
     A left turn brings the front-left face of a component to the back-left face of the next, a
-    right turn the front-right face to the back-right one: no face is asked for twice.
+    right turn the front-right face to the back-right one, so that no face has two conditions.
     """
     n = len(word) + 1
     sign = rng.choice([-1, 1], (n, 4))  # front-left, back-left, back-right, front-right

@@ -77,7 +77,7 @@ def _of_task(track: type[CameraTrackEnv], task: str) -> Baseline:
 
 
 def _store(track: Any) -> TaskStore:
-    """Return what simple choices make of the tasks that a track has by default."""
+    """Return the baselines of the default tasks of a track."""
     return track.make_episodes.baselines(track.make_world(track.default_scene))
 
 

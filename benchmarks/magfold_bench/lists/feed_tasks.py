@@ -1,15 +1,16 @@
-"""Find chains whose folds the feed decides.
+"""Find chains whose folds depend on the feed.
 
-**Two folds.** Random chains are fed out at constant speeds. Kept are those that fold into one word
-at one speed and into another at another, each in at least three of four draws of the nominal
-physics: the feed speed decides, and both folds can be had. Every such chain makes two tasks, that
-are as easy as the share of all runs, over the speeds on offer, that end in the target.
+**Two folds.** Random chains are fed out at constant speeds. The search keeps those that fold into
+one word at one speed and into another word at another speed, each in at least three of four draws
+of the nominal physics, so that the feed speed decides between two reachable folds. Every such chain
+makes two tasks. The ease of a task is the share of all runs, over the available speeds, that end in
+the target.
 
-**Chambers.** Random chains are fed at constant speeds on draws of a stream of their own, each of
-another chamber, floor and strength of magnets. A word makes a task if it can be had, in at least
-six draws of eight at one speed or another, and if what is hidden decides at which: no speed leads
-to it in more than five. Of a chain's words the one that most runs end in is taken. A task is as
-easy as the share of all runs that end in the target.
+**Chambers.** Random chains are fed at constant speeds on draws of their own stream, each with a
+different chamber, floor and strength of magnets. A word makes a task if some speed reaches it in at
+least six of eight draws, and if the hidden draws decide which speed: no single speed reaches it in
+more than five. The search takes the most frequent of such words of a chain. The ease of a task is
+the share of all runs that end in the target.
 """
 
 from collections import Counter
@@ -32,25 +33,25 @@ from magfold_env.simulation.simulate import simulate
 
 DRAWS = 8
 RELIABLE = 0.75
-"""Share of the draws in which some speed must lead to a word, of a chain with two folds."""
+"""Share of the draws in which some speed must lead to a word, for chains with two folds."""
 
 AT_ONCE = 20
-"""Chains that are tried in chambers side by side."""
+"""Number of chains tried in chambers in parallel."""
 
 LEAST = 6
-"""Of the draws of chambers, in how many some speed must lead to a word."""
+"""Least number of draws of chambers in which some speed must lead to a word."""
 
 MOST = 5
-"""Of the draws of chambers, in how many one speed may."""
+"""Largest number of draws of chambers in which a single speed may lead to a word."""
 
 NARROW_TUBE = {"bore": None, "loading": "preloaded", "force_limit": 1.0}
-"""The feed that the shipped chains were chosen in; the track's tube has been widened since."""
+"""The feed used to select the shipped chains; the track's tube has been widened since."""
 
 Found = tuple[float, FeedTask]
 
 
 def find_two_folds(seed: int = 0) -> Iterator[Found]:
-    """Yield tasks without end, two for each chain, and the shares of runs that end in them."""
+    """Yield tasks endlessly, two for each chain, with the shares of runs that end in them."""
     rng, scene = np.random.default_rng(seed), load_scene("tube-built")
     for direction in cycle(("forward", "backward")):
         found: list[Found] = []
@@ -82,7 +83,7 @@ def _task(scene: Scene, counts: Mapping[float, Counter[str]], target: str) -> Fo
 
 
 def _is_reliable(counts: Mapping[float, Counter[str]], word: str) -> bool:
-    """Return whether some speed brings a fold about."""
+    """Return whether some speed produces a fold."""
     return bool(word) and max(count[word] for count in counts.values()) >= RELIABLE * DRAWS
 
 
@@ -93,17 +94,17 @@ def count_words(scene: Scene, speed: float) -> Counter[str]:
 
 
 def _fold(scene: Scene) -> str:
-    """Return the word that a scene folds into; the empty one if it misfolds."""
+    """Return the word that a scene folds into, or an empty one if it misfolds."""
     fold = simulate(scene)
     return fold.word if fold.status is FoldStatus.FOLDED else ""
 
 
 def find_chambers(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[Found]:
-    """Yield tasks without end, and the shares of runs that end in their targets."""
+    """Yield tasks endlessly, with the shares of runs that end in their targets."""
     rng = np.random.default_rng([seed, direction == "forward"])
     while True:
         chains = random_faces(rng, (AT_ONCE, 6))
-        # What they are asked for does not matter yet.
+        # Their targets do not matter yet.
         tasks = [FeedTask(sequence=each, direction=direction, target="LRLRL") for each in chains]
         for task, words in zip(tasks, words_at_speeds(tasks, threads), strict=True):
             had = [

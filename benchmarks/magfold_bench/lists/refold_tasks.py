@@ -1,9 +1,9 @@
 """Find chains that fold into two words, one after the other.
 
-Random chains are pushed out, pulled in and pushed out again at constant speeds. A chain for which
-that ends in two different words, on draws of a stream of its own, is tried at all speeds on offer;
-the two words that come about most often at some of them make a task if on other draws they do so
-again. A task is as easy as that was often.
+Random chains are pushed out, pulled in and pushed out again at constant speeds. A chain that
+reaches two different words, on draws of its own stream, is tried at all available speeds. The two
+words that occur most often at some of these speeds make a task if they occur again on other draws.
+The ease of a task is the frequency of both words.
 """
 
 from collections import Counter
@@ -25,18 +25,18 @@ from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
 
 SCENE = "reprogram"
 AT_ONCE = 250
-"""Chains that are tried side by side."""
+"""Number of chains tried in parallel."""
 
 DRAWS = 6
 OTHER_DRAWS = 24
 LEAST = 3
-"""Of the other draws, how many must end in both words."""
+"""Least number of the other draws that must end in both words."""
 
 Found = tuple[int, RefoldTask]
 
 
 def find_refolds(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Found]:
-    """Yield tasks without end, and how often both of their words came about."""
+    """Yield tasks endlessly, with the number of times that both words occurred."""
     rng = np.random.default_rng([seed, direction == "forward"])
     while True:
         tasks = [_blank(each, direction) for each in random_faces(rng, (AT_ONCE, 6))]
@@ -68,9 +68,9 @@ def _task(chain: RefoldTask, threads: int) -> list[Found]:
 def words_in_turn(
     tasks: Sequence[RefoldTask], speeds: Sequence[Speeds], seeds: Sequence[int], threads: int = 1
 ) -> list[tuple[str, str]]:
-    """Return the two words that chains fold into, whatever their tasks ask for; "" for none.
+    """Return the two words that chains fold into, regardless of their tasks; "" for none.
 
-    There is no second word where there is no first one or the chain is not drawn in.
+    There is no second word if there is no first one or the chain is not drawn in.
     """
     world = ReprogramEnv.make_world(SCENE, tasks=tasks)
     episodes = ReprogramEpisodes(world, len(tasks), threads)
@@ -105,7 +105,7 @@ def _is_folded(episodes: Any, rows: Ints) -> Bools:
 
 
 def _blank(sequence: list[str], direction: Any) -> RefoldTask:
-    """Return a task that asks for nothing in particular."""
+    """Return a task with an arbitrary goal."""
     words = {"first": "LRLRL", "target": "LRLRL"}
     return RefoldTask(sequence=tuple(sequence), direction=direction, **words)
 

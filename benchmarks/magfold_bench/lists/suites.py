@@ -1,6 +1,6 @@
 """Compute the shipped target suites: ``python -m magfold_bench.lists.suites`` (an hour).
 
-What was found is kept in a folder as it is found, so that a run that was stopped goes on.
+A folder stores the results as they are found, so that an interrupted run continues.
 """
 
 from pathlib import Path
@@ -115,7 +115,7 @@ def _designed(word: str, mode: Mode) -> suites.Witness:
 
 
 def _witness(found: Design, gap: float | None = None) -> suites.Witness:
-    """Return a design's sequence, or why there is none."""
+    """Return a design's sequence, or the reason why there is none."""
     if not found.reached:
         return suites.Witness(certificate=found.certificate)
     return suites.Witness(sequence=found.sequence, gap=gap)

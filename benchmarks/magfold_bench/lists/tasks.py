@@ -15,27 +15,27 @@ from magfold_env.envs.tasks.feed_tasks import Task
 from magfold_env.files import configs_dir, write_text
 
 KEYS = ("sequence", "tray", "direction", "first", "pull", "towards", "target")
-"""Of tasks, in the order in which they are written."""
+"""Entries of tasks, in the order of writing."""
 
 Found = tuple[float, Task]
 """How easy a task is, a share or a number, and the task."""
 
 
 class TaskList(NamedTuple):
-    """A list of tasks that can be made."""
+    """A list of tasks to make."""
 
     find: Callable[[int, int, int], Iterator[Any]]
-    """Yields twice as many tasks as asked for, from a seed, on so many threads."""
+    """Yields tasks from a seed on several threads, twice as many as requested."""
     size: int
-    """How many there are for each direction of feed."""
+    """Number of tasks for each direction of feed."""
     head: str
-    """What is said of them."""
+    """Comment lines about the tasks."""
 
 
 def of_each_direction(
     find: Callable[[str, int, int], Iterator[Any]], count: int, seed: int, threads: int
 ) -> Iterator[Any]:
-    """Yield as many tasks for one direction of feed as for the other."""
+    """Yield equally many tasks for both directions of feed."""
     for direction in ("forward", "backward"):
         yield from islice(find(direction, seed, threads), count)
 
@@ -89,7 +89,7 @@ def main(
     seed: int = 0,
     threads: int = 2,
 ) -> None:
-    """Write ``configs/tasks/NAME.yaml`` with so many tasks for each direction of feed."""
+    """Write ``configs/tasks/NAME.yaml`` with a number of tasks for each direction of feed."""
     if name not in LISTS:
         raise typer.BadParameter(f"{name!r} is not allowed; must be one of {', '.join(LISTS)}")
     count = count or LISTS[name].size

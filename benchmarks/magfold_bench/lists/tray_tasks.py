@@ -1,16 +1,17 @@
 """Find trays from which words can be folded, and pulls that folds can bear.
 
-**Trays** of random components, and words, are drawn. Kept are those from which, whichever component
-is left out, the minimiser has a chain whose only ground state is the word, and whose best chain,
-with sound magnets, folds into it at some constant speed in at least three of four draws. A task is
-as easy as the share of all such runs, over the speeds on offer, that end in the word.
+**Trays** of random components, and words, are drawn. The search keeps those for which the minimiser
+has a chain with the word as its only ground state without any one of the components, and whose best
+chain, with sound magnets, folds into the word at some constant speed in at least three of four
+draws. The ease of a task is the share of all such runs, over the available speeds, that end in the
+word.
 
-**Pulls** are drawn with trays: 0.2 to 1 N, evenly on a scale of powers, towards any direction
-within a right angle of straight away from the tube. For every word the minimiser's chain from the
-tray is fed at the middle speed, with all that an episode draws; of the word whose chain bears the
-pull most often, every speed is tried. Kept are those that bear it at the best speed in a quarter to
-three quarters of the draws: the pull is neither out of reach nor borne by any fold. A task is as
-easy as that share.
+**Pulls** are drawn with trays: 0.2 to 1 N, log-uniform, in any direction within a right angle of
+straight away from the tube. For every word, the minimiser's chain from the tray is fed at the
+middle speed, with all draws of an episode. For the word whose chain bears the pull most often,
+every speed is tried. The search keeps the pulls that the chain bears at its best speed in a quarter
+to three quarters of the draws, so that a pull is neither out of reach nor borne by any fold. The
+ease of a task is that share.
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,7 +34,7 @@ from magfold_env.shapes import folded_words
 TRAY_SCENE, ANCHOR_SCENE = "tray", "anchor-tray"
 
 SPARE = 3
-"""Components that are left over."""
+"""Number of surplus components."""
 
 SOUND_DRAWS = 16
 RELIABLE = 0.75
@@ -41,14 +42,14 @@ RELIABLE = 0.75
 
 FIRST_DRAWS, BORNE_DRAWS = 8, 32
 LEAST, MOST = 0.25, 0.75
-"""Shares of the draws in which a pull is to be borne."""
+"""Allowed shares of the draws in which a chain bears the pull."""
 
 WEAKEST, STRONGEST = 0.2, 1.0
 """Sizes of pulls [N]."""
 
 
 def find_trays(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[tuple[float, TrayTask]]:
-    """Yield tasks without end, and the share of runs that end in their words."""
+    """Yield tasks endlessly, with the share of runs that end in their words."""
     rng, n = np.random.default_rng([seed, direction == "forward"]), load_scene(TRAY_SCENE).n
     words = folded_words(n)
     while True:
@@ -66,7 +67,7 @@ def find_trays(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[tupl
 
 
 def sound_shares(task: TrayTask, sequence: tuple[str, ...], threads: int = 1) -> list[float]:
-    """Return in what share of the draws a chain of sound magnets folds, for every speed."""
+    """Return the share of draws in which a chain of sound magnets folds, for every speed."""
     sound = task.model_copy(update={"strengths": ((1.0,) * 4,) * len(task.tray)})
     world, order = TrayEnv.make_world(TRAY_SCENE, tasks=[sound]), task.order_of(sequence)
     assert order is not None
@@ -82,7 +83,7 @@ def sound_shares(task: TrayTask, sequence: tuple[str, ...], threads: int = 1) ->
 def find_pulls(
     direction: Any, seed: int = 0, threads: int = 1
 ) -> Iterator[tuple[float, AnchorTask]]:
-    """Yield tasks without end, and the share of draws in which their chains bear the pull."""
+    """Yield tasks endlessly, with the share of draws in which their chains bear the pull."""
     rng, n = np.random.default_rng([seed, direction == "forward"]), load_scene(ANCHOR_SCENE).n
     words = track(folded_words(n), "chains of every word")
     designs = {str(word): _designs(ANCHOR_SCENE, str(word)) for word in words}
@@ -115,7 +116,7 @@ def shares_borne(
     draws: int,
     threads: int = 1,
 ) -> Floats:
-    """Return in what share of the draws chains bear their pulls, (tasks, speeds)."""
+    """Return the share of draws in which chains bear their pulls, (tasks, speeds)."""
     orders: list[Ints] = []
     for task, sequence in zip(tasks, sequences, strict=False):
         order = np.array(task.order_of(sequence))

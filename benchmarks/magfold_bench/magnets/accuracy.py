@@ -1,4 +1,4 @@
-"""Time against error, for both models of magnets and every way to choose nodes.
+"""Time against error for both magnet models and every way to choose nodes.
 
 Errors are of forces and torques of casings against `laws.exact_magnets`, relative to the force
 between two flush opposite faces, torques over the side: the quantity that the scene's accuracy
@@ -25,7 +25,7 @@ LENGTH, LONG_LENGTH = 6, 60
 
 
 class Effort(NamedTuple):
-    """How much work a run of the benchmark may be."""
+    """Effort of a run of the benchmark."""
 
     pairs: int
     folds: int
@@ -111,7 +111,7 @@ def measure(name: str, sample: samples.Sample, effort: Effort, tick: Tick) -> li
 
 
 def _findings(name: str, sample: samples.Sample, rows: list[Row]) -> list[str]:
-    """Say whether the bounds hold, and what the point model is off by."""
+    """Return whether the bounds hold, and the error of the point model."""
     bounded = tables.select(rows, model=BOUND)
     used = tables.numbers(bounded, "worst error") / tables.numbers(bounded, "setting")
     shares = ", ".join(

@@ -1,8 +1,8 @@
-"""How much faster than a general magnetics library, at equal or smaller error.
+"""Speed relative to a general magnetics library, at equal or smaller error.
 
-Both find the force and torque on every casing of a chain: magpylib with magnets cut into a given
-number of cells, and the engine by sums over nodes under a given bound. Beside each mesh stands how
-much longer it takes than the fastest bound with no larger error.
+Both compute the force and torque on every casing of a chain: magpylib with magnets divided into a
+given number of cells, and the engine by sums over nodes with a given bound. The result for each
+mesh is the ratio of its time to that of the fastest bound with no larger error.
 """
 
 import importlib
@@ -46,12 +46,12 @@ FULL: tuple[dict[int, tuple[Mesh, ...]], int] = ({6: FINE, 60: FINE[:2]}, 3)
 
 
 def installed() -> bool:
-    """Whether magpylib is there; the extra ``peers`` brings it."""
+    """Whether magpylib is installed; the extra ``peers`` contains it."""
     return find_spec("magpylib") is not None
 
 
 class Peer:
-    """Casings as collections of cuboid magnets, each evenly magnetised along its thickness.
+    """Casings as collections of cuboid magnets, each uniformly magnetised along its thickness.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class Peer:
 
     @contextmanager
     def one_thread(self) -> Generator[None]:
-        """Keep magpylib to one thread, as the engine is for one chain."""
+        """Limit magpylib to one thread, like the engine for one chain."""
         defaults = self._magpylib.defaults
         threads = defaults.threads
         defaults.threads = 1
@@ -126,7 +126,7 @@ class Peer:
 
 
 class Contender(NamedTuple):
-    """One way to find the magnets' forces, at one setting."""
+    """A way to compute magnet forces at one setting."""
 
     by: str
     setting: str
@@ -136,7 +136,7 @@ class Contender(NamedTuple):
 
     @property
     def key(self) -> str:
-        """A name that no other contender has."""
+        """The unique name of the contender."""
         return f"{self.by} {self.setting}"
 
 
@@ -153,7 +153,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def measure(n: int, shape: str, meshes: tuple[Mesh, ...], rounds: int, tick: Tick) -> list[Row]:
-    """Return a row a contender, for a chain of random poles in one shape."""
+    """Return one row per contender for a chain of random poles in one shape."""
     scene = samples.random_scene(np.random.default_rng(SEED), n)
     headings = samples.shapes(n)[shape]
     sample = samples.sample_of([scene], [(centres(headings, scene.casing.side), headings)])

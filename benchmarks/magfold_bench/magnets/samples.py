@@ -1,6 +1,6 @@
-"""Casings and chains in many states, what they feel there, and what the engine says of it.
+"""Casings and chains in many states, with exact forces and those of the engine.
 
-States are evaluated in one compiled loop, so that calls cost nothing.
+One compiled loop evaluates the states, so that the cost of calls is negligible.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def random_shape(rng: np.random.Generator, n: int, side: float) -> Array:
 
 
 def unfolded(n: int) -> Array:
-    """Headings (n,) [rad] of a chain that zigzags a little, as it is before it folds."""
+    """Headings (n,) [rad] of a chain with a small zigzag, as before a fold."""
     return 0.03 * np.tile([1.0, -1.0], n)[:n]
 
 
@@ -109,14 +109,14 @@ def shapes(n: int) -> dict[str, Array]:
 def each_chain(
     progress: Progress, lengths: Iterable[int]
 ) -> Iterator[tuple[tuple[int, str], Tick]]:
-    """Yield chains of some lengths, unfolded and folded, each with what takes its progress."""
+    """Yield chains of some lengths, unfolded and folded, each with a function for its progress."""
     cases = list(product(lengths, (UNFOLDED, FOLDED)))
     return each_case(progress, cases, lambda case: f"n = {case[0]}, {case[1]}")
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Equally many casings in some states, with the forces that they feel there."""
+    """A fixed number of casings in several states, with their exact forces."""
 
     scenes: Sequence[Scene]
     """Their poles; they have equal casings and magnets."""
@@ -125,7 +125,7 @@ class Sample:
     headings: Array
     """(states, n) [rad]"""
     exact: Loads
-    """What they feel: arrays of shape (states, n)."""
+    """Forces and torques on them: arrays of shape (states, n)."""
 
     @property
     def size(self) -> int:
@@ -159,7 +159,7 @@ def sum_forces(
     Parameters
     ----------
     times
-        How often to do it all.
+        Number of repetitions.
     charge : (states, n, 4) array
         Of the outer pole faces [A·m].
     poses
@@ -184,7 +184,7 @@ class Sums:
     sample
         The states.
     magnets
-        Put in place of the scenes' own.
+        Magnets that replace those of the scenes.
     """
 
     def __init__(self, sample: Sample, magnets: Magnets) -> None:
@@ -202,7 +202,7 @@ class Sums:
 
     @property
     def evaluations(self) -> int:
-        """How many states `work` evaluates: so many that a call from Python costs nothing."""
+        """Number of states that `work` evaluates, which makes the cost of a call negligible."""
         return self._times * self._size
 
     def work(self) -> None:

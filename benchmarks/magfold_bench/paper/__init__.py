@@ -1,1 +1,1 @@
-"""The paper, reproduced: each of its figures and tables beside what is found here."""
+"""Reproduction of the paper: each of its figures and tables beside the results of this project."""

@@ -1,4 +1,4 @@
-"""`magfold paper`: reproduce the paper, and show what agrees."""
+"""`magfold paper`: reproduce the paper and show the agreement."""
 
 from pathlib import Path
 from typing import Annotated
@@ -22,7 +22,7 @@ def paper(
     quick: options.Quick = False,
     out: options.Results = Path("runs/paper"),
 ) -> None:
-    """Reproduce the paper's figures and tables on one page, and say what agrees."""
+    """Reproduce the paper's figures and tables on one page, with the agreement of each."""
     with options.errors_in_one_line():
         options.need_render(charts=True)
         from magfold_bench.paper import run as runs  # noqa: PLC0415 - for this command only

@@ -1,4 +1,4 @@
-"""Figures 6, 7 and 19 and Table 1: energies of folded states, and where searches for them end."""
+"""Figures 6, 7 and 19 and Table 1: energies of folded states, and results of their searches."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from magfold_env.reporting.tables import joined_pairs
 from magfold_env.shapes import cells, outline
 
 NEAR = 0.005
-"""Shares of an energy that differ by less than this agree."""
+"""Relative difference below which energies agree."""
 
 SEARCHED = 1  # the sequence whose search Figure 6 draws
 SCORE = "score [mJ]"
@@ -35,7 +35,7 @@ _NONE_FOUND = (
 
 
 def state_row(state: State) -> Row:
-    """Return a state as the pictures and tables need it."""
+    """Return a state in the form for pictures and tables."""
     return {
         "word": state.word,
         SCORE: 1e3 * state.coulomb_score,
@@ -70,7 +70,7 @@ def search(quick: bool, progress: Progress) -> Measured:
 
 
 def decisions() -> list[Row]:
-    """Return how the search of sequence 1 decides joint after joint, in both directions."""
+    """Return the decisions of the search of sequence 1, joint by joint, in both directions."""
     scene = states.scene_of(SEARCHED, "literal")
     rows: list[Row] = []
     for direction in quoted.TABLE_1[SEARCHED]:
@@ -124,7 +124,7 @@ def search_claims(measured: Measured) -> list[Claim]:
 
 
 def search_plots(measured: Measured) -> list[Plot]:
-    """Draw the search of sequence 1 step by step, a picture a direction: Figure 6."""
+    """Draw the search of sequence 1 step by step, one picture per direction: Figure 6."""
     made: list[Plot] = []
     for direction in quoted.TABLE_1[SEARCHED]:
         rows = select(measured["decisions"], direction=direction)
@@ -194,7 +194,7 @@ def with_digits(row: Row, *columns: str) -> Row:
 
 
 def lowest_claims(measured: Measured) -> list[Claim]:
-    """Compare with what section 4.1 says about the figure."""
+    """Compare with the statements of section 4.1 about the figure."""
     rows = measured["states"]
     by_name = {str(row["state"]): row for row in rows if row["state"]}
     counts = {n: len(select(rows, sequence=n, stable="yes")) for n in quoted.SEQUENCES}
@@ -238,7 +238,7 @@ def _outlines(by_name: dict[str, Row]) -> Claim:
 
 
 def _below_s1c(rows: list[Row]) -> Claim:
-    """Compare what the discussion says of the states below S1C."""
+    """Compare the statements of the discussion on the states below S1C."""
     mine = select(rows, sequence=1)
     below = mine[: [row["state"] for row in mine].index("S1C")]
     conflicts = [row for row in below if row["conflicts"]]
@@ -277,7 +277,7 @@ def _global_minimum(rows: list[Row], by_name: dict[str, Row]) -> Claim:
 
 
 def _distance(by_name: dict[str, Row], name: str, stated: float) -> Claim:
-    """Compare how far a state's energy is from that of S2B."""
+    """Compare the difference of a state's energy from that of S2B."""
     s2b, other = (float(by_name[each][SCORE]) for each in ("S2B", name))
     found = abs(other - s2b) / abs(s2b)
     turned = states.turned_joints(str(by_name["S2B"]["word"]), str(by_name[name]["word"]))
@@ -309,7 +309,7 @@ def _compact(rows: list[Row]) -> Claim:
 
 
 def lowest_plots(measured: Measured) -> list[Plot]:
-    """Draw the five lowest states of each sequence, a picture a sequence."""
+    """Draw the five lowest states of each sequence, one picture per sequence."""
     made: list[Plot] = []
     for number, five in _five(measured).items():
         named = ", ".join(str(row["state"]) for row in five)
@@ -347,7 +347,7 @@ STATED = {"S1A": quoted.SCORE_S1A, "S1B": quoted.SCORE_S1B}
 
 
 def nearly_equal(quick: bool, progress: Progress) -> Measured:
-    """Look both states up, and count how often simulated releases end in them."""
+    """Compute both states, and count the simulated releases that end in them."""
     found = {state.word: state for state in states.folded(1)}
     rows: list[Row] = []
     for name, stated in STATED.items():
@@ -366,7 +366,7 @@ def nearly_equal(quick: bool, progress: Progress) -> Measured:
 
 
 def nearly_equal_tables(measured: Measured) -> list[Table]:
-    """Return both energies, and how often each state occurs."""
+    """Return both energies and the frequency of each state."""
     columns = ("state", "word", SCORE, "in the paper", "contacts")
     rows = [{key: row[key] for key in columns} for row in measured["states"]]
     energies = [with_digits(row, SCORE, "in the paper") for row in rows]

@@ -1,4 +1,4 @@
-"""Figure 18: how often each sequence ends in which shape, by mode of release."""
+"""Figure 18: frequencies of the shapes of each sequence, by mode of release."""
 
 from collections.abc import Sequence
 
@@ -25,7 +25,7 @@ OUTER = (4, 5)
 """The joints that component 5 turns, dragging 6 along."""
 
 KINDS: dict[str, Kind] = {"bars": "", "strong": "-strong"}
-"""What is released, by the name of its numbers."""
+"""The released scenes, by the name of their results."""
 
 
 def measure(quick: bool, progress: Progress) -> Measured:
@@ -44,14 +44,14 @@ def measure(quick: bool, progress: Progress) -> Measured:
 
 
 def device(kind: Kind) -> str:
-    """Return what the chains of a kind have that others have not."""
+    """Return a description of the properties that distinguish a kind of chains."""
     scene = experiment.paper_scene(1, "free", kind)
     assert scene.magnets is not None
     return f"{scene.magnets.remanence:g} T, µ {scene.frictions[0]:g}"
 
 
 def inputs(number: int, modes: Sequence[Mode], kind: Kind) -> str:
-    """Return what a verdict on a sequence's releases hangs on."""
+    """Return a description of the assumptions of a verdict on a sequence's releases."""
     scene = experiment.paper_scene(number, modes[-1], kind)
     feed = "" if modes == ["free"] else f"feed {scene.feed.speed:g} m/s, "
     return (
@@ -61,7 +61,7 @@ def inputs(number: int, modes: Sequence[Mode], kind: Kind) -> str:
 
 
 def tables(measured: Measured) -> list[Table]:
-    """Return every outcome with its share, beside the paper's words, a table a device."""
+    """Return every outcome with its share beside the paper's description, one table per device."""
     made: list[Table] = []
     for name, kind in KINDS.items():
         shown: list[Row] = []
@@ -172,7 +172,7 @@ def _first_turned(word: str) -> str:
 
 
 def _mostly_s3a(bars: list[Row], mode: str) -> Claim:
-    """Judge whether sequence 3 prefers its only stable state, and else misfolds."""
+    """Judge whether sequence 3 prefers its only stable state, and misfolds otherwise."""
     goal = states.word_of("S3A")
     mine = select(bars, sequence=3, mode=mode)
     share = _rate(mine, goal)
@@ -196,16 +196,16 @@ def _rated(row: Row) -> str:
 
 
 def _first_apart(word: str, goal: str) -> int:
-    """Return the number of the first joint that is turned, and otherwise than in a goal; else 0."""
+    """Return the number of the first joint turned differently than in a goal, or 0."""
     pairs = enumerate(zip(word, goal, strict=True), start=1)
     return next((joint for joint, (a, b) in pairs if a not in ("S", b)), 0)
 
 
 def _misfolds(bars: list[Row]) -> Claim:
-    """Judge whether misfolds of sequence 3 are S3A but for what component 5 has to turn.
+    """Judge whether misfolds of sequence 3 are S3A except for the joints that component 5 turns.
 
-    That an outer joint is straight is not enough: a chain that turned an inner one the wrong way
-    has shut itself in, and misfolds for another reason than the paper's.
+    A straight outer joint is not enough: a chain that turned an inner one the wrong way has blocked
+    itself, and misfolds for a different reason than the paper's.
     """
     goal = states.word_of("S3A")
     mine = [row for row in select(bars, sequence=3) if row["mode"] in MODES[:2]]
@@ -248,7 +248,7 @@ def _folded_interval(rows: list[Row]) -> tuple[float, float, float]:
 
 
 def _rate(rows: list[Row], word: str) -> float:
-    """Return how often a word is folded fully."""
+    """Return the frequency of a full fold into a word."""
     return sum(float(r["probability"]) for r in select(rows, word=word, status=FOLDED))
 
 
@@ -257,7 +257,7 @@ def _per_cent(share: float) -> str:
 
 
 def movement(word: str) -> float:
-    """Return how far centres move from a straight chain to a word, both laid on each other.
+    """Return the movement of centres from a straight chain to a word after alignment.
 
     Root mean square over components, in sides, after the turn and the shift that make it least
     (Kabsch's).
@@ -282,7 +282,7 @@ def least_moved(number: int) -> list[str]:
 
 
 def plots(measured: Measured) -> list[Plot]:
-    """Draw the bars as the benchmark does, a picture a device."""
+    """Draw the bars as in the benchmark, one picture per device."""
     made: list[Plot] = []
     for name, kind in KINDS.items():
         caption = (

@@ -47,7 +47,7 @@ def _ends(found: motions.Motion, reference: motions.Motion) -> Row:
 
 
 def _tables(measured: Measured, *left_out: str) -> list[Table]:
-    """Return the means, a table a strength of magnets, without columns that say nothing more."""
+    """Return the means, one table per strength of magnets, without redundant columns."""
     return [
         Table(
             f"{name.capitalize()}: mean squared errors, and how the fold ends",
@@ -61,7 +61,7 @@ def _tables(measured: Measured, *left_out: str) -> list[Table]:
 
 
 def _over_time_plot(name: str, measured: Measured, line: str) -> Plot:
-    """Draw the error over time, a panel a strength of magnets."""
+    """Draw the error over time, one panel per strength of magnets."""
     title = "The paper's solver: squared error of the angles"
     moved = [row for row in measured["over-time"] if float(row[ERROR]) > 0.0]
     figure = Lines(title, "time [s]", ERROR, line, ("charge",), linear="x").draw(moved)
@@ -77,7 +77,7 @@ OWN, SMOOTH = "from its limit [rad²]", "without friction [rad²]"
 
 
 def steps(quick: bool, progress: Progress) -> Measured:
-    """Follow the fold with ever smaller steps of the paper's solver."""
+    """Simulate the fold with smaller and smaller steps of the paper's solver."""
     counts, finest = (QUICK_STEPS, QUICK_FINEST) if quick else (STEPS, FINEST)
     over_time: list[Row] = []
     means: list[Row] = []
@@ -177,14 +177,14 @@ FIGURE_11 = Reproduction(
 COUNTS = (1, 2, 3, 5, 10, 30)
 GAPS = 1e-3 * 10.0 ** np.linspace(-0.5, 1.5, 41)  # [m]; one of them is a millimetre
 NEAR_FORCE = 0.1
-"""Within this share of the exact force points count as right."""
+"""Share of the exact force within which points count as right."""
 GAP = 0.001  # [m] between two faces that touch, each magnet being 0.5 mm inside its casing
 
 MANY = "from 30 charges [rad²]"
 
 
 def points(quick: bool, progress: Progress) -> Measured:
-    """Follow the fold with ever more charges on a face; the reference has rectangles."""
+    """Simulate the fold with more and more charges on a face; the reference has rectangles."""
     over_time: list[Row] = []
     means: list[Row] = []
     for (name, charge), tick in motions.each_charge(progress):
@@ -210,9 +210,9 @@ def points(quick: bool, progress: Progress) -> Measured:
 
 
 def force_rows() -> list[Row]:
-    """Return a row a gap and number of charges: what two magnets do to each other, over the exact.
+    """Return one row per gap and number of charges: the force of two magnets over the exact one.
 
-    The magnets are equal and look at each other.
+    The magnets are equal and face each other.
     """
     scene = Scene(sequence=("NNNN",), magnets=Magnets())
     thickness, charge = float(Magnets().by_face("thickness")[0]), Magnets().charge
@@ -246,9 +246,9 @@ def _magnet_force(face: Callable[[float], float], gap: float, thickness: float) 
 
 
 def _points_force(magnets: Packed, gap: float, nodes: Nodes) -> float:
-    """Force between two pole faces of unit charge that look at each other; without µ0/4π [1/m²].
+    """Force between two pole faces of unit charge that face each other, without µ0/4π [1/m²].
 
-    Both have the nodes of level 0: all there are if their number is given.
+    Both have the nodes of level 0, which are all nodes if their number is given.
     """
     width = math.hypot(magnets.face_tx[0], magnets.face_ty[0])
     half = magnets.face_half[0]
@@ -263,13 +263,13 @@ def rows_at(rows: list[Row], gap: float) -> list[Row]:
 
 
 def _forces(measured: Measured) -> dict[int, float]:
-    """Return the force where casings touch over the exact one, by the number of charges."""
+    """Return the force of touching casings over the exact one, by the number of charges."""
     near = rows_at(measured["forces"], GAP)
     return {int(row["h"]): float(row["magnets / exact"]) for row in near}
 
 
 def points_tables(measured: Measured) -> list[Table]:
-    """Return errors and ends, a row a number of charges, and the forces at contact."""
+    """Return errors and ends, one row per number of charges, and the forces at contact."""
     near: list[Row] = [{"h": h, "force / exact": force} for h, force in _forces(measured).items()]
     title = f"Two magnets, {1e3 * GAP:.0f} mm apart as where casings touch"
     return [*_tables(measured), Table(title, near)]

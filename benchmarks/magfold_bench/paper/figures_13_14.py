@@ -11,11 +11,11 @@ from magfold_bench.presentation import Lines
 from magfold_bench.tables import Progress, Row, Table, cell_text, select
 
 BESIDE = 1
-"""Frames within which a jump and a snap belong together."""
+"""Largest number of frames between a jump and a snap that belong together."""
 LIKE = 2.0
-"""Distances within this factor of the paper's count as like it."""
+"""Factor within which distances count as similar to the paper's."""
 WINS = 1e-3
-"""Energy [mJ] that is none: of the order of what a solver's tolerance lets through."""
+"""Negligible energy [mJ], of the order of a solver's tolerance."""
 
 PAPER, OURS, DEVICE = "paper's solver", "our solver, points", "our solver, rectangles"
 PAIRS = {
@@ -23,12 +23,12 @@ PAIRS = {
     "the magnets": (OURS, DEVICE),
     "both": (PAPER, DEVICE),
 }
-"""What is compared, by what differs."""
+"""The comparisons, by their difference."""
 ORDER = "joints in the order in which they shut"
 
 
 def measure(quick: bool, progress: Progress) -> Measured:
-    """Follow the fold with both solvers and both kinds of magnets, for both strengths."""
+    """Simulate the fold with both solvers and both kinds of magnets, for both strengths."""
     over_time: list[Row] = []
     folds: list[Row] = []
     differences: list[Row] = []
@@ -92,14 +92,14 @@ def _snap_near(motion: Motion, frame: int) -> bool:
 
 
 def tables(measured: Measured) -> list[Table]:
-    """Return how each fold ends, and how far apart they are on average."""
+    """Return the end of each fold, and their mean distances."""
     title = f"Mean differences over {motions.UNTIL:g} s and all components, by what differs"
     folds = Table("How the fold ends", measured["folds"])
     return [folds, Table(title, measured["differences"])]
 
 
 def claims(measured: Measured) -> list[Claim]:
-    """Compare with what section 5.3 says of the two figures."""
+    """Compare with the statements of section 5.3 on the two figures."""
     by_charge = {
         name: {str(row["made by"]): row for row in rows}
         for name, rows in motions.by_charge(measured["folds"]).items()

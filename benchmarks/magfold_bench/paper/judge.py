@@ -1,8 +1,8 @@
-"""How much of the text the shipped sequences meet: ``python -m magfold_bench.paper.judge``.
+"""Agreement of the shipped sequences with the text: ``python -m magfold_bench.paper.judge``.
 
-Strength of magnets and friction are one number: a force of the magnets grows with the square of
-the remanence, so that with time counted in units that shrink with the remanence only friction over
-its square, and speed over it, are left. Everything is released at 1 T.
+The strength of the magnets and friction reduce to one number: magnetic forces grow with the square
+of the remanence, so with time in units proportional to 1/remanence, only friction over its square
+and speed over it remain. Everything is released at 1 T.
 """
 
 from typing import Annotated, Literal, NamedTuple
@@ -27,11 +27,11 @@ GAP = 0.01
 RUNS, SEED = 100, 1
 CHAIN_WORDS, CHAIN_RUNS = 8, 4
 STALLING = (0.3, 1.0, 1.4, 2.0, 3.0, 5.0)
-"""Friction over the square of the remanence at which longer chains are looked at [1/T²]."""
+"""Friction over the square of the remanence for longer chains [1/T²]."""
 
 
 class Point(NamedTuple):
-    """What a chain is released with."""
+    """The parameters of a release."""
 
     ratio: float
     """Friction over the square of the remanence [1/T²]."""
@@ -45,11 +45,11 @@ POINTS = {
     "sequence-k-strong": ("sequence", Point(0.1 / 1.2**2, 0.05 / 1.2)),
     "alternative-k": ("alternative", Point(0.35 / 0.8**2, 0.32 / 0.8)),
 }
-"""Sequences by what they are shipped as, and with; the first two are fed as in `experiment`."""
+"""Shipped sequences with their parameters; the first two are fed as in `experiment`."""
 
 
 def scene_at(point: Point, mode: Mode) -> Scene:
-    """Return what is released at a point, with sequence 1, as by hand."""
+    """Return the scene for a release by hand at a point, with sequence 1."""
     scene = load_scene("paper/sequence-1")
     scene = scene.replace(magnets={"remanence": 1.0}, friction=point.ratio)
     return by_hand(scene, mode, point.speed)
@@ -89,9 +89,9 @@ def energies(number: int, faces: tuple[str, ...]) -> tuple[dict[str, str], froze
 
 
 def degrees(name: str, point: Point) -> Row:
-    """Return to which degree sequences at a point meet each statement, by its name.
+    """Return the degree to which sequences at a point meet each statement, by name.
 
-    The draws are others than those that the alternative was chosen by.
+    The draws differ from those that selected the alternative.
     """
     found: Row = {}
     for number in NUMBERS:
@@ -107,7 +107,7 @@ def degrees(name: str, point: Point) -> Row:
 
 
 def folded(point: Point, n: int) -> float:
-    """Return how often longer chains fold that are released free, each with one stable fold."""
+    """Return the rates of folding of longer free chains with one stable fold each."""
     suite = load_suite(f"n{n}")
     found = [suite.words[word]["unique"].sequence for word in suite.words]
     scene = scene_at(Point(point.ratio, SHIPPED.speed), "free")
@@ -117,7 +117,7 @@ def folded(point: Point, n: int) -> float:
 
 
 def shipped() -> list[Row]:
-    """Return to which degree the shipped scenes meet each statement."""
+    """Return the degree to which the shipped scenes meet each statement."""
     met = {name: degrees(*each) for name, each in POINTS.items()}
     said: dict[str, str] = {}
     for number in NUMBERS:
@@ -138,7 +138,7 @@ def shipped() -> list[Row]:
 
 
 def chains() -> list[Row]:
-    """Return what is folded, released free, over friction: longer chains, and shipped sequences."""
+    """Return the rates of folding of free chains over friction: longer and shipped ones."""
     made: list[Row] = []
     for ratio in STALLING:
         point = Point(ratio, SHIPPED.speed)
@@ -153,7 +153,7 @@ def chains() -> list[Row]:
 
 
 def main(show: Annotated[Literal["shipped", "chains"], typer.Argument()] = "shipped") -> None:
-    """Print what the shipped sequences meet, or what longer chains do over friction, as CSV."""
+    """Print the statements that shipped sequences meet, or longer chains over friction, as CSV."""
     typer.echo(to_csv({"shipped": shipped, "chains": chains}[show]()), nl=False)
 
 

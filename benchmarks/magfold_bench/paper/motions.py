@@ -1,7 +1,7 @@
-"""Motions of the third sequence, its first component held: how they are made and compared.
+"""Motions of the third sequence with its first component held, and their comparison.
 
-The paper films such a fold and lays its simulation over the film. There is no film here: the
-paper's solver is compared with this project's.
+The paper films such a fold and compares its simulation with the film. Without a film, this module
+compares the paper's solver with this project's.
 """
 
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ HALF, WHOLE = "half charge", "whole charge"
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A fold in frames at the camera's rate; a chain at rest stays where it is."""
+    """A fold in frames at the camera's rate; a chain at rest does not move."""
 
     scene: Scene
     time: FloatArray
@@ -40,11 +40,11 @@ class Motion:
     end: float
     """When the chain came to rest, or `UNTIL` [s]."""
     ended: str
-    """How: a `FoldStatus`, or still moving."""
+    """Status at the end: a `FoldStatus`, or still moving."""
     gained: float
-    """The most by which kinetic and magnetic energy were above those at the start [J]."""
+    """Largest excess of kinetic and magnetic energy over those at the start [J]."""
     freed: float
-    """What the magnets have less at the end than at the start [J]."""
+    """Decrease of the magnetic energy from start to end [J]."""
 
     @property
     def joints(self) -> FloatArray:
@@ -65,7 +65,7 @@ class Motion:
 
 
 def charges() -> dict[str, float]:
-    """Return the magnetic charges of a pole face [A m] that are tried, by name.
+    """Return the tried magnetic charges of a pole face [A m], by name.
 
     Equation 7 gives each of a magnet's two pole faces half of the charge that a magnet of 0.6 T
     has on each.
@@ -76,7 +76,7 @@ def charges() -> dict[str, float]:
 
 
 def each_charge(progress: Progress) -> Iterator[tuple[tuple[str, float], Tick]]:
-    """Yield name and magnitude of the charges, each with what takes its progress."""
+    """Yield the names and magnitudes of the charges, each with a function for its progress."""
     return each_case(progress, list(charges().items()), lambda case: case[0])
 
 
@@ -94,7 +94,7 @@ def literal(charge: float) -> Scene:
 
 
 def stepped(scene: Scene, computations: int) -> Scene:
-    """Return a scene for the paper's solver with so many time steps a frame."""
+    """Return a scene for the paper's solver with a number of time steps per frame."""
     return scene.replace(solver={"time_step": 1.0 / (FRAME_RATE * computations)})
 
 

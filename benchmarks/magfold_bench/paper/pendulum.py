@@ -1,4 +1,4 @@
-"""Figures 15 and 16: pendula, how well integrators keep their energy and what they cost."""
+"""Figures 15 and 16: pendula, energy conservation of integrators and their cost."""
 
 import math
 from collections.abc import Callable
@@ -25,7 +25,8 @@ QUICK_STEPS = (1, 5, 20, 100)
 TOLERANCE, TIGHT = 1e-4, 1e-10  # [rad]; the first is the engine's default
 STEP, CHANGE = "Δt [ms]", "change a step [%]"
 KEPT = 1e-6
-"""Per cent a step; an integrator that changes the energy by less keeps it, as the equations do."""
+"""Per cent per step; an integrator with a smaller energy change conserves energy, like the
+equations."""
 
 _PAIR = f"{integrators.PAIR}, tolerance {TOLERANCE:g}"
 _ENGINE = f"this project's solver, tolerance {TOLERANCE:g}"
@@ -41,7 +42,7 @@ def problem() -> Scene:
 
 
 def depth(scene: Scene) -> float:
-    """Return the energy that there is to swing with [J]: from the start to hanging straight."""
+    """Return the available energy [J]: from the start to hanging straight."""
     hanging, level = np.full(scene.n, -np.pi / 2), np.zeros(scene.n)
     base = np.zeros(2)
     return float(
@@ -52,7 +53,7 @@ def depth(scene: Scene) -> float:
 def change(scene: Scene, angles: FloatArray, rates: FloatArray) -> float:
     """Return the mean change of the energy between frames, as a share of `depth`.
 
-    It is infinite where numbers broke down.
+    It is infinite if numbers are not finite.
     """
     if not (np.isfinite(angles).all() and np.isfinite(rates).all()):
         return math.inf
@@ -64,7 +65,7 @@ def change(scene: Scene, angles: FloatArray, rates: FloatArray) -> float:
 
 
 def integrator_change(name: str, step: float) -> float:
-    """Return the mean change a time step [s]; the adaptive method takes as many as it needs."""
+    """Return the mean change per time step [s]; the adaptive method chooses its steps."""
     scene = problem()
     model, n = pack(scene), scene.n
     work, y = new_work(model), np.zeros(2 * (n + 2))  # at rest on a horizontal line
@@ -91,7 +92,7 @@ def engine_change(step: float, tolerance: float) -> float:
 
 
 def drift(quick: bool, progress: Progress) -> Measured:
-    """Let every integrator take so many steps as the paper's, for each time step."""
+    """Let every integrator take as many steps as the paper's, for each time step."""
     cases: dict[str, Callable[[float], float]] = {
         name: partial(integrator_change, name) for name in integrators.FIXED
     }
@@ -115,7 +116,7 @@ def drift(quick: bool, progress: Progress) -> Measured:
 
 
 def drift_tables(measured: Measured) -> list[Table]:
-    """Return a row a time step and a column an integrator."""
+    """Return one row per time step and one column per integrator."""
     shown = pivot(measured["energy"], STEP, "integrator", CHANGE, "broke down")
     return [Table("Mean change of the energy from one time step to the next [%]", shown)]
 
@@ -165,7 +166,7 @@ def drift_claims(measured: Measured) -> list[Claim]:
 
 
 def drift_plots(measured: Measured) -> list[Plot]:
-    """Draw the change against the time step, a line an integrator."""
+    """Draw the change against the time step, one line per integrator."""
     title = "Pendulum of 3: mean change of the energy a time step"
     figure = Lines(title, STEP, CHANGE, "integrator").draw(measured["energy"])
     caption = (
@@ -212,7 +213,7 @@ def times(quick: bool, progress: Progress) -> Measured:
 
 
 def times_tables(measured: Measured) -> list[Table]:
-    """Return a row a length and a column a contender."""
+    """Return one row per length and one column per contender."""
     title = "Accelerations of one chain [µs], as many ms for 1000 time steps"
     return [Table(title, pivot(measured["times"], "n", "contender", TIME, ""))]
 

@@ -1,4 +1,4 @@
-"""What a figure or table of the paper is here: numbers, and claims, tables and plots of them."""
+"""Counterparts of the paper's figures and tables: numbers, with claims, tables and plots."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from magfold_env.reporting.page import Tone, Verdict
 from magfold_env.reporting.plotting import save_figure
 
 Measured = dict[str, list[Row]]
-"""Rows by what they are of, plain values throughout; the rows of one have equal keys."""
+"""Rows of plain values by subject; the rows of a subject have equal keys."""
 
 
 Outcome = Literal["agrees", "agrees by construction", "disagrees", "cannot be compared"]
@@ -26,29 +26,29 @@ _TONES: dict[Outcome, Tone] = {"agrees": "good", "disagrees": "bad"}
 
 
 class Claim(NamedTuple):
-    """Something that the paper states, and what is found here."""
+    """A statement of the paper, and the result here."""
 
     stated: str
-    """In our words."""
+    """The statement in this project's words."""
     found: str
-    """With the numbers that were measured."""
+    """The result with the measured numbers."""
     holds: bool | None
-    """Whether they agree, going by those numbers; None where they cannot be compared."""
+    """Whether the numbers agree; None if they cannot be compared."""
     why: str = ""
     """The reason, if one is known."""
     built_in: bool = False
     """Whether the sequences were reconstructed so that it holds."""
     inputs: str = ""
-    """What the verdict hangs on: what is assumed, or reconstructed, with its value."""
+    """Assumptions of the verdict: assumed or reconstructed values."""
 
     @classmethod
     def unless(cls, stated: str, found: str, holds: bool, why_not: str) -> Self:
-        """Return a claim with a reason that counts if it does not hold."""
+        """Return a claim with a reason that applies if it does not hold."""
         return cls(stated, found, holds, "" if holds else why_not)
 
     @property
     def outcome(self) -> Outcome:
-        """What the comparison came to."""
+        """The verdict of the comparison."""
         if self.holds is None:
             return "cannot be compared"
         if not self.holds:
@@ -68,7 +68,7 @@ class Plot(NamedTuple):
     """A picture that can be drawn."""
 
     name: str
-    """Of its file, which is a PNG."""
+    """Name of its PNG file."""
     caption: str
     save: Callable[[Path], object]
     """Draws it into a file."""
@@ -84,7 +84,7 @@ class Reproduction:
     """The counterpart of a figure or a table."""
 
     name: str
-    """For ``--only``, and of its files."""
+    """Name for ``--only`` and of its files."""
     title: str
     subject: Subject
     shows: str
@@ -94,15 +94,15 @@ class Reproduction:
     missing: str
     """What is not covered."""
     measure: Callable[[bool, Progress], Measured]
-    """Takes whether to do less; tables, comparisons and pictures are made of what it returns."""
+    """Measures the part, or less of it; tables, comparisons and pictures use the result."""
     tables: Callable[[Measured], list[Table]]
     claims: Callable[[Measured], list[Claim]]
     plots: Callable[[Measured], list[Plot]]
     inputs: str = ""
-    """What those verdicts hang on that name nothing themselves."""
+    """Assumptions of verdicts without their own."""
 
     def verdicts(self, measured: Measured) -> list[Claim]:
-        """Return the claims, each with the inputs that it hangs on."""
+        """Return the claims, each with its assumptions."""
         made = self.claims(measured)
         return [claim._replace(inputs=claim.inputs or self.inputs) for claim in made]
 

@@ -1,6 +1,6 @@
-"""Measure what is chosen, part by part; write numbers, pictures and the page that shows them.
+"""Measure the selected parts; write numbers, pictures and the page that shows them.
 
-The page has every reproduction beside what the paper states, with a verdict for each statement.
+The page shows every reproduction beside the paper's statements, with a verdict for each.
 """
 
 import json
@@ -42,14 +42,14 @@ PARTS = {
 
 
 class Done(NamedTuple):
-    """A reproduction with what was measured, when and where."""
+    """A reproduction with its measurements, time and machine."""
 
     part: Reproduction
     measured: Measured
     machine: dict[str, str]
-    """`reporting.machine.describe` when it was measured."""
+    """Result of `reporting.machine.describe` at the time of the measurement."""
     seconds: float
-    """How long that took."""
+    """Duration of the measurement."""
     pictures: list[Picture]
 
     @property
@@ -73,14 +73,14 @@ def choose(only: Sequence[str]) -> list[Reproduction]:
 
 
 def run(only: Sequence[str], quick: bool, out: Path, progress: Progress) -> list[Done]:
-    """Measure parts, all if none is named, write, and return what the page shows.
+    """Measure the named parts, or all, write the files, and return the content of the page.
 
     A folder's finished parts are not measured again, and are on the page.
 
     Raises
     ------
     ValueError
-        If there is no such part, or the folder holds parts that another version measured.
+        If there is no such part, or the folder contains parts that another version measured.
     """
     chosen = choose(only)
     out.mkdir(parents=True, exist_ok=True)
@@ -108,7 +108,7 @@ def run(only: Sequence[str], quick: bool, out: Path, progress: Progress) -> list
 
 
 def _measure(part: Reproduction, quick: bool, tell: Progress) -> dict[str, Any]:
-    """Measure a part, and say where and how long that took."""
+    """Measure a part, with the machine and the duration."""
     system = machine.describe()
     begun = time.perf_counter()
     measured = part.measure(quick, tell)
@@ -129,7 +129,7 @@ def _done(part: Reproduction, record: dict[str, Any], out: Path) -> Done:
 
 
 def _write(done: dict[str, Done], quick: bool, out: Path) -> list[Done]:
-    """Write the page and all numbers; return what is on it, in the paper's order."""
+    """Write the page and all numbers; return the content of the page, in the paper's order."""
     shown = [done[name] for name in PARTS if name in done]
     content = {
         each.part.name: {
@@ -180,7 +180,7 @@ _QUICK = (
 
 
 def page(done: Sequence[Done], *, quick: bool) -> Page:
-    """Return the page for the reproductions that are done, at least one."""
+    """Return the page for the finished reproductions, at least one."""
     lead: list[Block] = [Points(_answers(done)), overview(done)]
     if quick:
         lead.append(_QUICK)
@@ -198,7 +198,7 @@ def page(done: Sequence[Done], *, quick: bool) -> Page:
 
 
 def _answers(done: Sequence[Done]) -> list[str]:
-    """Return what the statements of each subject come to."""
+    """Return the summary of the statements on each subject."""
     said: list[str] = []
     for subject in get_args(Subject):
         mine = [each for each in done if each.part.subject == subject]
@@ -210,12 +210,12 @@ def _answers(done: Sequence[Done]) -> list[str]:
 
 
 def _name(done: Done) -> str:
-    """Return what the paper calls it."""
+    """Return the paper's name for the part."""
     return done.part.title.partition(":")[0]
 
 
 def overview(done: Sequence[Done]) -> Table:
-    """Return how many statements agree, figure by figure."""
+    """Return the number of statements that agree, by figure."""
     rows: list[Row] = []
     for each in done:
         outcomes = [claim.outcome for claim in each.claims]

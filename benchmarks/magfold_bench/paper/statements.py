@@ -1,7 +1,7 @@
-"""What the paper says of its sequences, statement by statement, as far as a sequence can meet it.
+"""The paper's statements about its sequences that a sequence can meet.
 
-Statements of energies hold or do not; those of releases hold to a degree, so that few releases can
-already tell better from worse.
+Statements about energies hold or do not; those about releases hold to a degree, so that few
+releases can already distinguish better from worse.
 """
 
 from collections import Counter
@@ -15,14 +15,15 @@ from magfold_env.minimiser import Mode
 HOLDS = 0.5
 """A statement holds to a degree above this."""
 RARE = 0.1
-"""What is said to occur occurs in this share of releases at least; what is said not to, at most."""
+"""Smallest share of releases of an outcome that the paper says occurs, and largest share of one
+that it says does not."""
 
 _BOTH: tuple[Mode, Mode] = ("free", "forward")
 _EVERY: tuple[Mode, ...] = (*_BOTH, "backward")
 
 
 class Released(NamedTuple):
-    """A sequence's states, and where its releases end."""
+    """The states of a sequence and the outcomes of its releases."""
 
     names: Mapping[str, str]
     """Words by the paper's names of states: S1A …, those of this sequence."""
@@ -52,11 +53,11 @@ def _is_fold(status: FoldStatus) -> bool:
 
 
 class Statement(NamedTuple):
-    """Something that the paper says of releases."""
+    """A statement of the paper about releases."""
 
     name: str
     said: str
-    """In our words."""
+    """The statement in this project's words."""
     degree: Callable[[Released], float]
     """From 0 to 1; it holds above `HOLDS`."""
 
@@ -69,7 +70,7 @@ def on_the_way(word: str, goal: str, outer: Collection[int]) -> bool:
 
 
 def prefers(mode: Mode, name: str) -> Callable[[Released], float]:
-    """Return how far full folds are of one state rather than of the most frequent other."""
+    """Return the degree to which full folds prefer one state to the most frequent other."""
 
     def degree(made: Released) -> float:
         often = made.rate(mode, name)
@@ -103,7 +104,7 @@ def _rarer(made: Released) -> float:
 
 
 def _only_stable(*exceptions: str) -> Callable[[Released], float]:
-    """Return how far full folds are stable ones, or exceptions, in all modes."""
+    """Return the degree to which full folds are stable ones, or exceptions, in all modes."""
 
     def degree(made: Released) -> float:
         allowed = made.stable | {made.names.get(name, "") for name in exceptions}
@@ -121,7 +122,7 @@ def clear(share: float) -> float:
 
 
 def _dragged(made: Released) -> float:
-    """Return how many misfolds, free and forward, only lack the last two components."""
+    """Return the share of misfolds, free and forward, that only lack the last two components."""
     goal = made.names["S3A"]
     misfolds = [each for mode in _BOTH for each in made.misfolded(mode).items()]
     total = sum(rate for _, rate in misfolds)
@@ -171,7 +172,7 @@ ENERGIES: dict[int, dict[str, str]] = {
     2: {"2 positive": "energies of S2A, S2B and S2C are positive"},
     3: {},
 }
-"""What is said of energies beyond what every candidate meets."""
+"""Statements about energies that not every candidate meets."""
 
 CHAINS = {8: "chains of eight do not fold", 10: "chains of ten do not fold"}
 """Section 2: more than six components do not fold, for friction."""

@@ -12,7 +12,7 @@ from magfold_env.scene import Scene, load_scene
 Model = Literal["literal", "device"]
 
 FIVE = 5
-"""So many states of each sequence have names, those of least energy."""
+"""Number of named states of each sequence, those of least energy."""
 
 MODELS: dict[Model, str] = {
     "literal": "the paper's point charges",
@@ -30,7 +30,7 @@ class Drawn(NamedTuple):
 
     @classmethod
     def of(cls, row: Row) -> Self:
-        """Return what is drawn of a row."""
+        """Return the state to draw for a row."""
         listed = [pair.split("-") for pair in str(row["conflicts"]).split(", ") if pair]
         conflicts = tuple((int(first), int(second)) for first, second in listed)
         energy = 1e-3 * float(row["score [mJ]"])

@@ -1,4 +1,4 @@
-"""Cases by their names; many of them, on one or more processes, to go on after a kill."""
+"""Named cases, and campaigns of many cases on several processes, which survive interruptions."""
 
 import time
 from collections import Counter
@@ -19,16 +19,16 @@ from magfold_env.parallel import Workers, finished
 from magfold_env.scene import Problem, Scene, SceneError, save_scene
 
 BLOCK = 20
-"""Cases that are handed to a worker, and kept, at once."""
+"""Number of cases that a worker gets and stores at once."""
 WAVE = 32
-"""Blocks a worker that are handed out before the time is looked at: the last of them wait."""
+"""Blocks per worker that are handed out before the time is checked; the last ones wait."""
 
 Progress = Callable[[Tally], object]
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scene's kind and its number among those of its kind, of one seed."""
+    """A scene's kind, its number among those of the kind, and its seed."""
 
     seed: int
     kind: str
@@ -40,7 +40,7 @@ class Case:
         return f"{self.kind}-{self.seed}-{self.number}"
 
     def scene(self) -> Scene:
-        """Draw the scene: the same whenever and wherever that is done."""
+        """Draw the scene, which is equal at all times and on all machines."""
         letters = map(ord, self.kind)
         return KINDS[self.kind].make(Source(self.seed, self.number, *letters))
 
@@ -54,7 +54,7 @@ class Case:
             return found
 
     def save(self, broken: Iterable[str], folder: Path) -> Path:
-        """Write the scene, with what it breaks as comments."""
+        """Write the scene, with the broken laws as comments."""
         path = folder / f"{self.name}.yaml"
         lines = [f"case {self.name} of magfold stress breaks", *broken]
         again = f"magfold stress --rerun {path.name}"
@@ -72,7 +72,7 @@ def run(
     out: Path | None = None,
     progress: Progress | None = None,
 ) -> Tally:
-    """Try cases and count what becomes of them.
+    """Try cases and count their results.
 
     Parameters
     ----------
@@ -89,14 +89,14 @@ def run(
     out
         Folder of the state, and of the scenes of failing cases; None keeps nothing.
     progress
-        Is told the tally so far.
+        Called with the tally so far.
 
     Raises
     ------
     SceneError
         If an argument is not allowed.
     CheckpointError
-        If the folder holds the state of another campaign, or a damaged one, or is in use.
+        If the folder contains the state of another campaign or a damaged one, or is in use.
     """
     _check(cases, seed, only, workers, minutes)
     chosen = list(only) or [name for name, kind in KINDS.items() if kind.share]
@@ -137,9 +137,9 @@ def try_block(block: Sequence[Case]) -> Tally:
 
 
 def ordered(seed: int, kinds: Sequence[str]) -> Iterator[Case]:
-    """Yield cases of the kinds in proportion to their shares, without end.
+    """Yield cases of the kinds endlessly, in proportion to their shares.
 
-    A case's scene depends on its kind and its number only, not on which others are tried.
+    A case's scene depends only on its kind and its number, not on the other cases.
     """
     shares = [max(KINDS[name].share, 1) for name in kinds]
     mix = np.random.default_rng(0).permutation(np.repeat(np.arange(len(kinds)), shares))

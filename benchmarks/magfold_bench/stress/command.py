@@ -1,4 +1,4 @@
-"""`magfold stress`: try cases, or a scene again, and show what was found."""
+"""`magfold stress`: try cases, or a scene again, and print the results."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""Kinds of scenes: ordinary ones, and one extreme corner each. Nothing in them is left to draw."""
+"""Kinds of concrete scenes: ordinary ones, and one for each extreme corner."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -44,19 +44,19 @@ Changes = dict[str, Any]
 
 
 class Source:
-    """Draws numbers and choices evenly, from a generator; a subclass may draw otherwise.
+    """Draws numbers and choices uniformly from a generator; a subclass may draw differently.
 
     Parameters
     ----------
     key
-        Seeds it: one key, one stream of draws.
+        Seed: each key has its own stream of draws.
     """
 
     def __init__(self, *key: int) -> None:
         self._rng = np.random.default_rng(key)
 
     def integer(self, low: int, high: int) -> int:
-        """Return an integer from ``low`` to ``high``, both included."""
+        """Return an integer from ``low`` to ``high`` inclusive."""
         return int(self._rng.integers(low, high + 1))
 
     def number(self, low: float, high: float) -> float:
@@ -69,18 +69,18 @@ class Source:
 
 
 def logarithmic(source: Source, low: float, high: float) -> float:
-    """Draw a positive number evenly in its logarithm."""
+    """Draw a positive number log-uniformly."""
     drawn = math.exp(source.number(math.log(low), math.log(high)))
     return min(max(drawn, low), high)
 
 
 def numbers(source: Source, low: float, high: float, count: int) -> tuple[float, ...]:
-    """Draw so many numbers."""
+    """Draw a number of values."""
     return tuple(source.number(low, high) for _ in range(count))
 
 
 def changed(draw: Callable[[Source, int], Changes]) -> Callable[[Source], Scene]:
-    """Return what draws scenes of few components with some changes, drawn after their number."""
+    """Return a function that draws scenes of few components, and then changes to them."""
 
     def make(source: Source) -> Scene:
         n = few(source)
@@ -90,17 +90,17 @@ def changed(draw: Callable[[Source, int], Changes]) -> Callable[[Source], Scene]
 
 
 class Kind(NamedTuple):
-    """One kind of scenes."""
+    """A kind of scenes."""
 
     draws: str
-    """What is extreme about them."""
+    """The extreme property of these scenes."""
     make: Callable[[Source], Scene]
     share: int
-    """How many of a hundred cases; those with none must be asked for."""
+    """Share of the cases in per cent; kinds with 0 are tried only on request."""
 
 
 def ordinary(source: Source) -> Scene:
-    """Draw what users simulate."""
+    """Draw ordinary scenes."""
     return scene(source, few(source))
 
 
@@ -133,13 +133,13 @@ def scene(source: Source, n: int, **changes: Any) -> Scene:
 
 
 def held(source: Source, scene: Scene) -> tuple[float, ...]:
-    """Draw where the tube holds the hinges: as releases do, or all over its bore."""
+    """Draw the offsets of hinges in the tube: as in releases, or over its whole bore."""
     wide = min(source.pick((scene.start_offset_spread, scene.play)), 0.5 * scene.casing.side)
     return numbers(source, -wide, wide, scene.n + 1)
 
 
 def sequence(source: Source, n: int) -> tuple[str, ...]:
-    """Draw magnets, some of which are meant to fold."""
+    """Draw sequences, some of which are designed to fold."""
     if n > 2 and source.integer(0, 2) == 0:
         return designed_sequence(np.random.default_rng(source.integer(0, 2**31)), n)
     letters = source.pick(("NS", "NS", "NS-"))
@@ -147,7 +147,7 @@ def sequence(source: Source, n: int) -> tuple[str, ...]:
 
 
 def mounted(source: Source, slowest: float = 0.01, fastest: float = 0.6) -> Changes:
-    """Draw a mount, and how the tube feeds."""
+    """Draw a mount and a feed."""
     mount = source.pick(("free", "pinned", "tube"))
     if mount != "tube":
         return {"mount": mount}
@@ -155,7 +155,7 @@ def mounted(source: Source, slowest: float = 0.01, fastest: float = 0.6) -> Chan
 
 
 def fed(source: Source, speed: float | tuple[float, ...]) -> Changes:
-    """Draw how the tube feeds."""
+    """Draw the feed."""
     return {
         "direction": source.pick(("forward", "backward")),
         "loading": source.pick(("preloaded", "at_mouth")),
@@ -164,7 +164,7 @@ def fed(source: Source, speed: float | tuple[float, ...]) -> Changes:
 
 
 def uneven(source: Source, n: int) -> Changes:
-    """Draw masses up to a million times apart, and inertias that do not go with them."""
+    """Draw masses that differ by factors of up to a million, and unrelated inertias."""
     mass = tuple(logarithmic(source, 1e-6, 1.0) for _ in range(n))
     even = np.array(mass) * 0.0125**2 / 6.0
     factor = [logarithmic(source, 0.1, 10.0) for _ in range(n)]
@@ -172,7 +172,7 @@ def uneven(source: Source, n: int) -> Changes:
 
 
 def rubbing(source: Source, n: int) -> Changes:
-    """Draw friction of 0, of 10 and of all orders between, also component by component."""
+    """Draw friction of 0, of 10 and of all magnitudes between, also by component."""
     each = tuple(logarithmic(source, 1e-4, 10.0) for _ in range(n))
     return {"friction": source.pick((0.0, 10.0, logarithmic(source, 1e-4, 10.0), each))}
 
@@ -192,7 +192,7 @@ def retracted(source: Source, n: int) -> Changes:
     pace = [logarithmic(source, 0.01, 0.6) for _ in range(count)]
     if source.integer(0, 1) == 0:
         drawn = [(source.number(0.001, n), speed) for speed in pace]
-        # Every leg leads elsewhere.
+        # Every leg moves the feed.
         legs = [leg for k, leg in enumerate(drawn) if k == 0 or leg[0] != drawn[k - 1][0]]
         schedule: Changes = {"advance": legs}
     else:
@@ -298,7 +298,7 @@ def chamber_around(source: Source, n: int) -> tuple[Rectangle, ...]:
 
 
 def leaves_room(solid: Rectangle, alone: Scene) -> bool:
-    """Whether a solid is clear of where a chain begins, and of a tube's bore."""
+    """Return whether a solid is clear of a chain's start and of a tube's bore."""
     casing = alone.casing
     if alone.mount == "tube":
         half = 0.5 * alone.bore + alone.feed.wall
@@ -319,7 +319,7 @@ def leaves_room(solid: Rectangle, alone: Scene) -> bool:
 
 
 def shaken(source: Source, n: int) -> Changes:
-    """Draw trains of bumps, from soft and frequent ones to few that throw a chain about."""
+    """Draw trains of bumps, from soft and frequent ones to rare ones that throw a chain around."""
     bumps = {
         "rate": logarithmic(source, 0.5, 1e3),
         "speed": logarithmic(source, 1e-5, 1.0),
@@ -329,7 +329,7 @@ def shaken(source: Source, n: int) -> Changes:
 
 
 def strong(source: Source, n: int) -> Changes:
-    """Draw magnets of 0 to 1.5 T, also magnet by magnet, in several makes, or none."""
+    """Draw magnets of 0 to 1.5 T of several shapes, also one by one, or none."""
     if source.integer(0, 9) == 0:
         return {"magnets": None}
     one = logarithmic(source, 1e-6, 1.5)
@@ -353,13 +353,13 @@ def rounded(source: Source, n: int) -> Changes:
 
 
 def at_stops(source: Source, n: int) -> Changes:
-    """Draw starts at the stops, where squares touch already; some overlap and are refused."""
+    """Draw starts at the stops, where squares touch; some overlap and are refused."""
     at = tuple(source.pick((-STOP, STOP, 0.0, source.number(-STOP, STOP))) for _ in range(n - 1))
     return {"start_angles": at, "mount": source.pick(("free", "pinned"))}
 
 
 def overlapping(source: Source) -> Scene:
-    """Draw starts in which squares lie in each other: to be refused."""
+    """Draw starts with overlapping squares, which are refused."""
     n = source.integer(5, 9)
     turns = "".join(source.pick("LSR") for _ in range(n - 1))
     if not overlaps(turns):
@@ -371,7 +371,7 @@ def overlapping(source: Source) -> Scene:
 
 
 def symmetric(source: Source, n: int) -> Changes:
-    """Draw chains that are their own mirror image, exactly straight or next to it."""
+    """Draw chains that are their own mirror image, exactly straight or nearly so."""
     halves = [(source.pick("NS-"), source.pick("NS-")) for _ in range(n)]
     off = source.pick((0.0, 0.0, 1e-15, 1e-9))
     return {
@@ -387,7 +387,7 @@ def tolerances(source: Source) -> Scene:
 
 
 def outside(source: Source, n: int) -> Changes:
-    """Draw fields, gravity in the plane and fixed magnets, beside the straight chain."""
+    """Draw fields, gravity in the plane, and fixed magnets beside the straight chain."""
     pull = source.pick(((0.0, 0.0), numbers(source, -20.0, 20.0, 2)))
     size = {name: source.number(0.005, 0.03) for name in ("width", "height", "thickness")}
     beside = source.pick((-1.0, 1.0)) * (0.04 + 0.3 * 0.0177 * n + source.number(0.0, 0.1))

@@ -1,4 +1,4 @@
-"""The laws that every scene is held against, whatever kind it is of.
+"""The laws that every scene of any kind must satisfy.
 
 Bounds are in units of the scene itself: its side, its energies' range, its tolerance.
 """
@@ -41,9 +41,9 @@ PAIR = 1e-4  # of the energy of two full charges a side apart
 
 
 def check(scene: Scene) -> Verdict:
-    """Simulate a scene, in which nothing may be left to draw, and check it by every law."""
+    """Simulate a concrete scene and check every law."""
     verdict = Verdict()
-    # Of the paper's solver nothing is asked but the truth about its numbers, at the end.
+    # For the paper's solver, only the reported numbers at the end are checked.
     paper = scene.solver.method == "paper"
     stride = scene.solver.max_steps if paper else max(1, scene.solver.max_steps // LOOKS)
     motion, session = follow(scene, stride)
@@ -82,13 +82,13 @@ def identical(one: Fold, other: Fold) -> bool:
 
 
 def is_finite(fold: Fold) -> bool:
-    """Whether all numbers at the end are."""
+    """Whether all numbers at the end are finite."""
     values = np.concatenate([fold.angles, fold.base, [fold.energy, fold.time]])
     return bool(np.isfinite(values).all())
 
 
 def check_refusal(scene: Scene, fold: Fold, verdict: Verdict) -> None:
-    """Ask that overlapping starts are refused, others not, and that no run breaks down."""
+    """Check that overlapping starts are refused, others accepted, and that no run fails."""
     refused = fold.status is FoldStatus.FAILED and REFUSAL in fold.message
     if scene.contact and scene.mount != "tube" and scene.solver.method == "adaptive":
         assert scene.start_angles is not None
@@ -106,14 +106,14 @@ def check_refusal(scene: Scene, fold: Fold, verdict: Verdict) -> None:
 def poles_meet(scene: Scene) -> bool:
     """Whether poles may run through each other, where forces have no bounds.
 
-    Nothing keeps them apart without contact, of which the paper's solver knows none.
+    Only contact keeps them apart, and the paper's solver has none.
     """
     solid = scene.contact and scene.solver.method == "adaptive"
     return scene.magnets is not None and not solid
 
 
 def check_inside(scene: Scene, inside: Inside, verdict: Verdict) -> None:
-    """Ask that nothing penetrates or passes through, and that joints keep to their stops."""
+    """Check that nothing penetrates or passes through, and that joints stay within their stops."""
     tolerance = scene.solver.tolerance
     if scene.contact:
         loose = max(1.0, tolerance / USUAL)
@@ -123,13 +123,13 @@ def check_inside(scene: Scene, inside: Inside, verdict: Verdict) -> None:
         verdict.require("no crossing", inside.crossings == 0, f"{inside.crossings} times")
         verdict.bound("joint stops", inside.past_stop, max(LEAST, tolerance))
     if scene.mount == "tube":
-        # What is held again lies where contacts left it.
+        # Components that are held again are where contacts left them.
         allowed = WITHIN if scene.feed.schedule is None else DEEPEST
         verdict.bound("held within the bore", inside.beyond_bore, allowed)
 
 
 def check_energies(motion: Motion, verdict: Verdict) -> None:
-    """Ask that neither energy nor momentum comes from nowhere."""
+    """Check that neither energy nor momentum appears from nowhere."""
     scene = motion.scene
     if poles_meet(scene):
         verdict.notes.append("poles that meet")
@@ -141,10 +141,10 @@ def check_energies(motion: Motion, verdict: Verdict) -> None:
 
 
 def check_passivity(motion: Motion, verdict: Verdict) -> None:
-    """Ask that energy comes from what works on the chain, and goes into friction and impacts.
+    """Check that energy comes only from work on the chain, and is lost to friction and impacts.
 
-    A larger error than usual must be one of the steps: with a tenth of the tolerance little of it
-    may be left.
+    A larger error than usual must come from the steps: with a tenth of the tolerance, little of it
+    may remain.
     """
     tolerance = motion.scene.solver.tolerance
     many = min(max(LEAST_SHARES, A_STEP * len(motion.time)), MOST_SHARES)
@@ -163,11 +163,11 @@ def check_passivity(motion: Motion, verdict: Verdict) -> None:
 
 
 def energy_errors(motion: Motion, least: float) -> dict[tuple[str, str], float]:
-    """Return how far energy rises that should not, and falls, by law and what is wrong.
+    """Return unexpected rises and falls of energy, by law and problem.
 
-    Relative to its range in the run, to the work, or to what was kinetic, whichever is most. Of
-    slow motions it is known less exactly: rates are, to a share of what magnets can make of them.
-    Rounding counts for less than ``least``.
+    They are relative to the largest of its range in the run, the work and the kinetic energy. The
+    energy of slow motions is less exact, because rates are exact to a share of their typical size.
+    Values below ``least`` count as rounding.
     """
     own, kept = motion.own, motion.own + motion.impacts
     terms = (motion.potential, motion.kinetic, motion.total, motion.work, motion.impacts)
@@ -186,7 +186,7 @@ def energy_errors(motion: Motion, least: float) -> dict[tuple[str, str], float]:
 
 
 def rise(values: np.ndarray) -> float:
-    """Return how far values rise above the least before them."""
+    """Return the rise of values above the least earlier value."""
     return float((values - np.minimum.accumulate(values)).max())
 
 
@@ -198,13 +198,13 @@ def pair_energy(scene: Scene) -> float:
 
 
 def touches_solid(fold: Fold) -> bool:
-    """Whether a component leans on a solid at the end."""
+    """Return whether a component leans on a solid at the end."""
     released = np.array([fold.scene.n])
     return bool(depths(fold.scene, fold.angles[None], fold.base[None], released).solids.any())
 
 
 def check_momentum(motion: Motion, verdict: Verdict) -> None:
-    """Ask that what begins at rest and feels nothing from outside has no momentum."""
+    """Check that a chain that begins at rest without external forces has no momentum."""
     scene = motion.scene
     outer = scene.field is not None and scene.field.any
     linear, angular = mechanics.momenta(
@@ -213,7 +213,7 @@ def check_momentum(motion: Motion, verdict: Verdict) -> None:
     mass = float(scene.masses.sum())
     weight = mass * np.array(scene.gravity.in_plane)
     length = scene.n * scene.casing.diagonal
-    # An error of a rate moves all that lies beyond it.
+    # An error of a rate moves everything beyond it.
     size = mass * length * float(np.abs(motion.rates).max())
     if outer or size == 0.0:
         return
@@ -226,7 +226,7 @@ def check_momentum(motion: Motion, verdict: Verdict) -> None:
 
 
 def check_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
-    """Ask that the status says what is so, and names the limit that was met."""
+    """Check that the status is true, and names the limit that was reached."""
     scene, solver = fold.scene, fold.scene.solver
     off = np.abs(np.abs(fold.joint_angles) - np.pi / 2.0)
     shut = bool((off <= FOLDED_WITHIN).all())
@@ -253,7 +253,7 @@ def check_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
 
 
 def check_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
-    """Ask that what is told to rest does, and does so again when it is put down there."""
+    """Check that a chain with a status of rest is at rest, also when it starts again from there."""
     if fold.status not in SETTLED:
         return
     scene = fold.scene
@@ -269,7 +269,7 @@ def check_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
     if scene.mount == "tube" or outside or touches_solid(fold):
         return
     joints = np.clip(fold.joint_angles, -np.pi / 2.0, np.pi / 2.0)
-    # Angles alone would put it down elsewhere among the obstacles.
+    # Angles alone would place it elsewhere among the obstacles.
     again = simulate(scene.replace(start_angles=joints, bumps=None, obstacles=()))
     moved = float(np.abs(again.joint_angles - joints).max(initial=0.0))
     verdict.bound("rest again", moved, 1e-6, f"put down again [rad], then {again.message}")

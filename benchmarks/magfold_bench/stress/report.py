@@ -1,4 +1,4 @@
-"""What a campaign found, as tables and JSON."""
+"""Results of a campaign as tables and JSON."""
 
 import json
 from pathlib import Path
@@ -16,7 +16,7 @@ SHOWN = 5  # failing cases of a law that are listed
 
 
 def kinds_table(tally: Tally) -> Table:
-    """Return how the cases of each kind ended, and how many break a law."""
+    """Return the ends of the cases of each kind, and the number that break a law."""
     table = Table(title=f"{tally.cases} cases, {tally.seconds:.0f} s of processor time")
     table.add_column("kind")
     table.add_column("what is drawn")
@@ -37,7 +37,7 @@ def kinds_table(tally: Tally) -> Table:
 
 
 def laws_table(tally: Tally) -> Table:
-    """Return for how many cases each law was checked, and which break it."""
+    """Return the number of cases checked for each law, and those that break it."""
     table = Table(title="Laws")
     for name in ("law", "judged", "broken", "nearest to breaking", f"cases (up to {SHOWN})"):
         table.add_column(name, justify="left" if name[:4] in {"law", "case"} else "right")
@@ -52,7 +52,7 @@ def laws_table(tally: Tally) -> Table:
 
 
 def verdict_table(name: str, verdict: Verdict) -> Table:
-    """Return what one scene keeps and breaks."""
+    """Return the laws that one scene keeps and breaks."""
     table = Table(title=escape(f"{name}: {verdict.status}, {verdict.message}"))
     for column in ("law", "share of what is allowed", "broken by"):
         table.add_column(column)

@@ -1,8 +1,8 @@
 """Symmetric scenes fold symmetrically: in a mirror, turned, and seen from the other end.
 
-A fold that a start moved by 1e-6 rad changes as well says nothing, and the error that the solver's
-tolerance allows may differ between views: what differs must do so at two far tighter ones too, and
-far more than either view does from one tolerance to another.
+A fold that also changes when the start moves by 1e-6 rad is not evidence, and the error within the
+solver's tolerance may differ between views. A difference therefore counts only if it persists at
+two far tighter tolerances and is far larger than the change of either view between tolerances.
 """
 
 import math
@@ -36,21 +36,21 @@ OWN = 0.1  # of what views differ by: more from the tolerance alone, and that de
 
 
 class End(NamedTuple):
-    """How a chain ends."""
+    """The end of a chain."""
 
     status: FoldStatus
     joints: FloatArray
     capped: bool
-    """Whether its steps were too many: where that stops a chain depends on rounding."""
+    """Whether it reached the limit of steps, where rounding decides the end of a chain."""
 
     @classmethod
     def of(cls, fold: Fold) -> Self:
-        """Return how a fold ends."""
+        """Return the end of a fold."""
         return cls(fold.status, fold.joint_angles, "are the limit" in fold.message)
 
 
 def check_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
-    """Mirror it, turn it and look at it from its other end."""
+    """Check a scene mirrored, turned and seen from its other end."""
     if scene.n == 1 or fold.steps > MOST_STEPS:
         return
     if scene.mount == "tube":
@@ -76,7 +76,7 @@ def check_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
 
 
 def views(scene: Scene) -> dict[str, End]:
-    """Return how a scene ends that is mirrored, turned, looked at from its other end."""
+    """Return the ends of a scene that is mirrored, turned, and seen from its other end."""
     image = end_of(mirrored(scene))
     ends = {"mirror": image._replace(joints=-image.joints)}
     # A chain begins along +x, where what turns with the view may stand.
@@ -88,7 +88,7 @@ def views(scene: Scene) -> dict[str, End]:
 
 
 def reason_set_aside(scene: Scene, here: End, different: Mapping[str, End]) -> str:
-    """Return why some views may end otherwise, nothing if they may not."""
+    """Return the reason why some views may end differently, or nothing if they may not."""
     starts = moved_starts(scene, np.random.default_rng(0))
     if any(not alike(end_of(start), here) for start in starts):
         return "sensitive to 1e-6 rad"
@@ -118,12 +118,12 @@ def is_decided_by_error(
 
 
 def end_of(scene: Scene) -> End:
-    """Return how a scene ends."""
+    """Return the end of a scene."""
     return End.of(simulate(scene))
 
 
 def turned_end(scene: Scene) -> End:
-    """Return how a scene ends when all of it, the chain included, is turned."""
+    """Return the end of a scene when all of it, including the chain, is turned."""
     session = SteppedSession(turned(scene, TURN), stride=AT_ONCE)
     session.turn(TURN)
     session.run()
@@ -136,7 +136,7 @@ def alike(one: End, other: End) -> bool:
 
 
 def _check_other_end_of_tube(scene: Scene, fold: Fold, verdict: Verdict) -> None:
-    """Ask for one run from both views, bit for bit: the engine counts from the held end."""
+    """Check that both views give the same run, bit for bit: the engine counts from the held end."""
     other = simulate(seen_from_other_end(scene))
     same = (other.status, other.time, other.steps) == (fold.status, fold.time, fold.steps)
     off = _apart(_reversed(End.of(other)).joints, fold.joint_angles)
@@ -164,7 +164,7 @@ def mirrored(scene: Scene) -> Scene:
 def turned(scene: Scene, angle: float) -> Scene:
     """Return the scene whose surroundings are turned by an angle [rad] about the origin.
 
-    Nothing in a scene says which way a chain heads at first: its headings are to be turned too.
+    A scene does not contain the initial heading of a chain, so the headings must be turned too.
     """
     c, s = math.cos(angle), math.sin(angle)
     return _around(scene, np.array([[c, -s], [s, c]]))
@@ -247,7 +247,7 @@ def _around(scene: Scene, matrix: FloatArray) -> Scene:
 
 
 def _moved(scene: Scene, way: FloatArray) -> Scene:
-    """Return the scene with what does not move elsewhere [m]."""
+    """Return the scene with its fixed bodies moved [m]."""
     changes: dict[str, Any] = {
         "obstacles": [
             {**each.model_dump(), "position": way + each.position} for each in scene.obstacles

@@ -1,4 +1,4 @@
-"""What the laws say about one case, and what many cases add up to."""
+"""The verdict of the laws on a case, and the sum of many cases."""
 
 import math
 from collections import Counter
@@ -14,7 +14,7 @@ class Broken:
 
     law: str
     value: float
-    """Nan where the law is not about a number."""
+    """NaN if the law is not about a number."""
     allowed: float
     words: str = ""
 
@@ -25,25 +25,25 @@ class Broken:
 
 @dataclass
 class Verdict:
-    """How a case ended, the worst values of the laws that hold for it, and those it breaks."""
+    """The end of a case, the worst values of the laws that apply to it, and the broken laws."""
 
     status: str = ""
     message: str = ""
     worst: dict[str, float] = field(default_factory=dict[str, float])
-    """Value over what is allowed, by law."""
+    """Value relative to the allowed one, by law."""
     broken: list[Broken] = field(default_factory=list[Broken])
     notes: list[str] = field(default_factory=list[str])
-    """What was set aside, or could not be checked."""
+    """Exclusions, and checks that were not possible."""
 
     def bound(self, law: str, value: float, allowed: float, words: str = "") -> None:
-        """Hold a value against what is allowed; what is no number breaks every law."""
+        """Compare a value with the allowed one; NaN breaks every law."""
         share = value / allowed
         self.worst[law] = max(self.worst.get(law, 0.0), share)
         if not value <= allowed:
             self.broken.append(Broken(law, value, allowed, words))
 
     def require(self, law: str, holds: bool, words: str) -> None:
-        """Note a law that is not about a number, with what is wrong if it does not hold."""
+        """Record a law that is not about a number, with the problem if it is broken."""
         self.worst[law] = max(self.worst.get(law, 0.0), 0.0 if holds else math.inf)
         if not holds:
             self.broken.append(Broken(law, math.nan, math.nan, words))
@@ -51,18 +51,18 @@ class Verdict:
 
 @dataclass
 class Tally:
-    """Counts of cases, and those that break a law; its `vars` are values that JSON can hold."""
+    """Counts of cases, and those that break a law; its `vars` are JSON values."""
 
     statuses: dict[str, Counts] = field(default_factory=dict[str, Counts])
-    """How many of each kind ended how."""
+    """Number of cases by kind and end."""
     held: Counts = field(default_factory=Counts)
-    """For how many cases each law was checked."""
+    """Number of cases in which each law was checked."""
     worst: dict[str, tuple[float, str]] = field(default_factory=dict[str, tuple[float, str]])
-    """Largest share of what is allowed among the cases that keep the law, and the case."""
+    """Largest share of the allowed value among the cases that keep the law, and the case."""
     failures: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
     """Name, kind and broken laws of the cases that break one."""
     notes: Counts = field(default_factory=Counts)
-    """What was set aside."""
+    """Exclusions."""
     seconds: float = 0.0
     """Processor time."""
 
@@ -81,7 +81,7 @@ class Tally:
             self.failures.append({"case": case, "kind": kind, "broken": laws})
 
     def merge(self, other: Self) -> None:
-        """Count what another one counts."""
+        """Add the counts of another tally."""
         for kind, counts in other.statuses.items():
             self.statuses.setdefault(kind, Counts()).update(counts)
         self.held.update(other.held)
@@ -93,5 +93,5 @@ class Tally:
 
     @property
     def cases(self) -> int:
-        """How many."""
+        """Number of cases."""
         return sum(counts.total() for counts in self.statuses.values())

@@ -1,1 +1,1 @@
-"""What energy minimisation alone achieves, against which rewards are measured."""
+"""Baselines: the scores that energy minimisation achieves without learning."""

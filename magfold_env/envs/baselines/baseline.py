@@ -1,10 +1,10 @@
-"""What energy minimisation alone achieves: the number that a reward is measured against.
+"""Baselines: the score that energy minimisation alone achieves, which rewards may subtract.
 
 For a target word, the energy minimiser designs the sequence with the largest gap between the
 target's energy and its best competitor's. That design is fed out of the tube at the best of five
 speeds, and the baseline b is its mean score over `SCORING_DRAWS` draws of the physics. The speed
-is chosen on other draws, so that b is not flattered by its own luck. Baselines are shipped with
-the package, or computed once and kept on disk for the user.
+is chosen on other draws, so that chance does not inflate b. Some baselines come with the package;
+the others are computed once and cached on disk.
 """
 
 import hashlib
@@ -38,22 +38,22 @@ SCORING_DRAWS = 64
 
 @dataclass(frozen=True)
 class Baseline:
-    """The energy minimiser's result for one target, or that of one speed for a chain that is given.
+    """The energy minimiser's result for a target, or the best constant speed of a given chain.
 
     Attributes
     ----------
     target : str
-        The word, or words in turn with hyphens between.
+        The word, or several words in order, joined by hyphens.
     sequence : tuple of str or None
-        The design, or the chain; None where there is none.
+        The design or the given chain; None if there is no design.
     speed : float or None
-        Feed speed at which it does best [m/s].
+        Feed speed at which the chain scores best [m/s].
     score : float
         b, its mean score; 0 without a design.
     success : float
         Share of the draws that ended in success; 0 without a design.
     direction : str or None
-        Direction of feed of a chain that is given, of which only the speed is free.
+        Direction of feed of a given chain, where only the speed is free.
     later : tuple of float
         The speeds after `speed` of a chain that is pulled in and pushed out again [m/s].
     tray : tuple of str
@@ -71,19 +71,19 @@ class Baseline:
 
     @property
     def name(self) -> str:
-        """What it is kept under: the target, and the chain, or tray, if that is given."""
+        """Key in the cache: the target, and the chain or tray if one is given."""
         if self.direction is None or self.sequence is None:
             return self.target
         return chain_name(self.tray or self.sequence, self.direction, self.target)
 
     @property
     def flagged(self) -> bool:
-        """Whether b is 0 for want of a design."""
+        """Whether b is 0 because there is no design."""
         return self.sequence is None
 
 
 def chain_name(sequence: Iterable[str], direction: str, target: str) -> str:
-    """Return what the baseline of a chain that is given is kept under."""
+    """Return the cache key of the baseline of a given chain."""
     return f"{direction}-{'-'.join(sequence)}-{target}"
 
 
@@ -93,10 +93,10 @@ def unknown_baseline(target: str) -> Baseline:
 
 
 def designs(scene: Scene) -> dict[str, tuple[str, ...] | None]:
-    """Return the minimiser's design for every fully folded word, None where there is none.
+    """Return the minimiser's design for every fully folded word, or None for words without one.
 
-    All words together take as long as one, some seconds at six components. Longer chains are
-    beyond the exhaustive search and have no designs.
+    Computing all words takes as long as computing one: some seconds for six components. Longer
+    chains are beyond the exhaustive search and have no designs.
     """
     words = folded_words(scene.n)
     if scene.n > LONGEST:
@@ -128,7 +128,7 @@ def evaluate_design(
     trials = [
         _trial(designed, goal, speed, "selection", SELECTION_DRAWS) for speed in CANDIDATE_SPEEDS
     ]
-    # The slowest of equally good speeds: argmax takes the first.
+    # argmax returns the first, and so the slowest, of equally good speeds.
     speed = CANDIDATE_SPEEDS[int(np.argmax([mean for mean, _ in trials]))]
     mean, success = _trial(designed, goal, speed, "scoring", SCORING_DRAWS)
     return Baseline(target, sequence, speed, mean, success)
@@ -153,7 +153,7 @@ def draw_generator(stream: str, index: int) -> np.random.Generator:
 
 
 def _draws_anything(scene: Scene) -> bool:
-    """Return whether two draws of `scene` differ; where they don't, one run says it all."""
+    """Return whether two draws of `scene` differ; if they do not, one run is enough."""
     return scene.draw(draw_generator("probe", 0)) != scene.draw(draw_generator("probe", 1))
 
 
@@ -162,7 +162,7 @@ LATER_SPREADS = (
     "obstacle_offset", "tilt",
 )  # fmt: skip
 PHYSICS_VERSION = "10"
-"""Changes whenever the same scene may fold differently, which makes older baselines void."""
+"""Changes whenever the same scene may fold differently, which invalidates older baselines."""
 
 _log = logging.getLogger(__name__)
 
@@ -173,7 +173,7 @@ class Store:
     Parameters
     ----------
     key : str
-        A hash of everything that they depend on besides their names.
+        A hash of everything that the baselines depend on besides their names.
     """
 
     def __init__(self, key: str) -> None:
@@ -181,17 +181,17 @@ class Store:
         self._known: dict[str, Baseline] = dict(_shipped().get(key, {}))
 
     def get(self, name: str) -> Baseline:
-        """Return the baseline of a target, or task; may take some seconds the first time."""
+        """Return the baseline of a target or task; the first call may take some seconds."""
         if name not in self._known:
             self._known[name] = self._cached(name)
         return self._known[name]
 
     @abstractmethod
     def compute(self, name: str) -> Baseline:
-        """Return the baseline of a target, or task, computed anew."""
+        """Compute the baseline of a target or task without the cache."""
 
     def _cached(self, name: str) -> Baseline:
-        """Return the baseline from the user's cache, computed and put there if need be."""
+        """Return the baseline from the user's cache; compute and store a missing one."""
         path = cache_folder() / self.key / f"{name}.json"
         if path.is_file():
             return _from_dict(json.loads(path.read_text(encoding="utf-8")))
@@ -224,7 +224,7 @@ class BaselineStore(Store):
         return designs(self._scene)
 
     def compute(self, name: str) -> Baseline:
-        """Return the baseline of a target, computed anew."""
+        """Compute the baseline of a target without the cache."""
         return evaluate_design(self._scene, name, self._designs[name], self._match)
 
 
@@ -236,16 +236,16 @@ def baseline_key(
 ) -> str:
     """Return a hash of everything that a baseline depends on besides its name.
 
-    The ``protocol`` is how it is computed.
+    ``protocol`` describes how the baseline is computed.
     """
     content = scene.model_dump(mode="json")
     if match != "word":
         content["match"] = match
-    # The agent chooses these, the design replaces them.
+    # The agent chooses these and the design replaces them.
     del content["sequence"], content["feed"]["speed"]
     if not (scene.field and scene.field.any):
-        del content["field"]  # one that does not act is none
-    # What older scenes did not have is left out where it is not used.
+        del content["field"]  # a field that does not act counts as none
+    # Keys that older scenes lacked are omitted where they are unused, so that hashes stay the same.
     for group, names in ((content, ("obstacles", "bumps")), (content["spreads"], LATER_SPREADS)):
         for name in names:
             if not group[name]:
@@ -291,7 +291,7 @@ def _shipped() -> dict[str, dict[str, Baseline]]:
 
 
 def _from_dict(content: dict[str, Any]) -> Baseline:
-    """Return the baseline that was written as `content`."""
+    """Return the baseline stored as `content`."""
     sequence: list[str] | None = content.pop("sequence")
     found = Baseline(sequence=None if sequence is None else tuple(sequence), **content)
     return replace(found, later=tuple(found.later), tray=tuple(found.tray))

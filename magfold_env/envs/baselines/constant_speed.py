@@ -1,8 +1,8 @@
-"""The best constant speed of a chain that is given: b where nothing but the speed is free.
+"""The best constant speed of a given chain: the baseline b where only the speed is free.
 
-Of `SPEEDS` the one that scores best on the draws of the stream ``selection`` is taken, the slowest
-of equally good ones, and b is its mean score on those of the stream ``scoring``. Neither are draws
-that results are reported on, nor such that anything is trained on.
+The baseline takes the speed of `SPEEDS` that scores best on the draws of the stream ``selection``,
+and the slowest of equally good ones. b is its mean score on the draws of the stream ``scoring``.
+Neither reported results nor training use these draws.
 """
 
 from abc import abstractmethod
@@ -27,10 +27,10 @@ from magfold_env.envs.tasks.feed_tasks import TaskWorld
 from magfold_env.envs.tasks.reward import RewardRule
 
 SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, 13), 12).tolist())
-"""The speeds that are tried [m/s]."""
+"""Candidate speeds [m/s]."""
 
 Plan = Callable[[Any, Ints], Any]
-"""Chooses what some rows of episodes do in the next step, as `World.actions` reads it."""
+"""Returns the next actions of some rows of episodes, in the form that `World.actions` returns."""
 
 
 class TaskStore(Store):
@@ -42,11 +42,11 @@ class TaskStore(Store):
     Parameters
     ----------
     make_episodes : callable
-        Makes so many episodes of the world.
+        Makes a given number of episodes of the world.
     world : TaskWorld
-        What they share; tasks are told apart by name.
+        What the episodes share; task names are unique.
     protocol : sequence
-        What else they depend on.
+        What else the baselines depend on.
     """
 
     draws: ClassVar[tuple[int, int]] = (64, 128)
@@ -58,18 +58,18 @@ class TaskStore(Store):
         protocol = (*self.protocol(world), *protocol)
         super().__init__(baseline_key(world.scene, world.match, protocol))
         self._make, self._world = make_episodes, copy(world)
-        self._world.rule = RewardRule("score")  # or trials would ask for what they find
+        self._world.rule = RewardRule("score")  # trials need no baselines
         self.names = [task.name for task in world.tasks]
-        """What the tasks are kept under."""
+        """Cache keys of the tasks."""
 
     def plan(self, numbers: Sequence[int]) -> Plan:
-        """Return what plays the schedules that set the baselines of tasks, each in its own row."""
+        """Return a player of the schedules that set the tasks' baselines, one row per task."""
         found = {number: self.get(self.names[number]) for number in set(numbers)}
         return self._plan([(number, found[number]) for number in numbers])
 
     @abstractmethod
     def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
-        """Return what plays the schedules of tasks, by number, that set baselines."""
+        """Return a player of the schedules that set the baselines of tasks, given by number."""
 
     @abstractmethod
     def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
@@ -100,7 +100,7 @@ class TaskStore(Store):
 
 
 class ConstantSpeedStore(TaskStore):
-    """The baselines that constant speeds set; arguments are those of `TaskStore`."""
+    """Baselines set by constant speeds; the arguments are those of `TaskStore`."""
 
     def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
         """Return what baselines of this kind depend on."""

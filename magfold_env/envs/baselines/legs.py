@@ -1,6 +1,6 @@
-"""Feeding in legs: a speed until the feed has gone so far, then another.
+"""Feeding in legs: one speed up to a given advance of the feed, then another.
 
-It knows how far the feed has gone, and nothing else.
+The player knows the advance of the feed and nothing else.
 """
 
 from collections.abc import Sequence
@@ -12,39 +12,39 @@ from magfold_env.envs.chains.arrays import Bools, Floats, Ints
 from magfold_env.envs.spaces.actions import SLOWEST_LEVEL
 
 BRAKE = 8.0
-"""How hard the feed slows down before it stands still [m/s²]."""
+"""Deceleration of the feed before it stops [m/s²]."""
 
 NEAR = 0.05
-"""From where it stands still, before the place that is meant [diagonals]."""
+"""Distance before the end of a leg at which a braking feed stops [diagonals]."""
 
 _NEVER = 1_000_000
 
 
 class Leg(NamedTuple):
-    """A part of the way, which ends at a place or after some time, whichever comes first."""
+    """A part of the motion, which ends at an advance or after a time, whichever comes first."""
 
     speed: float
-    """Of the feed [m/s]; out of the tube is positive, and 0 stands still."""
+    """Speed of the feed [m/s]: positive out of the tube, 0 to stop."""
     until: float = np.inf
-    """The advance of the feed at which it ends [m]."""
+    """Advance of the feed at which the leg ends [m]."""
     steps: int = _NEVER
-    """Steps after which it ends."""
+    """Number of steps after which the leg ends."""
     brakes: bool = False
-    """Whether the feed slows down before it gets there."""
+    """Whether the feed brakes before the end of the leg."""
 
 
 class Following:
-    """Plays legs one after another in every row of episodes, and goes on with the last.
+    """Plays legs in order in every row of episodes, and continues with the last.
 
     Parameters
     ----------
     ways : sequence of sequence of Leg
-        For each row its legs.
+        The legs of each row.
 
     Attributes
     ----------
     at : array of int, shape (m,)
-        Which leg every row is in, from 0.
+        Index of the current leg of every row.
     """
 
     def __init__(self, ways: Sequence[Sequence[Leg]]) -> None:
@@ -56,7 +56,7 @@ class Following:
         self._taken: Ints = np.zeros(len(ways), dtype=np.int64)
 
     def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:
-        """Return the speeds of some rows in the next step [m/s]."""
+        """Return the speeds of some rows for the next step [m/s]."""
         diagonal = episodes.world.scene.casing.diagonal
         gone = episodes.chains.advances()[rows]
         _, left, steps, brakes = self._now(rows, gone)
@@ -71,16 +71,16 @@ class Following:
         return (np.where(brakes > 0.0, np.copysign(slowed, speed), speed),)
 
     def restart(self, rows: Ints, gone: Floats) -> None:
-        """Begin anew in some rows, after the last leg that ends where the feed has gone [m]."""
+        """Restart some rows after the last leg that the advance of the feed [m] has passed."""
         ends: Floats = self._legs[rows, :, 1]
         over: Bools = np.isfinite(ends) & (ends <= gone[:, None])
-        # The place after the last of them.
+        # The index after the last of them.
         after: Ints = over.shape[1] - np.argmax(over[:, ::-1], axis=1)
         self.at[rows] = np.minimum(np.where(over.any(axis=1), after, 0), self._last[rows])
         self._taken[rows] = 0
 
     def _now(self, rows: Ints, gone: Floats) -> tuple[Floats, ...]:
-        """Return speed, way that is left [m], steps and whether it brakes, of the legs of rows."""
+        """Return the speed, remaining distance [m], steps and braking flag of the rows' legs."""
         now: tuple[Floats, ...] = tuple(self._legs[rows, self.at[rows]].T)
         speed, until, steps, brakes = now
         left = np.where(speed < 0.0, gone - until, until - gone)

@@ -1,9 +1,9 @@
-"""Pushing, pulling and pushing at constant speeds: b where a chain is to fold twice.
+"""Pushing, pulling and pushing at constant speeds: the baseline b where a chain folds twice.
 
-Such a schedule pushes all components out but the last, stands still, pulls them in and pushes
-them all out. It knows how far the feed has gone, and nothing else. Of the speeds on offer the first
-two are taken that draw in the most chains that had reached their first word, on the draws of the
-stream ``selection``, then the third that scores best on the same; b is the mean score on those of
+A schedule pushes out all components but the last, stops, pulls them in and pushes them all out. It
+knows the advance of the feed and nothing else. The first two speeds are those that draw in the most
+chains which had reached their first word, on the draws of the stream ``selection``. The third is
+the one that scores best on the same draws. b is the mean score on the draws of the stream
 ``scoring``.
 """
 
@@ -18,16 +18,16 @@ from magfold_env.envs.tasks.feed_tasks import TaskWorld
 from magfold_env.scene import Scene
 
 PUSHES = (0.05, 0.15, 0.45)
-"""The speeds to push at that are tried [m/s]."""
+"""Candidate speeds for a push [m/s]."""
 
 PULLS = (0.1, 0.3)
-"""The speeds to pull at that are tried [m/s]."""
+"""Candidate speeds for a pull [m/s]."""
 
 INSIDE = 0.3
-"""Length that stays in the tube at first, and that stays outside after the pull [diagonals]."""
+"""Length kept in the tube by the first push, and left outside by the pull [diagonals]."""
 
 STAND = 15
-"""Steps to stand still in between."""
+"""Steps of standstill between two motions."""
 
 Speeds = tuple[float, float, float]
 
@@ -45,7 +45,7 @@ def push_pull_push(scene: Scene, speeds: Speeds) -> tuple[Leg, ...]:
 
 
 class ThreeSpeedStore(TaskStore):
-    """The baselines that such schedules set; arguments are those of `TaskStore`."""
+    """Baselines set by these schedules; the arguments are those of `TaskStore`."""
 
     draws = (16, 32)
 
@@ -72,7 +72,7 @@ class ThreeSpeedStore(TaskStore):
 
 
 def way_of(scene: Scene, baseline: Baseline) -> tuple[Leg, ...]:
-    """Return the schedule that has set a baseline of three speeds."""
+    """Return the schedule that set a baseline of three speeds."""
     assert baseline.speed is not None
     first, second = baseline.later
     return push_pull_push(scene, (baseline.speed, first, second))

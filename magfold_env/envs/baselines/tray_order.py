@@ -1,10 +1,10 @@
-"""The minimiser's chain from a tray at its best constant speed: b where components are taken.
+"""The minimiser's chain from a tray at its best constant speed: the baseline b of trays.
 
-Of the sequences that can be had from the tray, the minimiser takes the one whose target lies
-farthest in energy below its best competitor, all magnets being sound; equal components are taken in
-the order of the tray. Of the speeds on offer the one is taken at which that chain scores best on
-draws of the stream ``selection``, the slowest of equally good ones, and b is its mean score on
-those of ``scoring``. Nothing is drawn back.
+Among the sequences that the tray allows, the minimiser takes the one with the largest gap between
+the energy of the target and that of its best competitor, assuming sound magnets. It takes equal
+components in the order of the tray. The speed is the one at which that chain scores best on the
+draws of the stream ``selection``, and the slowest of equally good ones. b is its mean score on the
+draws of the stream ``scoring``. No component is drawn back.
 """
 
 from collections.abc import Sequence
@@ -26,12 +26,12 @@ _KINDS = LYING.min(axis=1).astype(np.int8)  # the same number for patterns that 
 
 
 class TrayDesigns:
-    """Sequences that can be had from trays, for one target.
+    """Sequences that trays allow, for one target.
 
     Parameters
     ----------
     scene : Scene
-        Its casing and its magnets count, and its number of components.
+        The scene; only its casing, magnets and number of components count.
     target : str
         The word.
     """
@@ -41,33 +41,33 @@ class TrayDesigns:
         every = Exhaustive(scene, target)
         found = np.flatnonzero(every.gaps > every.tie)
         gaps: Floats = every.gaps[found]
-        # Gaps that differ by rounding are equal, so that it does not decide which is first.
+        # Gaps that differ by rounding count as equal, so that rounding does not decide the order.
         ranks = np.argsort(-(gaps / float(gaps.max(initial=0.0))).round(9), kind="stable")
         self.numbers: Ints = found[ranks]
-        """Those of sequences whose only ground state the target is, the largest gap first."""
+        """Sequences whose only ground state is the target, the largest gap first."""
         self.gaps: Floats = gaps[ranks]
-        """Their gaps [J]."""
+        """The gaps of these sequences [J]."""
         patterns = self._patterns(self.numbers)
-        # Only sequences that begin with N are listed: all poles may be changed.
+        # Only sequences that begin with N are listed, because swapping all poles changes nothing.
         self._kinds = np.stack([_KINDS[patterns], _KINDS[15 - patterns]])
 
     def best(self, tray: Sequence[str]) -> tuple[str, ...] | None:
-        """Return the sequence of largest gap that can be had from a tray, or None."""
+        """Return the sequence of largest gap that a tray allows, or None."""
         return next(iter(self.ranked(tray, 1)), None)
 
     def ranked(self, tray: Sequence[str], count: int) -> list[tuple[str, ...]]:
-        """Return so many sequences that can be had from a tray, those of largest gap first."""
+        """Return up to the given number of sequences that a tray allows, the largest gap first."""
         fits = self._fit(tray)
         found = np.flatnonzero(fits.any(axis=0))[:count]
         return [self._sequence(place, bool(fits[0, place])) for place in found.tolist()]
 
     def _sequence(self, place: int, listed: bool) -> tuple[str, ...]:
-        """Return a sequence as it is listed, or with all poles changed."""
+        """Return a sequence as listed, or with all poles swapped."""
         sequence = sequence_of(int(self.numbers[place]), self.n)
         return sequence if listed else tuple(each.translate(_OTHER_POLES) for each in sequence)
 
     def every(self, tray: Sequence[str]) -> Ints:
-        """Return all sequences that can be had from a tray, the largest gap first, (k, n).
+        """Return all sequences that a tray allows, the largest gap first, (k, n).
 
         Components are numbers of patterns, component 1 first.
         """
@@ -79,7 +79,7 @@ class TrayDesigns:
         return (numbers[:, None] >> 4 * np.arange(self.n - 1, -1, -1)) & 15
 
     def _fit(self, tray: Sequence[str]) -> Bools:
-        """Return which sequences can be had from a tray, as they are and with all poles changed."""
+        """Return which sequences a tray allows, as listed and with all poles swapped."""
         had = np.bincount(_KINDS[[PATTERNS.index(faces) for faces in tray]], minlength=16)
         fits = np.ones(self._kinds.shape[:2], dtype=np.bool_)
         for kind in np.unique(_KINDS).tolist():
@@ -91,7 +91,7 @@ _OTHER_POLES = str.maketrans("NS", "SN")
 
 
 class TrayStore(TaskStore):
-    """The baselines of trays; arguments are those of `TaskStore`."""
+    """Baselines of trays; the arguments are those of `TaskStore`."""
 
     def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
         """Return what baselines of this kind depend on."""
@@ -121,20 +121,20 @@ class TrayStore(TaskStore):
 
 
 def always(task: TrayTask, order: Order, speed: float) -> Plan:
-    """Return the plan of a chain, component 1 first, that is fed at a constant speed [m/s]."""
+    """Return the plan that feeds a chain, component 1 first, at a constant speed [m/s]."""
     fed = np.array(task.as_fed(order))
     return in_order(fed[None], np.array([[speed]]))
 
 
 def in_order(fed: Ints, speeds: Floats) -> Plan:
-    """Return what feeds components and how they lie, (1 or m, n, 2), in the order of feed.
+    """Return a player that feeds components as given, (1 or m, n, 2), in the order of feed.
 
-    `speeds` are theirs [m/s], (1 or m, n), or (1 or m, 1) where they have the same.
+    `speeds` are the components' speeds [m/s], (1 or m, n), or (1 or m, 1) if they are equal.
     """
     speeds = np.broadcast_to(speeds, (len(fed), fed.shape[1]))
 
     def plan(episodes: Any, rows: Ints) -> Any:
-        # An anchor is left when all have been fed, whatever else is said.
+        # An anchored chain is left once all components are fed, whatever else the action says.
         at = rows % len(fed), np.minimum(episodes.arrays.fed[rows], fed.shape[1] - 1)
         part, lie = fed[at].T
         return part, lie, speeds[at], np.full(len(rows), AHEAD)

@@ -1,1 +1,1 @@
-"""The chains of environments: what is drawn, fed and seen."""
+"""The chains of environments: how they are drawn, fed and observed."""

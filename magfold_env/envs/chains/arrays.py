@@ -1,4 +1,4 @@
-"""What chains in their tubes look like: the arrays that observations are made from."""
+"""The visible state of chains in their tubes: the arrays that observations are made from."""
 
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ STATUSES = (
     FoldStatus.JAMMED,
     FoldStatus.HELD,
 )
-"""What the numbers of `ChainArrays.status` stand for; 0 is a chain that goes on."""
+"""Meanings of the numbers in `ChainArrays.status`; 0 is a running chain."""
 
 FOLDED, MISFOLDED, UNSETTLED, FAILED, JAMMED, HELD = range(1, len(STATUSES))
 
@@ -31,12 +31,12 @@ FOLDED, MISFOLDED, UNSETTLED, FAILED, JAMMED, HELD = range(1, len(STATUSES))
 class ChainArrays(NamedTuple):
     """Chains side by side, component 1 first."""
 
-    forward: Bools  # whether component 1 leaves the tube first, (m,)
+    forward: Bools  # True where component 1 leaves the tube first, (m,)
     fed: Ints  # number of components whose magnets and speed are chosen, (m,)
     status: Ints  # how each fold ended, a number of `STATUSES`, (m,)
     released: Bools  # which components are out, (m, n)
     signs: Floats  # outward poles, N = 1, S = −1, (m, n, 4); 0 where not set or without a magnet
-    speeds: Floats  # asked for, on the log scale, (m, n); 0 where not set yet
+    speeds: Floats  # requested, on the log scale, (m, n); 0 where not set yet
     angles: Floats  # headings [rad], (m, n)
     rates: Floats  # [rad/s], (m, n)
     base: Floats  # outer hinge of component 1 [m], (m, 2)
@@ -44,7 +44,7 @@ class ChainArrays(NamedTuple):
 
     @classmethod
     def empty(cls, count: int, n: int) -> "ChainArrays":
-        """Return the arrays of chains of which nothing is known."""
+        """Return the arrays of chains that have not begun."""
         return cls(
             forward=np.ones(count, dtype=np.bool_),
             fed=np.zeros(count, dtype=np.int64),
@@ -66,7 +66,7 @@ class ChainArrays(NamedTuple):
 
 @inlined
 def component(forward: bool, place: int, n: int) -> int:
-    """Index of the component at a place in the order of feed; both count from 0."""
+    """Return the index of the component at a place in the order of feed; both count from 0."""
     return place if forward else n - 1 - place
 
 
@@ -85,7 +85,7 @@ def clear(rows: Ints, forward: bool, arrays: ChainArrays) -> None:
 
 @kernel
 def write_words(rows: Ints, angles: Floats, out: NDArray[np.uint32]) -> None:
-    """Fill in the letters of the words nearest to some chains, (rows, n - 1), as code points."""
+    """Fill in the letters of the nearest words of some chains, (rows, n - 1), as code points."""
     for r in range(rows.size):
         k: int = rows[r]
         for j in range(angles.shape[1] - 1):

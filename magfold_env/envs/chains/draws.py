@@ -1,7 +1,7 @@
-"""What is drawn for many chains at once: `Scene.draw` as arrays, without a scene for each.
+"""Draws for many chains at once: `Scene.draw` as arrays, without a scene for each chain.
 
-The numbers and their order are those of `magfold_env.scene.Scene.draw`; what becomes of them is
-what `magfold_env.simulation.pack.pack` makes of the drawn scene, bit for bit.
+The numbers and their order are those of `magfold_env.scene.Scene.draw`; the results equal those of
+`magfold_env.simulation.pack.pack` for the drawn scene, bit for bit.
 """
 
 import math
@@ -20,11 +20,11 @@ from magfold_env.simulation.pack import Values, numbers, pack, reversed_inside
 from magfold_env.simulation.start import inner_offsets
 
 REFERENCE_SPEED = 0.1
-"""Speed [m/s] that the scene's draw is applied to, to learn the factors it draws."""
+"""Speed [m/s] that the scene's draw is applied to, to find the drawn factors."""
 
 
 class DrawnChains:
-    """Chains of which every run differs in what is drawn.
+    """Chains whose every run has its own draws.
 
     Parameters
     ----------
@@ -32,13 +32,13 @@ class DrawnChains:
         Tube scenes that chains are drawn from, each run from one of them. They may differ in the
         direction of feed; their feed speeds and sequences do not count.
     count : int
-        How many chains.
+        Number of chains.
     threads : int
-        How many threads feed them.
+        Number of threads that feed them.
     frame_rate : float, optional
-        Frames that are recorded a simulated second [1/s], of a single chain; they change nothing.
+        Frames recorded per simulated second [1/s], for a single chain; they do not change results.
     endless : bool
-        Whether chains that are all out may take longer to settle than the scenes allow.
+        Whether chains that are completely out may take longer to settle than the scenes allow.
     """
 
     def __init__(
@@ -69,14 +69,14 @@ class DrawnChains:
         """Charge of every pole face [A·m], component 1 first."""
         self.strengths[:] = template.magnets.charges(n) if template.magnets else np.ones(4)
         self.factors = np.ones((count, n))
-        """What feed speeds are multiplied by, component 1 first."""
+        """Factors of the feed speeds, component 1 first."""
 
     def flip(self, row: int) -> bool:
         """Return whether the engine counts a chain's components from its end."""
         return bool(self.flips[self.chains.kind[row]])
 
     def draw(self, rows: Ints, rngs: Sequence[np.random.Generator], kind: int = 0) -> None:
-        """Draw anew for some chains of a template, each from its own source, and begin."""
+        """Make new draws for some chains of a template, each from its own source, and begin."""
         if self._first:
             for row in rows.tolist():
                 cast("Any", rngs[row]).random(out=self._numbers[row])
@@ -88,22 +88,22 @@ class DrawnChains:
         return self.templates[int(self.chains.kind[row])].draw(again)
 
     def drive_as(self, scene: Scene) -> None:
-        """Let what drives make of the speeds asked for be as in a scene that was drawn before."""
+        """Take the factors of the feed speeds from a scene that was drawn before."""
         self.factors[:] = scene.speeds / REFERENCE_SPEED
 
     def contents(self) -> tuple[Any, ...]:
-        """Return all that decides how the chains go on."""
+        """Return the complete state of the chains."""
         return self.chains.kind.copy(), self._numbers.copy(), *self.chains.contents()
 
     def refill(self, contents: tuple[Any, ...]) -> None:
-        """Go back to what `contents` returned."""
+        """Restore a state that `contents` returned."""
         kinds, self._numbers[:], *rest = contents
         for kind in np.unique(kinds).tolist():
             self._begin(np.flatnonzero(kinds == kind), kind)
         self.chains.refill(tuple(rest))
 
     def _begin(self, rows: Ints, kind: int) -> None:
-        """Put some chains of a template into the tube, with the numbers drawn for them."""
+        """Put some chains of a template into the tube, using the numbers drawn for them."""
         self.chains.clear(rows, kind)
         if self._first:
             self._take(rows, kind)
@@ -111,7 +111,7 @@ class DrawnChains:
         self.chains.start(rows, self._offsets(rows))
 
     def _take(self, rows: Ints, kind: int) -> None:
-        """Turn numbers drawn from [0, 1) into what they stand for."""
+        """Convert numbers drawn from [0, 1) to physical values."""
         scene, chains = self.templates[kind], self.chains
         n, spreads = scene.n, scene.spreads
         unit = 2.0 * self._numbers[rows] - 1.0
@@ -141,7 +141,7 @@ class DrawnChains:
         chains.put(rows, numbers(scene, values))
 
     def _offsets(self, rows: Ints) -> Floats:
-        """Return how far from the axis hinges lie at first [m], (rows, n + 1), inner end first."""
+        """Return the initial offsets of hinges from the axis [m], (rows, n + 1), inner first."""
         scene, n = self.templates[0], self.templates[0].n
         if self._given is not None:
             given = self._given[int(self.chains.kind[rows[0]])]
@@ -152,7 +152,7 @@ class DrawnChains:
 
 
 class _Again:
-    """Numbers that have been drawn already, for `Scene.draw` to draw again."""
+    """A source that returns numbers drawn earlier, so that `Scene.draw` repeats them."""
 
     def __init__(self, numbers: Floats) -> None:
         self._left = numbers

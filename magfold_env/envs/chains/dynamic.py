@@ -1,4 +1,4 @@
-"""Simulated chains, side by side, as environments need them."""
+"""Simulated chains, side by side, for environments."""
 
 import math
 from collections.abc import Sequence
@@ -31,16 +31,16 @@ from magfold_env.simulation.view import Orientation, advances, public_states
 
 _TURNED = tuple(TURNED)
 _AS_DRAWN = np.ones(4)
-_ROUNDING = 1e-9  # [s] within which a chain is where it was to be
+_ROUNDING = 1e-9  # [s] tolerance for the time at which a chain stops
 
 
 class DynamicChains:
-    """Chains in their tubes; see `magfold_env.envs.chains.quasistatic.QuasistaticChains`.
+    """Simulated chains; see `magfold_env.envs.chains.quasistatic.QuasistaticChains`.
 
     Parameters
     ----------
     drawn : DrawnChains
-        The chains as they are drawn.
+        The drawn chains.
     """
 
     def __init__(self, drawn: DrawnChains) -> None:
@@ -51,10 +51,10 @@ class DynamicChains:
         self._messages = [""] * count
         self.arrays = ChainArrays.empty(count, n)
         self.seen = pointer(self.arrays)
-        """`arrays` as kernels take them in the least time."""
+        """`arrays` in the form that kernels accept fastest."""
 
     def begin(self, rows: Ints, rngs: Sequence[np.random.Generator], kind: int = 0) -> None:
-        """Put chains into their tubes; all that is random is drawn here, row k from ``rngs[k]``."""
+        """Put chains into their tubes; everything random is drawn here, row k from ``rngs[k]``."""
         self.drawn.draw(rows, rngs, kind)
         self._flip[rows] = flip = bool(self.drawn.flips[kind])
         clear(rows, flip, self.seen)
@@ -69,18 +69,18 @@ class DynamicChains:
         grades: Floats = _AS_DRAWN,
         until: float | Floats = math.inf,
     ) -> None:
-        """Feed the next component of each chain, or all; after its last one a chain settles.
+        """Feed the next component of each chain, or all components; a complete chain settles.
 
         Parameters
         ----------
         patterns : array of int, shape (rows, components)
-            Numbers of the patterns, of one component or of all, component 1 first.
+            Numbers of the patterns of one component or of all, component 1 first.
         speeds, scaled : array, shape (rows,)
             Feed speeds [m/s], and the same on the log scale from −1 to 1.
         grades : array, shape (rows, 4), optional
-            What the strengths of the next components' magnets are multiplied by.
+            Factors of the strengths of the next components' magnets.
         until : float or array, shape (rows,)
-            Time at which they pause [s], if they have not come so far.
+            Time at which the feeds pause [s] if they have not finished.
         """
         drawn, chains = self.drawn, self._chains
         signs, whole = SIGNS.take(patterns, axis=0), patterns.shape[1] > 1
@@ -101,7 +101,7 @@ class DynamicChains:
         self._sync_from_engine(rows)
 
     def load(self, rows: Ints, signs: Floats) -> None:
-        """Give whole chains, fed in one direction, their magnets: outward poles (rows, n, 4)."""
+        """Set the magnets of whole chains, fed in one direction: outward poles (rows, n, 4)."""
         self.arrays.signs[rows] = signs
         self.arrays.fed[rows] = signs.shape[1]
         charges = signs * self.drawn.strengths[rows]
@@ -112,12 +112,12 @@ class DynamicChains:
             self._chains.charge[rows] = charges
 
     def push(self, rows: Ints, speeds: Floats, seconds: float) -> Floats:
-        """Feed chains at some speeds [m/s], below 0 back, for a time [s].
+        """Feed chains at given speeds [m/s], negative to pull back, for a time [s].
 
         Returns
         -------
         array, shape (rows,)
-            The force of the drive [N], its mean over that time.
+            The mean force of the drive over that time [N].
         """
         chains = self._chains
         self._set_speeds(rows, speeds)
@@ -128,9 +128,9 @@ class DynamicChains:
         return np.where(self.arrays.status[rows] == FAILED, 0.0, force)
 
     def pull(self, rows: Ints, forces: Floats, seconds: float) -> None:
-        """Let forces [N] act on what the tubes do not hold of chains, (rows, 2), for a time [s].
+        """Apply forces [N], (rows, 2), to the part of chains outside the tubes for a time [s].
 
-        Their feeds stand still.
+        The feeds do not move.
         """
         chosen = self._chains.speeds[rows]
         self._set_speeds(rows, np.zeros(len(rows)))
@@ -139,10 +139,10 @@ class DynamicChains:
         self._sync_from_engine(rows)
 
     def draw_back(self, rows: Ints, speeds: Floats, until: float) -> None:
-        """Draw the last component that is out into the tube, at speeds [m/s].
+        """Draw the last component that is out back into the tube, at speeds [m/s].
 
-        It has no magnets then and may be chosen anew, whether or not the tube holds it. Chains may
-        end before, or come to a time ``until`` [s].
+        It then has no magnets and may be chosen again, whether or not the tube holds it. Chains may
+        end earlier, or reach the time ``until`` [s].
         """
         arrays, chains, n = self.arrays, self._chains, self.arrays.angles.shape[1]
         arrays.fed[rows] -= 1
@@ -161,15 +161,15 @@ class DynamicChains:
         self._chains.speeds[rows] = np.where(flips, factors[:, ::-1], factors)
 
     def _move(self, rows: Ints, speeds: Floats, excess: float, until: Floats) -> None:
-        """Feed chains until as many components as are chosen are out, and so long [s] besides.
+        """Feed chains until all chosen components are out, then for a further time [s].
 
-        The chains end where the next component begins, at the mouth, or a time ``until`` [s] comes.
+        Feeding stops where the next component reaches the mouth, or at the time ``until`` [s].
         """
         chains, n, pitch, left = self._chains, self.arrays.angles.shape[1], self._length[0], rows
         chosen = chains.speeds[rows]
         self._set_speeds(rows, speeds)
         while len(left):
-            inside = chains.released[left] - self.arrays.fed[left]  # but released before
+            inside = chains.released[left] - self.arrays.fed[left]  # but released earlier
             way = -inside * pitch - chains.q[left, n]
             seconds = way / chains.speeds[left, n - 1 - chains.released[left]] + excess
             on = seconds > 0.1 * _ROUNDING
@@ -188,45 +188,45 @@ class DynamicChains:
         return self._chains.impulses[rows]
 
     def advances(self) -> Floats:
-        """Return how far the feeds have gone [m], (m,): the whole chain's length if it is out."""
+        """Return the advance of the feeds [m], (m,): the length of the chain if it is out."""
         chains, out = self._chains, np.empty(self._flip.size)
         advances(self._length, chains.counters, chains.q, chains.depths, out)
         return out
 
     def acting(self, row: int) -> int:
-        """Return how many components of a chain have magnets that act now."""
+        """Return the number of components of a chain whose magnets act now."""
         return int(self._chains.charge[row].any(axis=1).sum())
 
     def stop(self, rows: Ints, message: str, status: int = UNSETTLED) -> None:
-        """End some chains as they are, unsettled if nothing else is said."""
+        """End some chains in their present state, by default with the status unsettled."""
         self.arrays.status[rows] = status
         for row in rows.tolist():
             self._messages[row] = message
 
     def energies(self, rows: Ints) -> Floats:
-        """Return the magnetic energies [J]; no number where a simulation failed."""
+        """Return the magnetic energies [J]; NaN where a simulation failed."""
         chains, going = self._chains, rows[self._chains.outcomes[rows] == outcomes.REACHED]
-        # Those that have ended are known: they were found on all threads.
+        # Energies of ended chains are known: all threads computed them.
         chains.find_energies(going)
         failed = self.arrays.status[rows] == FAILED
         return np.where(failed, np.nan, chains.energies[rows])
 
     def message(self, row: int) -> str:
-        """Return how a fold ended, in words."""
+        """Return a message about how a fold ended."""
         return self._messages[row]
 
     def held(self, row: int) -> NDArray[np.bool_]:
-        """Return which components of a chain friction holds, (n,), component 1 first."""
+        """Return which components of a chain friction holds in place, (n,), component 1 first."""
         held = self._chains.stuck[row] == 1
         return held[::-1] if self._flip[row] else held
 
     def motion(self) -> Trajectory | None:
-        """Return what was recorded of a single chain so far; None if nothing is."""
+        """Return the recording of a single chain so far; None if nothing is recorded."""
         found = self._chains.motion(Orientation(bool(self._flip[0]), self._length))
         return found.finite() if found else found
 
     def scene(self, row: int) -> Scene:
-        """Return the drawn scene of a chain, with the magnets and speeds of components fed."""
+        """Return the drawn scene of a chain with the magnets and speeds of the fed components."""
         scene, speeds = self.drawn.scene(row), self._chains.speeds[row]
         sequence, chosen = list(scene.sequence), scene.speeds
         for index in self.arrays.order(row)[: self.arrays.fed[row]]:
@@ -235,12 +235,12 @@ class DynamicChains:
         return scene.replace(sequence=sequence, feed={"speed": chosen})
 
     def contents(self) -> tuple[Any, ...]:
-        """Return all that decides how the chains go on."""
+        """Return the complete state of the chains."""
         arrays = [array.copy() for array in self.arrays]
         return arrays, list(self._messages), self.drawn.contents()
 
     def refill(self, contents: tuple[Any, ...]) -> None:
-        """Go back to what `contents` returned; the motion before is forgotten."""
+        """Restore a state that `contents` returned; the earlier motion is discarded."""
         arrays, messages, drawn = contents
         self.drawn.refill(drawn)
         for array, values in zip(self.arrays, arrays, strict=True):
@@ -253,7 +253,7 @@ class DynamicChains:
         self._chains.queue.close()
 
     def _sync_from_engine(self, rows: Ints) -> None:
-        """Look where chains are, and note which have ended."""
+        """Update the arrays from the engine, and mark chains that have ended."""
         chains, arrays = self._chains, self.arrays
         public_states(
             rows, self._flip, self._length, chains.counters, chains.q, chains.v, arrays.angles,
@@ -283,7 +283,7 @@ def _choose(
     charges: Floats,
     feed_speeds: Floats,
 ) -> None:
-    """Note the magnets and the speed of the next component, for what is seen and for the engine."""
+    """Set the magnets and the speed of the next component, in the arrays and in the engine."""
     n = factors.shape[1]
     for j in range(rows.size):
         k: int = rows[j]
@@ -303,7 +303,7 @@ def _choose(
 
 @kernel
 def _release(rows: Ints, counts: Ints, arrays: ChainArrays) -> None:
-    """Note how many components of some chains are out."""
+    """Update the number of released components of some chains."""
     n = arrays.angles.shape[1]
     for j in range(rows.size):
         k: int = rows[j]

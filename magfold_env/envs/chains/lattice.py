@@ -1,9 +1,9 @@
 """Component-by-component energy minimisation, compiled: one joint decided in about a microsecond.
 
-The rule is `magfold_env.minimise`'s with mode `forward` or `backward`: of the letters S, L and R
-that a joint may take without overlap, the one of least energy, the components beyond it straight.
-Which of those have magnets differs: all, where the chain was built beforehand; none, where a
-component gets its magnets as it leaves the tube.
+The rule is that of `magfold_env.minimise` in the modes `forward` and `backward`: a joint takes the
+letter S, L or R of least energy that causes no overlap, with the components beyond it straight. All
+of these components have magnets if the chain was built beforehand; none has if a component gets its
+magnets as it leaves the tube.
 
 Rows are components in the order in which they leave the tube. Cells and quarter turns are those
 of `magfold_env.minimiser.lattice`, with the first row at the origin.
@@ -36,18 +36,18 @@ DEAD_END = 2
 
 @by_pointer
 class LatticeRules(NamedTuple):
-    """What kernels need to know of a scene."""
+    """The values of a scene that kernels use."""
 
-    built: bool  # all magnets act from the beginning
+    built: bool  # all magnets act from the start
     pitch: float  # distance of a component's hinges [m]
     turn: int  # 1 in forward and −1 in backward feed
-    tie: float  # energies [J] nearer than this are equal
+    tie: float  # energies [J] closer than this are equal
     table: Floats  # `pose_table`
     strengths: Floats  # charge of every pole face, component 1 first, (n, 4)
 
 
 class LatticeFeed:
-    """What the minimiser needs to know of a scene, whatever its sequence and speeds.
+    """The rules by which the minimiser folds chains of a scene, for any sequence and speeds.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class LatticeFeed:
     Raises
     ------
     ValueError
-        If the scene is in an external field, of which energy minimisation knows nothing.
+        If the scene has an external field, which energy minimisation does not include.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -80,7 +80,7 @@ class LatticeFeed:
         return self.packed.turn
 
     def energy_of(self, turns: Ints, poles: Floats) -> float:
-        """Return the energy [J] of the first rows, one more than `turns`, in a given shape."""
+        """Return the energy [J] of the first ``len(turns) + 1`` rows in a given shape."""
         return float(energy_of(turns, self.turn, self.packed.table, poles))
 
     def energy_as(self, word: str, signs: Floats, count: int) -> float:
@@ -93,7 +93,7 @@ class LatticeFeed:
         signs : array, shape (n, 4)
             The outward poles of its components, component 1 first.
         count : int
-            How many of them have magnets.
+            Number of components with magnets.
         """
         turns = np.array([TURNS[letter] for letter in word], dtype=np.int64)
         poles = signs * self.packed.strengths
@@ -110,13 +110,14 @@ def pose_table(table: Couplings, n: int) -> Floats:
     Returns
     -------
     (4 n − 3, 4 n − 3, 4, 4, 4) array
-        By the cell of the second as the first sees it, both numbers shifted by 2 (n − 1), its
-        quarter turns, the face of the first and that of the second. Zero where no chain gets.
+        Indexed by the cell of the second component as seen from the first (both numbers shifted by
+        2 (n − 1)), its quarter turns, the face of the first and the face of the second. Zero where
+        no chain reaches.
     """
     reach = 2 * (n - 1)
     span = np.arange(-reach, reach + 1)
     x, y, quarter = (axis.ravel() for axis in np.meshgrid(span, span, np.arange(4), indexing="ij"))
-    # Steps from centre to centre have an even |dx| + |dy|, and so have sums of them.
+    # Steps from centre to centre have an even |dx| + |dy|, and so do their sums.
     possible = ((x + y) % 2 == 0) & (np.abs(x) + np.abs(y) <= reach) & ((x != 0) | (y != 0))
     out = np.zeros((len(x), FACES, FACES))
     out[possible] = table.at(np.column_stack([x, y, quarter])[possible])
@@ -154,7 +155,7 @@ def pair_energy(i: int, j: int, table: Floats, poles: Floats, cells: Ints, quart
 
 @kernel
 def energy(acting: int, table: Floats, poles: Floats, cells: Ints, quarters: Ints) -> float:
-    """Magnetic energy of the first ``acting`` rows, each pair once [J]."""
+    """Magnetic energy of the first ``acting`` rows, counting each pair once [J]."""
     total = 0.0
     for j in range(acting):
         for i in range(j):
@@ -164,9 +165,9 @@ def energy(acting: int, table: Floats, poles: Floats, cells: Ints, quarters: Int
 
 @kernel
 def put(row: int, acting: int, turn: int, letter: int, cells: Ints, quarters: Ints) -> bool:
-    """Place a row after a joint of ``letter`` quarter turns, and the rows beyond straight.
+    """Place a row after a joint of ``letter`` quarter turns, and the rows beyond it straight.
 
-    Returns whether nothing overlaps; rows after the first that does are left as they are.
+    Returns whether nothing overlaps; rows after the first overlap are left unchanged.
     """
     for k in range(row, acting):
         before = quarters[k - 1]
@@ -191,18 +192,18 @@ def lay(
     cells: Ints,
     quarters: Ints,
 ) -> int:
-    """Decide the joint before a row and place it and the rows beyond, straight.
+    """Decide the joint before a row, place the row, and place the rows beyond it straight.
 
     Parameters
     ----------
     row : int
-        The row that comes out, 1 or more; those before it lie where they are.
+        The row that leaves the tube, 1 or more; earlier rows do not move.
     acting : int
         Number of rows that have magnets, more than `row`; only they are placed.
     turn : int
         1 in forward and −1 in backward feed.
     tie : float
-        Energies nearer than this are equal [J].
+        Energies closer than this are equal [J].
     table : array
         `pose_table`.
     poles : array, shape (n, 4)
@@ -223,7 +224,7 @@ def lay(
         letter = option if option < 2 else -1
         if not put(row, acting, turn, letter, cells, quarters):
             continue
-        # What the rows before and the rows from here on have among themselves does not change.
+        # The energies within the earlier rows and within the rows from here on do not change.
         found = 0.0
         for k in range(row, acting):
             for i in range(row):
@@ -241,12 +242,12 @@ def in_line(
 ) -> None:
     """Headings (n,) [rad] and component 1's outer hinge (2,) [m] of a chain in a tube.
 
-    The first ``out`` components in the order of feed are out, and the last of these is in line
-    with the tube, its trailing hinge at the mouth. ``turns`` (n − 1,) are the joints' quarter
-    turns, ``pitch`` is the distance of a component's hinges [m].
+    The first ``out`` components in the order of feed are out. The last of these is in line with the
+    tube, with its trailing hinge at the mouth. ``turns`` (n − 1,) are the joints' quarter turns,
+    and ``pitch`` is the distance between a component's hinges [m].
     """
     n = angles.size
-    # Quarter turns are exact, sums of angles are not.
+    # Quarter turns are exact; sums of angles are not.
     quarter = 0
     for k in range(n):
         quarter += turns[k - 1] if k > 0 else 0
@@ -258,7 +259,7 @@ def in_line(
     for k in range(n):
         angles[k] = (angles[k] - level) * 0.5 * np.pi
         if forward and k < out:
-            # Everything released lies between component 1's outer hinge and the mouth.
+            # Released components are between component 1's outer hinge and the mouth.
             base[0] -= pitch * np.cos(angles[k])
             base[1] -= pitch * np.sin(angles[k])
 

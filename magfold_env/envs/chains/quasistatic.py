@@ -1,7 +1,7 @@
 """Chains that fold by energy minimisation, joint by joint, without dynamics, side by side.
 
-There is no time, so speeds change nothing, and no friction; nothing is drawn. A joint is decided
-when the component behind it has come out, and then stays as it is.
+There is no time, so speeds have no effect; there is no friction and there are no draws. A joint is
+decided when the component behind it has left the tube, and does not change afterwards.
 """
 
 from collections.abc import Sequence
@@ -40,17 +40,17 @@ from magfold_env.simulation.endings import named
 class _Lattice(NamedTuple):
     """Chains on the lattice; components in the order in which they leave the tube."""
 
-    out: Ints  # number of components that are out, (m,)
+    out: Ints  # number of components outside the tube, (m,)
     poles: Floats  # charges, (m, n, 4)
     cells: Ints  # centres, (m, n, 2)
     quarters: Ints  # headings in quarter turns, (m, n)
-    turns: Ints  # of the joints, component 1 first, (m, n − 1)
-    speeds: Floats  # asked for, component 1 first, (m, n) [m/s]
+    turns: Ints  # quarter turns of the joints, component 1 first, (m, n − 1)
+    speeds: Floats  # requested, component 1 first, (m, n) [m/s]
 
 
 @by_pointer
 class _Chains(NamedTuple):
-    """All that kernels need, as one: every argument that is a tuple costs time at each call."""
+    """Everything that kernels need, in one tuple: each tuple argument costs time at each call."""
 
     arrays: ChainArrays
     lattice: _Lattice
@@ -58,7 +58,7 @@ class _Chains(NamedTuple):
 
 
 class QuasistaticChains:
-    """Chains of one scene; nothing is drawn, and one thread does.
+    """Chains of one scene; nothing is drawn, and one thread is enough.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class QuasistaticChains:
     Attributes
     ----------
     arrays : ChainArrays
-        What the chains look like.
+        The visible state of the chains.
     """
 
     def __init__(self, rules: LatticeFeed, count: int) -> None:
@@ -86,22 +86,22 @@ class QuasistaticChains:
         )
         self.arrays = ChainArrays.empty(count, n)
         self.seen = pointer(self.arrays)
-        """`arrays` as kernels take them in the least time."""
+        """`arrays` in the form that kernels accept fastest."""
         self._chains = pointer(_Chains(self.arrays, self._lattice, rules.packed))
 
     def begin(self, rows: Ints, rngs: Sequence[np.random.Generator] = (), kind: int = 0) -> None:
-        """Put chains into their tubes; nothing is random about them, and there is one kind."""
+        """Put chains into their tubes; nothing is random, and there is one template."""
         _begin(rows, self._rules.forward, self._chains)
 
     def feed(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
-        """Feed the next components of each chain, and decide a joint for each.
+        """Feed the next components of each chain and decide a joint for each of them.
 
         Parameters
         ----------
         patterns : array of int, shape (rows, components)
-            Numbers of the patterns, of one component or of all, component 1 first.
+            Numbers of the patterns of one component or of all, component 1 first.
         speeds, scaled : array, shape (rows,)
-            Feed speeds [m/s], which change nothing, and the same on the log scale from −1 to 1.
+            Feed speeds [m/s], which have no effect, and the same on the log scale from −1 to 1.
         """
         ordered = patterns if self._rules.forward else patterns[:, ::-1]
         _feed(rows, SIGNS.take(ordered, axis=0), speeds, scaled, self._chains)
@@ -112,17 +112,17 @@ class QuasistaticChains:
         _feed(np.array([row]), np.ascontiguousarray(signs[None]), one, one, self._chains)
 
     def word(self, row: int) -> str:
-        """Return the fold word as far as it is decided, straight from there on."""
+        """Return the fold word so far, with the undecided joints straight."""
         return "".join(LETTERS[turn] for turn in self._lattice.turns[row].tolist())
 
     def energies(self, rows: Ints) -> Floats:
-        """Return the magnetic energies of the components that are out [J]."""
+        """Return the magnetic energies of the components outside the tubes [J]."""
         found = np.empty(len(rows))
         _energies(rows, self._chains, found)
         return found
 
     def message(self, row: int) -> str:
-        """Return how a fold ended, in words."""
+        """Return a message about how a fold ended."""
         turns, out, n = self._lattice.turns[row], int(self._lattice.out[row]), self._rules.n
         if out < n:
             joint = out if self._rules.forward else n - out
@@ -131,15 +131,15 @@ class QuasistaticChains:
         return f"at rest with {named(straight)} open" if straight else "folded"
 
     def held(self, row: int) -> NDArray[np.bool_]:
-        """Return that no component is held: there is no friction."""
+        """Return False for every component: there is no friction that holds it."""
         return np.zeros(self._rules.n, dtype=np.bool_)
 
     def motion(self) -> None:
-        """Return None: there is no motion."""
+        """Return None, because there is no motion."""
         return
 
     def scene(self, row: int) -> Scene:
-        """Return the scene of a chain, with the magnets and speeds of components fed."""
+        """Return the scene of a chain with the magnets and speeds of the fed components."""
         scene, arrays = self._rules.scene, self.arrays
         sequence, speeds = list(scene.sequence), scene.speeds
         for index in arrays.order(row)[: arrays.fed[row]]:
@@ -148,30 +148,30 @@ class QuasistaticChains:
         return scene.replace(sequence=sequence, feed={"speed": speeds})
 
     def contents(self) -> tuple[Any, ...]:
-        """Return all that decides how the chains go on."""
+        """Return the complete state of the chains."""
         return tuple([each.copy() for each in group] for group in (self.arrays, self._lattice))
 
     def refill(self, contents: tuple[Any, ...]) -> None:
-        """Go back to what `contents` returned."""
+        """Restore a state that `contents` returned."""
         for group, values in zip((self.arrays, self._lattice), contents, strict=True):
             for array, value in zip(group, values, strict=True):
                 array[:] = value
 
     def close(self) -> None:
-        """Do nothing: there are no threads."""
+        """Do nothing, because there are no threads."""
 
 
 class QuasistaticFold(NamedTuple):
-    """How a chain ends that folds by energy alone."""
+    """The result of a chain that folds by energy alone."""
 
     word: str
-    """The fold word as far as it is decided, straight from there on."""
+    """The fold word so far, with the undecided joints straight."""
     status: str | None
-    """`folded` or `misfolded`; None while components are to come."""
+    """`folded` or `misfolded`; None until all components are out."""
     message: str
-    """The status in words."""
+    """A message about the status."""
     energy: float
-    """Magnetic energy of the components that are out [J]."""
+    """Magnetic energy of the components outside the tube [J]."""
 
     @property
     def is_stuck(self) -> bool:
@@ -180,14 +180,14 @@ class QuasistaticFold(NamedTuple):
 
 
 def predict(rules: LatticeFeed, signs: Floats) -> QuasistaticFold:
-    """Return what becomes of a chain of which some components are fed.
+    """Return the result of a chain after some components are fed.
 
     Parameters
     ----------
     rules : LatticeFeed
-        Those of the scene.
+        The rules of the scene.
     signs : array, shape (count, 4)
-        Outward poles of the components that are fed, in the order of feed.
+        Outward poles of the fed components, in the order of feed.
     """
     chains, row = QuasistaticChains(rules, 1), np.array([0])
     chains.begin(row)
@@ -199,7 +199,7 @@ def predict(rules: LatticeFeed, signs: Floats) -> QuasistaticFold:
 
 
 def fold(scene: Scene) -> QuasistaticFold:
-    """Return how a chain ends that is fed out as a tube scene says."""
+    """Return the result of a chain fed out according to a tube scene."""
     rules = LatticeFeed(scene)
     signs = np.array([signs_of(faces) for faces in scene.sequence])
     return predict(rules, signs if rules.forward else signs[::-1])
@@ -226,7 +226,7 @@ def _feed(
     scaled: Floats,
     chains: _Chains,
 ) -> None:
-    """Note poles (rows, components, 4) in the order of feed, and release these components."""
+    """Store poles (rows, components, 4) in the order of feed and release these components."""
     arrays, lattice, rules = chains.arrays, chains.lattice, chains.rules
     n = rules.strengths.shape[0]
     for j in range(rows.size):
@@ -245,7 +245,7 @@ def _feed(
 
 @kernel
 def _come_out(rows: Ints, until: int, chains: _Chains) -> None:
-    """Release ``until`` components of each chain, and say how those have ended that are all out."""
+    """Release ``until`` components of each chain, and set the status of complete chains."""
     arrays, lattice, rules = chains.arrays, chains.lattice, chains.rules
     n = rules.strengths.shape[0]
     for j in range(rows.size):
@@ -257,7 +257,7 @@ def _come_out(rows: Ints, until: int, chains: _Chains) -> None:
             row = lattice.out[k]
             arrays.released[k, component(forward, row, n)] = True
             if row > 0:
-                # Components that get their magnets at the mouth have none before.
+                # Components that get their magnets at the mouth have none before it.
                 acting = arrays.fed[k] if rules.built else row + 1
                 taken = lay(row, acting, rules.turn, rules.tie, rules.table, poles, cells, quarters)
                 if taken == DEAD_END:

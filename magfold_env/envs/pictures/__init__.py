@@ -1,1 +1,1 @@
-"""What environments show."""
+"""Pictures, windows and recordings of environments."""

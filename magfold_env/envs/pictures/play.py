@@ -27,7 +27,7 @@ _OTHER = {"N": "S", "S": "N"}
 
 
 class Game:
-    """A chain, the choice for its next component, and a window that takes keys.
+    """A chain, the choice for its next component, and a window that accepts keys.
 
     Parameters
     ----------
@@ -63,11 +63,11 @@ class Game:
         self.draw()
 
     def run(self) -> None:
-        """Do what keys ask for until one quits or the window is closed."""
+        """Handle keys until one of them quits or the window is closed."""
         import pygame  # noqa: PLC0415 - needs the extra, and a window is open by now
 
         while True:
-            # Python heeds Ctrl-C between two waits, not in one.
+            # Python handles Ctrl-C between two waits, not during one.
             event = pygame.event.wait(PATIENCE)
             if event.type == pygame.QUIT:
                 return
@@ -80,7 +80,7 @@ class Game:
                 self.draw()
 
     def press(self, key: str) -> None:
-        """Do what a key asks for, by pygame's name of it; other keys do nothing."""
+        """Handle a key, given by pygame's name; other keys do nothing."""
         if key == "h":
             self._has_help = not self._has_help
         elif key == "r":
@@ -93,7 +93,7 @@ class Game:
         self.draw()
 
     def draw(self) -> None:
-        """Show the chain, and the choice for the component in the mouth."""
+        """Show the chain and the choice for the component in the mouth."""
         snapshot = self.env.snapshot()
         help_line = ("help", "H")
         if self._is_over:
@@ -112,7 +112,7 @@ class Game:
         self.env.viewer.show(replace(snapshot, overlay=HELP if self._has_help else ()))
 
     def _choose(self, key: str) -> None:
-        """Change the choice for the next component, or feed it."""
+        """Change the choice for the next component, or feed the component."""
         if key in ("1", "2", "3", "4"):
             face = int(key) - 1
             other = _OTHER[self.faces[face]]

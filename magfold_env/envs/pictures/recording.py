@@ -1,4 +1,4 @@
-"""Recordings of episodes, for the page that plays them."""
+"""Recordings of episodes for the page that plays them."""
 
 from collections.abc import Sequence
 from typing import Any, cast
@@ -16,24 +16,24 @@ from magfold_env.simulation.frames import magnetic_energy
 EMPTY = "----"
 """Faces of a component that has not been chosen."""
 
-_APART = 1e-6  # [s] frames that are nearer to each other are of one moment on the page
+_APART = 1e-6  # [s] the page treats frames closer than this as simultaneous
 _ROW = np.array([0])
 
 
 def recording(episodes: Episodes[Any], choices: Sequence[Any]) -> Recording:
-    """Go on with a single episode that has just begun, and return what was recorded of it.
+    """Play a single episode that has just begun, and return its recording.
 
     Parameters
     ----------
     episodes
-        One, which records frames.
+        One episode, which records frames.
     choices
-        What is chosen in each step, as `Episodes.step` takes it.
+        The choice in each step, as an argument of `Episodes.step`.
 
     Raises
     ------
     ValueError
-        If nothing moves in it.
+        If nothing moves in the episode.
     """
     arrays, chains = episodes.arrays, cast("DynamicChains", episodes.chains)
     if chains.motion() is None:
@@ -73,7 +73,7 @@ def recording(episodes: Episodes[Any], choices: Sequence[Any]) -> Recording:
 
 
 def _with_end(episodes: Episodes[Any]) -> Trajectory:
-    """Return the frames of a single episode, and the chain as it is now as the last one."""
+    """Return the frames of a single episode, the last of which is the present chain."""
     arrays, chains = episodes.arrays, cast("DynamicChains", episodes.chains)
     motion = cast("Trajectory", chains.motion())
     time = chains.times(_ROW)

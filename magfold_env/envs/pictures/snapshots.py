@@ -1,4 +1,4 @@
-"""What a picture of an episode shows: the chain, its energies, and what the minimiser predicts."""
+"""The content of a picture: the chain, its energies and the prediction of the minimiser."""
 
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -22,8 +22,8 @@ class Forecast(NamedTuple):
 def forecast_of(episodes: Episodes[Any], row: int) -> Forecast | None:
     """Return the forecast of an episode's chain.
 
-    None where there is none: before a component has magnets, in an external field, and where
-    energy minimisation itself decides what happens.
+    None if there is no forecast: before a component has magnets, in an external field, and with
+    ``fidelity="quasistatic"``.
     """
     world, arrays = episodes.world, episodes.arrays
     signs, fed = arrays.signs[row], int(arrays.fed[row])
@@ -37,7 +37,7 @@ def forecast_of(episodes: Episodes[Any], row: int) -> Forecast | None:
 
 
 def snapshot_of(episodes: Episodes[Any], row: int) -> "Snapshot":
-    """Return what a picture of an episode shows."""
+    """Return the content of a picture of an episode."""
     from magfold_env.render.snapshot import Snapshot  # noqa: PLC0415 - needs the extra
 
     one, arrays = episodes.rows[row : row + 1], episodes.arrays
@@ -75,5 +75,5 @@ def snapshot_of(episodes: Episodes[Any], row: int) -> "Snapshot":
 
 
 def or_dash(value: float, unit: str) -> str:
-    """Return a value in thousandths of its SI unit; a dash for no number."""
+    """Return a value in thousandths of its SI unit, or a dash for NaN."""
     return f"{1e3 * value:.2f} {unit}" if math.isfinite(value) else "–"

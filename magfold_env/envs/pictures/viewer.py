@@ -1,11 +1,11 @@
 """Pictures, windows and text of an episode.
 
-What a picture shows is a `magfold_env.render.snapshot.Snapshot`, and its layout is that module's.
-``rgb_array`` and ``ansi`` show the chain at the moment of a decision. ``human`` also plays, slowed
-down, what the step just taken recorded on its way, and ``rgb_array_list`` has it in frames; nothing
-is simulated a second time.
+The content of a picture is a `magfold_env.render.snapshot.Snapshot`; that module defines its
+layout. ``rgb_array`` and ``ansi`` show the chain at the moment of a decision. ``human`` also plays
+the motion that the last step recorded, slowed down, and ``rgb_array_list`` returns it as frames.
+Nothing is simulated a second time.
 
-Drawing needs the `render` extra and simulating does not, so that it is imported when it is used.
+Drawing needs the `render` extra and simulation does not, so its modules are imported on use.
 """
 
 from __future__ import annotations
@@ -28,27 +28,27 @@ if TYPE_CHECKING:
 RENDER_MODES = ("human", "rgb_array", "rgb_array_list", "ansi")
 
 FRAME_RATE = 240.0
-"""Frames that are recorded for a window, a simulated second [1/s]."""
+"""Frames recorded for a window per simulated second [1/s]."""
 
 SLOWDOWN = 8.0
-"""Seconds in which a window plays a simulated second."""
+"""Seconds that a window takes to play a simulated second."""
 
 FILM_RATE = 60.0
-"""Frames that ``rgb_array_list`` has of a simulated second [1/s]."""
+"""Frames per simulated second in ``rgb_array_list`` [1/s]."""
 
 FILM_FPS = 30
-"""Frames a second at which they are to be shown [1/s]."""
+"""Frames per second for playback [1/s]."""
 
 
 class Viewer:
-    """What an environment shows itself with.
+    """Shows an environment.
 
     Parameters
     ----------
     mode : str or None
         The render mode.
     fps : float
-        Most steps a second that a window shows by itself [1/s].
+        Largest number of steps per second that a window shows [1/s].
     """
 
     def __init__(self, mode: str | None, fps: float) -> None:
@@ -62,8 +62,8 @@ class Viewer:
 
     @property
     def frame_rate(self) -> float | None:
-        """Frames that episodes are to record a simulated second [1/s]; None for none."""
-        if self.mode == "human" and self._fps < FILM_FPS:  # else steps alone move as a film does
+        """Frames that episodes must record per simulated second [1/s]; None for none."""
+        if self.mode == "human" and self._fps < FILM_FPS:  # otherwise only the steps are shown
             return FRAME_RATE
         return FILM_RATE if self.mode == "rgb_array_list" else None
 
@@ -78,11 +78,11 @@ class Viewer:
         return self._window
 
     def begin(self) -> None:
-        """Forget the motion of the episode before."""
+        """Discard the motion of the previous episode."""
         self._seen, self._before, self._film = 0, None, []
 
     def render(self, snapshot: Callable[[], Snapshot]) -> Any:
-        """Return a snapshot as an array or as text, or show it, as the mode says."""
+        """Return a snapshot as an array or as text, or show it, according to the mode."""
         if self.mode is None:
             return None
         if self.mode == "ansi":
@@ -107,14 +107,14 @@ class Viewer:
         self.window.show(snapshot_picture(snapshot, self.window.size))
 
     def follow(self, motion: Trajectory | None, snapshot: Snapshot) -> None:
-        """Show, or keep for `render`, the motion that led to a snapshot and then the snapshot."""
+        """Show the motion that led to a snapshot, then the snapshot, or keep both for `render`."""
         view, passing = self._passing(motion, snapshot)
         self._before = snapshot
         if self.mode == "human":
             self._play(passing, view, snapshot)
             return
         self._film += [(each, view, 1) for each in passing]
-        # How it ends can be read for a second.
+        # The end stays readable for a second.
         time_only = passing[-1].message if passing else ""
         last = replace(snapshot, message=snapshot.message or time_only)
         self._film.append((last, view, FILM_FPS if snapshot.message else 1))
@@ -122,7 +122,7 @@ class Viewer:
     def _passing(
         self, motion: Trajectory | None, snapshot: Snapshot
     ) -> tuple[View, list[Snapshot]]:
-        """Return what led to a snapshot, and a view that holds all of it."""
+        """Return the motion that led to a snapshot, and a view that contains all of it."""
         from magfold_env.render.snapshot import motion_view, snapshot_view  # noqa: PLC0415
 
         view, first = snapshot_view(snapshot), self._seen
@@ -131,7 +131,7 @@ class Viewer:
         self._seen = len(motion)
         angles, base, released = motion.angles, motion.base, motion.released
         whole = motion_view(snapshot.scene, angles[first:], base[first:], released[first:])
-        # What becomes of it is not told before; what is drawn back is what it was.
+        # The result is not shown in advance; a component drawn back keeps its magnets until then.
         told, scene = self._before or snapshot, snapshot.scene
         sequence = np.where(snapshot.chosen, scene.sequence, told.scene.sequence).tolist()
         still = replace(
@@ -154,14 +154,14 @@ class Viewer:
         ]
 
     def _play(self, passing: list[Snapshot], view: View, snapshot: Snapshot) -> None:
-        """Show what passes, then the snapshot, no sooner than `fps` allows.
+        """Show the motion, then the snapshot, at a rate of at most `fps`.
 
-        A key or the wish to quit ends the motion; both stay to be read.
+        A key or a request to quit ends the motion; both events remain in the queue.
         """
         from magfold_env.render.snapshot import snapshot_picture  # noqa: PLC0415
 
         begun, k = time.monotonic(), 0
-        # Frames for which there is no time are left out, lest a slow machine fall behind.
+        # Frames are skipped when time is short, so that a slow machine does not fall behind.
         while k < len(passing) and not self.window.is_interrupted():
             self.window.show(snapshot_picture(passing[k], self.window.size, view))
             k = max(k + 1, int((time.monotonic() - begun) / SLOWDOWN * FRAME_RATE))
@@ -177,7 +177,7 @@ class Viewer:
 
 
 def text_of(snapshot: Snapshot) -> str:
-    """Return a snapshot in words: what the picture's panel says, and a line for each component."""
+    """Return a snapshot as text: the picture's panel, and a line for each component."""
     scene = snapshot.scene
     out = np.arange(scene.n) < snapshot.released
     if scene.feed.direction == "backward":

@@ -1,1 +1,1 @@
-"""Actions and observations: how they are written and read."""
+"""Action and observation spaces."""

@@ -1,8 +1,8 @@
-"""What an agent decides, and how it is written down.
+"""The decisions of an agent and their encodings as actions.
 
-Every environment reads its actions here: patterns of magnets (of one component, or of the whole
+Every environment decodes its actions here: magnet patterns (of one component, or of the whole
 sequence at once) and a feed speed (`ActionTable`), a feed speed alone (`SpeedTable`), or a
-component of a tray, how it lies and a feed speed (`TrayTable`).
+component of a tray, its orientation and a feed speed (`TrayTable`).
 """
 
 from abc import abstractmethod
@@ -21,16 +21,16 @@ from magfold_env.envs.tasks.checks import one_of, require, whole
 from magfold_env.scene import SIGNS as SIGN_OF
 
 SLOWEST = 0.01
-"""Lowest feed speed on offer [m/s]."""
+"""Lowest available feed speed [m/s]."""
 
 FASTEST = 0.6
-"""Highest feed speed on offer [m/s]."""
+"""Highest available feed speed [m/s]."""
 
 DEAD_BAND = 0.025
-"""Feed speed below which a drive that goes both ways stands still [m/s]."""
+"""Feed speed below which a two-way drive stops [m/s]."""
 
 SLOWEST_LEVEL = 0.03
-"""Lowest feed speed in a table of both ways [m/s]."""
+"""Lowest feed speed other than zero in a two-way table [m/s]."""
 
 PATTERNS: tuple[str, ...] = tuple("".join(faces) for faces in product("NS", repeat=4))
 """The 16 magnet patterns. Read an index as four bits, front-left first, front-right last, N = 0
@@ -75,12 +75,12 @@ def scaled_speeds(speeds: Any) -> Any:
 
 
 def read_catalogue(catalogue: Sequence[str] | None) -> tuple[int, ...]:
-    """Return the numbers of the patterns in `catalogue`, ascending; None stands for all 16.
+    """Return the numbers of the patterns in `catalogue`, ascending; None means all 16.
 
     Raises
     ------
     ValueError
-        If it is empty or holds anything but such patterns.
+        If it is empty or contains anything but patterns.
     """
     if catalogue is None:
         return tuple(range(len(PATTERNS)))
@@ -96,8 +96,8 @@ def read_catalogue(catalogue: Sequence[str] | None) -> tuple[int, ...]:
 FACES: NDArray[np.int64] = np.array(
     [np.roll(faces, turn) for faces in ([0, 1, 2, 3], [3, 2, 1, 0]) for turn in range(4)]
 )
-"""Which face of a component lies where, (8, 4), for every way to lie: with its one side up after 0
-to 3 quarter turns to the left, then with the other side up, turned over about its long axis."""
+"""The face of a component at each position, (8, 4), for every orientation: with one side up after 0
+to 3 quarter turns to the left, then with the other side up, turned over about the long axis."""
 
 LYING: NDArray[np.int64] = np.array(
     [
@@ -105,10 +105,10 @@ LYING: NDArray[np.int64] = np.array(
         for faces in PATTERNS
     ]
 )
-"""Numbers of the patterns that each pattern makes in every way to lie, (16, 8)."""
+"""Number of the pattern that each pattern becomes in every orientation, (16, 8)."""
 
 AHEAD, BACK, PULL = range(3)
-"""Ways to go: feed a component, draw one back, or pull at the chain."""
+"""Kinds of steps: feed a component, draw one back, or pull the chain."""
 
 ActionKind = Literal["multidiscrete", "discrete", "box"]
 TrayKind = Literal["multidiscrete", "discrete"]
@@ -119,18 +119,18 @@ Choice = tuple[Ints, Floats, Floats]
 """Patterns, (m, components); feed speeds [m/s] and the same on the log scale, (m,)."""
 
 TrayChoice = tuple[Ints, Ints, Floats, Ints]
-"""Components, ways to lie, feed speeds [m/s], and ways to go, (m,)."""
+"""Components, orientations, feed speeds [m/s] and kinds of steps, (m,)."""
 
 MOST_DISCRETE = 1_000_000
-"""Most single actions that a `discrete` space may have."""
+"""Largest number of actions in a `discrete` space."""
 
 ROUNDING = 1e-6
-"""By how much a number of a ``Box`` may miss its bounds: `gymnasium.wrappers.RescaleAction` returns
-1.0000001. It counts as the bound."""
+"""Amount by which a number of a ``Box`` may exceed its bounds and still count as the bound:
+`gymnasium.wrappers.RescaleAction` returns 1.0000001."""
 
 
 class Actions:
-    """How actions are written, and how arrays of them are read.
+    """The encoding of actions, and the decoding of arrays of actions.
 
     There are three kinds. ``multidiscrete``: whole numbers. ``discrete``: these as the digits of
     one number. ``box``: numbers from −1 to 1.
@@ -147,22 +147,22 @@ class Actions:
 
     @property
     def width(self) -> int:
-        """How many numbers an action has as a ``box``."""
+        """Length of a ``box`` action."""
         return 0
 
     @property
     @abstractmethod
     def sizes(self) -> tuple[int, ...]:
-        """How many values each number of a ``multidiscrete`` action has."""
+        """Number of values of each entry of a ``multidiscrete`` action."""
 
     @property
     @abstractmethod
     def _allowed(self) -> str:
-        """What an action must be if it is ``multidiscrete``, in words."""
+        """Description of the allowed ``multidiscrete`` actions."""
 
     @abstractmethod
     def read(self, actions: Any, count: int) -> Any:
-        """Return what so many actions ask for."""
+        """Decode `count` actions."""
 
     @cached_property
     def count(self) -> int:
@@ -179,7 +179,7 @@ class Actions:
         return spaces.Box(-1.0, 1.0, shape=(self.width,), dtype=np.float32)
 
     def read_one(self, action: Any) -> Any:
-        """Return what `read` does for a single action.
+        """Return the result of `read` for a single action.
 
         Raises
         ------
@@ -187,7 +187,7 @@ class Actions:
             If `action` is not in the space.
         """
         try:
-            # A plain list is promoted as NumPy would, so that [3, 2] works as an action.
+            # A plain list is converted as NumPy does, so that [3, 2] works as an action.
             return self.read(np.asarray(action)[None], 1)
         except ValueError:
             raise self._refused("action", action) from None
@@ -200,7 +200,7 @@ class Actions:
         shape = (count,) if one else (count, len(sizes))
         if found.shape != shape or found.dtype.kind not in "iu":
             raise self._refused_shape(found, shape)
-        # Several times as fast as arrays of one.
+        # Several times as fast as arrays of one element.
         if count > 1 or not all(map(_is_within, found.ravel().tolist(), sizes)):
             wrong = (found < 0) | (found >= (self.count if one else sizes))
             if wrong.any():
@@ -209,7 +209,7 @@ class Actions:
         return np.stack(np.unravel_index(found, self.sizes), axis=-1) if one else found
 
     def _numbers(self, actions: Any, count: int) -> Floats:
-        """Return the numbers of actions that are a ``box``, (count, width)."""
+        """Return the numbers of ``box`` actions, (count, width)."""
         found = np.asarray(actions)
         if found.shape != (count, self.width) or found.dtype.kind not in "fiu":
             raise self._refused_shape(found, (count, self.width))
@@ -250,17 +250,17 @@ def _is_within(value: int, size: int) -> bool:
 
 @dataclass(frozen=True)
 class ActionTable(Actions):
-    """How magnets and a speed are written.
+    """Actions that choose magnets and a speed.
 
-    Components that cannot be built are replaced by the nearest that can, the one with the fewest
-    other faces; `masks` says beforehand which patterns stand for themselves.
+    A component that cannot be built is replaced by the nearest one that can, which differs in the
+    fewest faces; `masks` returns the actions that need no replacement.
 
     Attributes
     ----------
     levels : int
         Number of speed levels, log-spaced from 0.01 to 0.6 m/s, both included.
     components : int
-        Number of components that one action describes.
+        Number of components that one action sets.
     kind : {"multidiscrete", "discrete", "box"}
         ``multidiscrete``: the patterns, then the speed level. ``discrete``: the same as one
         number, the speed level the last digit. ``box``: four numbers from −1 to 1 a component,
@@ -289,7 +289,7 @@ class ActionTable(Actions):
 
     @property
     def width(self) -> int:
-        """How many numbers an action has as a ``box``."""
+        """Length of a ``box`` action."""
         return 4 * self.components + 1
 
     @cached_property
@@ -310,19 +310,19 @@ class ActionTable(Actions):
         return tuple(PATTERNS[number] for number in numbers), float(speeds[0])
 
     def read(self, actions: Any, count: int) -> Choice:
-        """Return what each of `count` actions asks for, as Gymnasium batches them.
+        """Decode `count` actions in Gymnasium's batched form.
 
         Returns
         -------
         patterns : array of int, shape (count, components)
-            Of components that can be built.
+            Numbers of the patterns, which can be built.
         speeds, scaled : array, shape (count,)
             Feed speeds [m/s], and the same on the log scale from −1 to 1.
 
         Raises
         ------
         ValueError
-            If one of `actions` is not in the space, or there are not `count`.
+            If one of `actions` is not in the space, or their number is not `count`.
         """
         if self.kind != "box":
             digits = self._digits(actions, count)
@@ -340,9 +340,9 @@ class ActionTable(Actions):
         Parameters
         ----------
         faces : str or sequence of str
-            Four letters for each component; a single component's may stand alone.
+            Four letters for each component, or one string for a single component.
         speed : float
-            The nearest level, on the log scale, is taken.
+            The feed speed [m/s]; the action uses the nearest level on the log scale.
         """
         each = [faces] if isinstance(faces, str) else faces
         patterns = np.array([PATTERNS.index(letters) for letters in each], dtype=np.int64)
@@ -352,18 +352,18 @@ class ActionTable(Actions):
         return np.append(SIGNS[patterns].astype(np.float32).ravel(), scaled)
 
     def masks(self) -> NDArray[np.bool_]:
-        """Return which actions ask for nothing but components that can be built.
+        """Return which actions request only components that can be built.
 
         Returns
         -------
         array of bool
-            As sb3-contrib's ``MaskablePPO`` wants it: one entry an action for ``discrete``, for
-            ``multidiscrete`` the masks of its dimensions one after another.
+            The mask in the form of sb3-contrib's ``MaskablePPO``: one entry per action for
+            ``discrete``, and the concatenated masks of the dimensions for ``multidiscrete``.
 
         Raises
         ------
         ValueError
-            For the kinds of actions that masks do not exist for.
+            For kinds of actions without masks.
         """
         patterns = np.zeros(len(PATTERNS), dtype=np.bool_)
         patterns[list(self.catalogue)] = True
@@ -381,7 +381,7 @@ class ActionTable(Actions):
 
     @cached_property
     def _built(self) -> Ints:
-        """For each pattern the nearest that can be built; the first of equally near ones."""
+        """For each pattern, the nearest one that can be built; the first of equally near ones."""
         built = np.array(self.catalogue, dtype=np.int64)
         shared = SIGNS @ SIGNS[built].T
         return built[np.argmax(shared, axis=1)]
@@ -407,12 +407,12 @@ def _level(speeds: Floats, speed: float) -> int:
 
 @dataclass(frozen=True)
 class SpeedTable(Actions):
-    """How the speed of a feed that goes both ways is written, standstill included.
+    """Actions that choose the speed of a two-way feed, including standstill.
 
     Attributes
     ----------
     levels : int
-        Number of speed levels each way, log-spaced from `SLOWEST_LEVEL` to `FASTEST`.
+        Number of speed levels in each direction, log-spaced from `SLOWEST_LEVEL` to `FASTEST`.
     kind : {"box", "discrete", "multidiscrete"}
         ``box``: one number x from −1 to 1, for the speed 0.6 m/s · x |x|, or standstill where that
         is slower than `DEAD_BAND`. ``discrete``: a number among the speeds of the table, ascending
@@ -423,16 +423,16 @@ class SpeedTable(Actions):
     kind: ActionKind = "box"
 
     per_level: ClassVar[int] = 2
-    """How many of the ``discrete`` actions a speed level makes."""
+    """Number of ``discrete`` actions per speed level."""
 
     @property
     def sizes(self) -> tuple[int, ...]:
-        """Number of speeds of the table."""
+        """Number of speeds in the table."""
         return (2 * self.levels + 1,)
 
     @property
     def width(self) -> int:
-        """How many numbers an action has as a ``box``."""
+        """Length of a ``box`` action."""
         return 1
 
     @cached_property
@@ -446,7 +446,7 @@ class SpeedTable(Actions):
         return self.write((np.array([speed]),))[0]
 
     def write(self, choice: tuple[Floats]) -> Any:
-        """Return the actions nearest to speeds [m/s], as Gymnasium batches them."""
+        """Return the actions nearest to speeds [m/s], in Gymnasium's batched form."""
         (speeds,) = choice
         if self.kind != "box":
             levels = np.abs(self.speeds - speeds[:, None]).argmin(axis=1)
@@ -455,12 +455,12 @@ class SpeedTable(Actions):
         return (np.sign(shares) * np.sqrt(np.abs(shares))).astype(np.float32)[:, None]
 
     def read(self, actions: Any, count: int) -> tuple[Floats]:
-        """Return the speeds [m/s] that `count` actions ask for, as Gymnasium batches them.
+        """Return the speeds [m/s] that `count` actions in Gymnasium's batched form request.
 
         Raises
         ------
         ValueError
-            If one of `actions` is not in the space, or there are not `count`.
+            If one of `actions` is not in the space, or their number is not `count`.
         """
         if self.kind != "box":
             return (self.speeds[self._digits(actions, count)[:, 0]],)
@@ -475,20 +475,20 @@ class SpeedTable(Actions):
 
 @dataclass(frozen=True)
 class TrayTable(Actions):
-    """How a component of a tray, how it lies, and a speed are written.
+    """Actions that choose a component of a tray, its orientation and a speed.
 
     Attributes
     ----------
     parts : int
-        Number of components on the tray at first.
+        Initial number of components on the tray.
     levels : int
         Number of speed levels, log-spaced from 0.03 to 0.6 m/s, both included.
     kind : {"multidiscrete", "discrete"}
-        ``multidiscrete``: the component, the way to lie, the speed level, and 1 to draw back with
+        ``multidiscrete``: the component, the orientation, the speed level, and 1 to draw back at
         that speed instead. ``discrete``: the same as one number, the last digit 1 to draw back.
     ways : int
-        Number of ways to go: 2, ahead and back, or 3, with which the last number, or digit, may be
-        2, to pull at the chain.
+        Number of kinds of steps: 2, to feed and to draw back, or 3, where the last number or digit
+        may also be 2, to pull the chain.
     """
 
     parts: int
@@ -504,43 +504,43 @@ class TrayTable(Actions):
 
     @property
     def sizes(self) -> tuple[int, ...]:
-        """Number of components, ways to lie, speed levels, and of ways to go."""
+        """Numbers of components, orientations, speed levels and kinds of steps."""
         return self.parts, len(FACES), self.levels, self.ways
 
     @property
     def per_level(self) -> int:
-        """How many of the ``discrete`` actions a speed level makes."""
+        """Number of ``discrete`` actions per speed level."""
         return self.count // self.levels
 
     def read(self, actions: Any, count: int) -> TrayChoice:
-        """Return what `count` actions ask for, as Gymnasium batches them.
+        """Decode `count` actions in Gymnasium's batched form.
 
         Raises
         ------
         ValueError
-            If one of `actions` is not in the space, or there are not `count`.
+            If one of `actions` is not in the space, or their number is not `count`.
         """
         part, lie, level, way = self._digits(actions, count).T
         return part, lie, self.speeds[level], way
 
     def encode(self, part: int, lie: int, speed: float, *, back: bool = False) -> Any:
-        """Return the action for a component, a way to lie and the level next to a speed [m/s]."""
+        """Return the action for a component, an orientation and the level nearest a speed [m/s]."""
         way = BACK if back else AHEAD
         return self._written(np.array([part, lie, _level(self.speeds, speed), way]))
 
     @property
     def pull(self) -> Any:
-        """The action that pulls at the chain, where there is one."""
+        """The action that pulls the chain, if there is one."""
         return self._written(np.array([0, 0, 0, PULL]))
 
     def write(self, choice: TrayChoice) -> Any:
-        """Return the actions for components, ways to lie, levels next to speeds, and ways to go."""
+        """Return the actions for components, orientations, speeds and kinds of steps."""
         part, lie, speeds, way = choice
         level = np.abs(np.log(self.speeds / speeds[:, None])).argmin(axis=1)
         return self._written(np.stack([part, lie, level, way], axis=1))
 
     def masks(self, there: NDArray[np.bool_], back: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which actions ask for what can be done, as sb3-contrib's ``MaskablePPO`` wants it.
+        """Return which actions are possible, in the form of sb3-contrib's ``MaskablePPO``.
 
         Parameters
         ----------
@@ -552,8 +552,8 @@ class TrayTable(Actions):
         Returns
         -------
         array of bool, shape (m, …)
-            One entry an action for ``discrete``, for ``multidiscrete`` the masks of its dimensions
-            one after another.
+            One entry per action for ``discrete``, and the concatenated masks of the dimensions for
+            ``multidiscrete``.
         """
         count = len(back)
         go = np.ones((count, self.ways), dtype=np.bool_)
@@ -571,6 +571,6 @@ class TrayTable(Actions):
         most = [size - 1 for size in self.sizes]
         ways = "0 or 1, to draw back" if self.ways == PULL else "0, 1, to draw back, or 2, to pull"
         return (
-            f"four integers, component 0..{most[0]}, way to lie 0..{most[1]}, speed level "
+            f"four integers, component 0..{most[0]}, orientation 0..{most[1]}, speed level "
             f"0..{most[2]} and {ways}"
         )

@@ -1,4 +1,4 @@
-"""The flat observations of a chain that is being fed: their layouts and how they are filled."""
+"""Flat observations of a chain that is being fed: their layouts and how they are filled."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -15,10 +15,10 @@ from magfold_env.envs.chains.arrays import ChainArrays, Floats, Ints
 Singles = NDArray[np.float32]
 
 VELOCITY_SCALE = 1.0
-"""Velocity that is shown as one half [m/s]."""
+"""Velocity that an observation shows as one half [m/s]."""
 
 RATE_SCALE = 100.0
-"""Angular rate that is shown as one half [rad/s]."""
+"""Angular rate that an observation shows as one half [rad/s]."""
 
 POSITION_NOISE = 3e-4
 """Standard deviation of a position in a frame, along x and along y [m]."""
@@ -28,12 +28,12 @@ HEADING_NOISE = np.pi / 180.0
 
 
 MEASURED = ("joint", "heading", "rate", "position", "velocity", "seen", "force", "borne")
-"""Groups that have to be measured; the others are known."""
+"""Groups that a sensor measures; the agent knows the others."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where each group of entries lies in the observation of a chain of `n` components.
+    """The position of each group of entries in the observation of a chain of `n` components.
 
     Attributes
     ----------
@@ -49,16 +49,16 @@ class Layout:
     @property
     @abstractmethod
     def sizes(self) -> dict[str, int]:
-        """Number of entries of each group, by name, in the order in which they lie."""
+        """Number of entries of each group, by name, in the order of the observation."""
 
     @property
     def measured(self) -> tuple[str, ...]:
-        """Names of the groups that have to be measured."""
+        """Names of the groups that a sensor measures."""
         return tuple(name for name in self.sizes if name in MEASURED)
 
     @cached_property
     def slices(self) -> dict[str, slice]:
-        """Slice of each group, by name, in the order in which they lie."""
+        """Slice of each group, by name, in the order of the observation."""
         ends = np.cumsum(list(self.sizes.values())).tolist()
         return {
             name: slice(end - size, end)
@@ -72,13 +72,13 @@ class Layout:
 
     @property
     def space(self) -> spaces.Box:
-        """The observation space: every entry lies in [−1, 1]."""
+        """The observation space: every entry is within [−1, 1]."""
         return spaces.Box(-1.0, 1.0, shape=(self.size,), dtype=np.float32)
 
 
 @dataclass(frozen=True)
 class ObservationLayout(Layout):
-    """That of a chain whose components are chosen, of which all is seen; see `fill`.
+    """The layout for a fully visible chain whose components are chosen; see `fill`.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class ObservationLayout(Layout):
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Number of entries of each group, by name, in the order in which they lie."""
+        """Number of entries of each group, by name, in the order of the observation."""
         n = self.n
         return {
             **dict.fromkeys(self.words, 3 * (n - 1)),
@@ -107,7 +107,7 @@ class ObservationLayout(Layout):
 
 @dataclass(frozen=True)
 class CameraLayout(Layout):
-    """That of a chain of which a camera sees what is outside the tube; see `take_frames`.
+    """The layout for a chain that a camera sees outside the tube; see `take_frames`.
 
     Attributes
     ----------
@@ -120,17 +120,17 @@ class CameraLayout(Layout):
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Number of entries of each group, by name, in the order in which they lie."""
+        """Number of entries of each group, by name, in the order of the observation."""
         return {**self.before, **self.frame_sizes, **self.after}
 
     @property
     def frame_sizes(self) -> dict[str, int]:
-        """Those groups that a frame of the camera holds."""
+        """The groups that a frame of the camera contains."""
         return {"seen": self.n, "heading": 2 * self.n, "position": 2 * self.n}
 
     @cached_property
     def frame(self) -> slice:
-        """Where a frame lies."""
+        """The slice of a frame."""
         return slice(self.slices["seen"].start, self.slices["position"].stop)
 
 
@@ -151,7 +151,7 @@ def take_frames(
     noise : array, shape (rows, 3 n)
         Standard normal numbers: for each component its heading, x and y.
     frames : array, shape (m, 5 n)
-        Frames of all chains, those of `rows` to be filled in.
+        Frames of all chains; the function fills those of `rows`.
     """
     n = arrays.angles.shape[1]
     pitch = np.sqrt(2.0) * side
@@ -163,7 +163,7 @@ def take_frames(
         for i in range(n):
             angle = arrays.angles[k, i]
             across, up = pitch * np.cos(angle), pitch * np.sin(angle)
-            # A casing that was drawn in again is out of sight, held or not.
+            # A casing that was drawn in again is invisible, held or not.
             if arrays.released[k, i] and x + 0.5 * across > 0.0:
                 angle += HEADING_NOISE * noise[j, 3 * i]
                 frame[i] = 1.0

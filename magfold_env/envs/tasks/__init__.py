@@ -1,1 +1,1 @@
-"""What is wanted and rewarded, and how physics is drawn."""
+"""Tasks: targets, rewards and draws of the physics."""

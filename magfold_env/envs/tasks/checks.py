@@ -88,14 +88,14 @@ def mask_of(options: Mapping[str, Any], count: int) -> NDArray[np.bool_]:
 def given_for_each(
     options: Mapping[str, Any], keys: Sequence[str], count: int, kind: type
 ) -> list[Any] | None:
-    """Return what the options of `reset` want of each environment; None where it is to draw.
+    """Return the value that the options of `reset` set for each environment; None to draw it.
 
     Parameters
     ----------
     options : mapping
-        Those of `reset`.
+        The options of `reset`.
     keys : sequence of str
-        What they may be; the first is meant.
+        The allowed options; the first one is read.
     count : int
         Number of environments.
     kind : type

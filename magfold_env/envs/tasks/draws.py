@@ -1,9 +1,8 @@
-"""How much the physics varies from episode to episode, and fixed draws of it.
+"""Random variation of the physics between episodes, and fixed draws.
 
-Fixed draws are seeds for ``env.reset`` that one purpose never shares with another.
-
-Results are compared on the same draws, and on draws that no training has seen. Training seeds are
-numbers below 2³²; the seeds given here lie above 2⁶⁴.
+Fixed draws are seeds for ``env.reset``; no two purposes share a seed. Results are compared on the
+same draws, which training never uses. Training seeds are numbers below 2³²; the seeds defined here
+are above 2⁶⁴.
 """
 
 from typing import Literal
@@ -16,8 +15,8 @@ from magfold_env.scene import Problem, Scene, Spreads
 from magfold_env.scene.errors import refuse
 
 EVALUATION_VERSION = 2
-"""Version of the draws that results are reported on. It changes when `evaluation_seeds` does, or
-what an environment draws for a seed, which a test holds still."""
+"""Version of the draws that results are reported on. It changes when `evaluation_seeds` changes or
+when an environment draws differently for a seed; a test checks both."""
 
 _RESERVED = 1 << 64
 
@@ -56,19 +55,19 @@ PRESETS: dict[str, tuple[Spreads, float]] = {
     "nominal": (Spreads(friction=0.10, remanence=0.05, feed_jitter=0.05), 0.03),
     "strong": (Spreads(friction=0.30, remanence=0.10, feed_jitter=0.20), 0.1),
 }
-"""Relative half-widths of the even draws, and the largest joint angle at release [rad], where the
-bore leaves room for it. Feed jitter is drawn for every component: the speed at which it leaves."""
+"""Relative half-widths of the uniform draws, and the largest joint angle at release [rad] if the
+bore leaves room for it. Feed jitter varies the speed at which each component leaves."""
 
 
 def randomised(scene: Scene, randomisation: Randomisation) -> Scene:
-    """Return `scene` with the spreads that `randomisation` stands for.
+    """Return `scene` with the spreads of `randomisation`.
 
     Raises
     ------
     ValueError
         If `randomisation` is not one of the names.
     SceneError
-        If the scene leaves something to chance that episodes do not draw.
+        If the scene has a random quantity that episodes do not draw.
     """
     allowed = "environments draw no {}; must be {}"
     if scene.bumps is not None and scene.bumps.seed is None:

@@ -1,4 +1,4 @@
-"""Chains, or components, that are given, and the folds that are to come about."""
+"""Tasks with a given chain or given components, and the folds to reach."""
 
 import math
 from abc import abstractmethod
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Task(Part):
-    """How a chain is fed, and the fold to reach."""
+    """The direction of feed and the fold to reach."""
 
     direction: Literal["forward", "backward"]
     """Direction of feed."""
@@ -43,13 +43,13 @@ class Task(Part):
         return len(self.target) + 1
 
     def as_fed(self, chain: Any) -> Any:
-        """Return what is given by component, 1 first, in the order of feed; or back again."""
+        """Convert an array from component order to the order of feed, or back."""
         return chain if self.direction == "forward" else chain[::-1]
 
     @property
     @abstractmethod
     def parts(self) -> tuple[str, ...]:
-        """The components that there are."""
+        """The available components."""
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -58,17 +58,17 @@ class Task(Part):
 
     @property
     def aim(self) -> str:
-        """What is to be reached, in a word."""
+        """The goal as one string."""
         return "-".join(self.words)
 
     @property
     def name(self) -> str:
-        """What its baseline is kept under."""
+        """Cache key of the baseline."""
         return chain_name(self.parts, self.direction, self.aim)
 
 
 class FeedTask(Task):
-    """The same, of a chain that is given."""
+    """A task with a given chain."""
 
     sequence: tuple[Component, ...]
     """The components, component 1 first."""
@@ -80,12 +80,12 @@ class FeedTask(Task):
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """The components that there are."""
+        """The available components."""
         return self.sequence
 
 
 class RefoldTask(FeedTask):
-    """The same, with two folds to reach."""
+    """A task with a given chain and two folds to reach."""
 
     first: str
     """Word to reach before the target."""
@@ -104,14 +104,14 @@ def task_list_names() -> list[str]:
 def read_tasks(
     tasks: str | Path | Sequence[Task | Mapping[str, Any]], kind: type[Task] = FeedTask
 ) -> tuple[Any, ...]:
-    """Return the tasks of a shipped list, the easiest first, of a YAML file, or those given.
+    """Return the given tasks, or those of a shipped list (the easiest first) or of a YAML file.
 
     Raises
     ------
     ValueError
         If there is no such list or file, it is empty, or its chains have different lengths.
     SceneError
-        If a file is no list of tasks, or a task is not valid; one line per problem.
+        If a file is not a list of tasks, or a task is not valid; one line per problem.
     """
     path = Path(tasks) if isinstance(tasks, (str, Path)) else None
     if path is not None and str(tasks) in task_list_names():
@@ -174,13 +174,12 @@ class FeedOptions(RewardOptions, total=False):
 
 
 class TaskWorld(World):
-    """Tasks and the world they are set in.
+    """Tasks and their world.
 
     Parameters
     ----------
     episodes : type
-        The class of the episodes: it says what a task is, how actions are written and what is
-        observed.
+        The class of the episodes: it defines the type of a task, the actions and the observations.
     scene : str, Path or Scene
         A tube scene; sequence, direction and speeds come from the tasks and the agent.
     **options
@@ -189,7 +188,7 @@ class TaskWorld(World):
     Raises
     ------
     ValueError
-        For any option that is not allowed; the message names it and what is.
+        If an option is not allowed; the message names it and the allowed values.
     """
 
     option = ("task", int)
@@ -217,7 +216,7 @@ class TaskWorld(World):
         self.templates: tuple[Scene, ...] = tuple(
             self.scene.replace(feed={"direction": direction}) for direction in directions
         )
-        """What episodes are drawn from: a scene for each direction of feed."""
+        """The templates of episodes: a scene for each direction of feed."""
         self.kinds: tuple[int, ...] = tuple(
             list(directions).index(task.direction) for task in self.tasks
         )
@@ -226,7 +225,7 @@ class TaskWorld(World):
 
     @cached_property
     def patterns(self) -> NDArray[np.int64]:
-        """Numbers of the patterns of the components that there are, (tasks, parts)."""
+        """Pattern numbers of the available components, (tasks, parts)."""
         return np.array([[PATTERNS.index(faces) for faces in task.parts] for task in self.tasks])
 
     def number_of(self, value: int) -> int:

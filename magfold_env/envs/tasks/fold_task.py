@@ -15,25 +15,25 @@ from magfold_env.scene import Scene, load_scene
 
 
 class FoldTask(World):
-    """What is to be folded, and how it is chosen, seen and rewarded.
+    """A folding task: the fold, the choices, the observations and the rewards.
 
     Parameters
     ----------
     scene : str, Path, Scene or None
-        A tube scene: a shipped name, a path or the scene. Its sequence and feed speeds are the
-        agent's to choose and so are ignored: every face gets a magnet. None takes `usual`, or
-        what the target suite is meant for, fed as `usual` is.
+        A tube scene: a shipped name, a path or the scene. Its sequence and feed speeds are ignored,
+        because the agent chooses them and every face gets a magnet. None takes `usual`, or the
+        scene that the target suite is meant for, with the feed of `usual`.
     usual : str
-        The shipped scene that the environment has by default.
+        The default scene of the environment, a shipped one.
     action_scope : {"component", "chain"}
-        What one action describes.
+        Scope of one action.
     **options
         See `FoldOptions`.
 
     Raises
     ------
     ValueError
-        For any option that is not allowed; the message names it and what is.
+        If an option is not allowed; the message names it and the allowed values.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class FoldTask(World):
             _ = self.lattice
 
     def baseline_of(self, target: str) -> Baseline:
-        """Return the energy minimiser's result for `target`; flagged where there is none.
+        """Return the energy minimiser's result for `target`; it is flagged if there is none.
 
         May take some seconds where neither the package nor the disk cache has it.
         """
@@ -95,7 +95,7 @@ def lengthened(scene: Scene, components: int | None) -> Scene:
     Raises
     ------
     ValueError
-        If that is not a whole number, 2 or more.
+        If the length is not a whole number of 2 or more.
     """
     if components is None or whole("components", components, 2) == scene.n:
         return scene
@@ -104,13 +104,13 @@ def lengthened(scene: Scene, components: int | None) -> Scene:
 
 
 def feedable(scene: Scene, action_scope: Literal["component", "chain"]) -> Scene:
-    """Return `scene` if the magnets of its chain can be chosen, and the chain fed.
+    """Return `scene` if its magnets can be chosen and its chain can be fed.
 
     Raises
     ------
     ValueError
-        If it has no tube, no magnets, a single component, or magnets that would act before they
-        are chosen.
+        If it has no tube, no magnets, only one component, or magnets that act before they are
+        chosen.
     """
     loading = scene.feed.loading
     late = action_scope == "chain" or loading == "at_mouth"
@@ -123,7 +123,7 @@ def feedable(scene: Scene, action_scope: Literal["component", "chain"]) -> Scene
 
 
 def _scene_of(suite: Suite, usual: Scene) -> Scene:
-    """Return the scene of a suite, in the tube, with the loading and work cap of the usual one."""
+    """Return the scene of a suite in the tube, with the loading and work limit of the usual one."""
     return suite.scene().replace(
         mount="tube",
         feed={"loading": usual.feed.loading},

@@ -1,14 +1,13 @@
-"""What an episode is to reach, and how near to it a fold is.
+"""Goals of episodes, and how close a fold is to its goal.
 
-A goal is a fold word, or any word with the same outline. How alike two folds are is
-`magfold_env.shapes.similarity`: the mean over ordered pairs of components of
-exp(−d²/side²), d being how far apart the two folds have the one component, seen from the other.
-Why this measure: components are told apart, because the magnets that were chosen belong to
-each; moving or turning the whole fold changes nothing, because the target is a shape and not a
-place; mirroring does, because a mirror image is another fold; it has no jumps at ±45° or elsewhere,
-so that it can shape a reward; and it is 1 for the target alone, so that nothing else is worth as
-much. The mean of the angles' errors would have all of this but one: a single wrong joint in the
-middle moves half the chain, and counts there like one at the end.
+A goal is a fold word, or any word with the same outline. The similarity of two folds is
+`magfold_env.shapes.similarity`: the mean over ordered pairs of components of exp(−d²/side²), where
+d is the distance between the positions of the one component in the two folds, as seen from the
+other. This measure distinguishes components, because each has its own magnets. It ignores
+translation and rotation, because the target is a shape and not a place. It does not ignore
+mirroring, because a mirror image is a different fold. It has no jumps, so that it can shape a
+reward. It is 1 only for the target. The mean error of the joint angles has the same properties, but
+it gives a wrong joint in the middle, which moves half the chain, the same weight as one at the end.
 """
 
 from dataclasses import dataclass
@@ -26,7 +25,7 @@ from magfold_env.shapes import headings, outline, word_to_angles, words_of_outli
 Match = Literal["word", "outline"]
 
 SUCCESS_TOLERANCE = 0.05
-"""Largest deviation of a joint from its target angle in a success [rad]."""
+"""Largest deviation of a joint from its target angle that counts as a success [rad]."""
 
 
 class Verdict(NamedTuple):
@@ -44,14 +43,14 @@ class Verdict(NamedTuple):
 
 @dataclass(frozen=True)
 class Goal:
-    """The fold that is wanted.
+    """A target fold.
 
     Attributes
     ----------
     word : str
         Word over L, S and R, one letter a joint.
     match : {"word", "outline"}
-        Whether only `word` will do, or every fully folded word that covers the same cells.
+        Whether only `word` counts, or every fully folded word that covers the same cells.
     """
 
     word: str
@@ -59,7 +58,7 @@ class Goal:
 
     @cached_property
     def words(self) -> tuple[str, ...]:
-        """The words that will do; `word` is the first."""
+        """The words that count as reached; `word` is the first."""
         if self.match == "word":
             return (self.word,)
         others = words_of_outline(outline(self.word))
@@ -72,7 +71,7 @@ class Goal:
 
     @cached_property
     def headings(self) -> Floats:
-        """Headings of `words` [rad], shape (words, n), component 1's being 0."""
+        """Headings of `words` [rad], shape (words, n); that of component 1 is 0."""
         return np.array([headings(angles) for angles in self.angles])
 
     def judged(self, status: FoldStatus | None, joint_angles: Floats) -> Verdict:
@@ -96,7 +95,7 @@ class Goal:
 
 @lru_cache(maxsize=4096)
 def goal_of(word: str, match: Match) -> Goal:
-    """Return the goal; what it has worked out is shared by all who ask for it."""
+    """Return the goal; all callers share its cached results."""
     return Goal(word, match)
 
 
@@ -139,9 +138,9 @@ def judge(
 def _similarity(
     angles: NDArray[np.float64], folds: NDArray[np.float64], scratch: NDArray[np.float64]
 ) -> float:
-    """Similarity of the headings ``angles`` (n,) to the likest of ``folds`` (m, n); 4 n scratch.
+    """Similarity of headings ``angles`` (n,) to the most similar of ``folds`` (m, n); 4 n scratch.
 
-    It equals `magfold_env.shapes.similarity`, of which this is the compiled form.
+    This is the compiled form of `magfold_env.shapes.similarity`.
     """
     n = angles.size
     if n == 1:

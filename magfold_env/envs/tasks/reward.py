@@ -1,23 +1,23 @@
-"""What an episode is worth, and what its steps are.
+"""Rewards of episodes and of their steps.
 
 The **score** of an episode is 1 if the chain settled as wanted, else half its similarity to the
-target, and 0 if the simulation failed (`magfold_env.envs.tasks.goals`) or a limit of time that is
-the task's own was met. The last step's reward is
+target, and 0 if the simulation failed (`magfold_env.envs.tasks.goals`) or the task's time limit was
+reached. The last step's reward is
 
-- ``relative``: the score less b, what the energy minimiser's own design for this target scores on
-  average under the same randomisation (`magfold_env.envs.baselines.baseline`), or, where only the
-  speed is free, the best constant one (`magfold_env.envs.baselines.constant_speed`). Targets
-  differ in how hard they are; this is what an agent adds to the minimiser, and 0 is as good as it.
+- ``relative``: the score less b. b is the mean score of the energy minimiser's own design for this
+  target under the same randomisation (`magfold_env.envs.baselines.baseline`), or, where only the
+  speed is free, of the best constant speed (`magfold_env.envs.baselines.constant_speed`). Targets
+  differ in difficulty; this reward measures what an agent adds to the minimiser, and 0 equals it.
 - ``score``: the score alone.
 - ``sparse``: 1 for a success, else 0.
 
 **Shaping** adds γ Φ(next) − Φ(now) to every step, with Φ = 0 at the end, which leaves the best
-policies as they are (Ng, Harada and Russell 1999). Φ is half of
+policies as they are (Ng, Harada and Russell 1999). Φ is half of one of these:
 
-- ``similarity``: how alike the chain as it is now and the target are, 0 to 1;
-- ``energy``: the magnetic energy of the chain as it is now over that of the same components in the
-  target's shape, within 0 and 1: how much of what the target would release is released. Where the
-  target would release nothing, Φ is 0.
+- ``similarity``: the similarity of the present chain to the target, 0 to 1;
+- ``energy``: the magnetic energy of the present chain divided by that of the same components in the
+  target's shape, limited to 0 to 1: the released share of the energy that the target would release.
+  If the target would release none, Φ is 0.
 """
 
 from dataclasses import dataclass
@@ -41,7 +41,7 @@ class RewardRule:
     kind : {"relative", "score", "sparse"}
         The last step's reward.
     shaping : {"similarity", "energy"} or None
-        What every step is rewarded with besides.
+        The additional reward of every step.
     gamma : float
         Discount of the shaping.
     """
@@ -68,11 +68,11 @@ class RewardRule:
         return cls(kind, shaping, gamma)
 
     def step(self, before: Floats, after: Floats) -> Floats:
-        """Return the rewards of steps between two potentials."""
+        """Return the shaping rewards of steps between two potentials."""
         return self.gamma * after - before
 
     def end(self, score: Floats, success: Bools, baseline: Floats) -> Floats:
-        """Return what the last steps of episodes are worth besides."""
+        """Return the additional reward of the last steps of episodes."""
         if self.kind == "relative":
             return score - baseline
         return score if self.kind == "score" else np.asarray(success, dtype=np.float64)

@@ -1,10 +1,10 @@
-"""The fold words that an episode may ask for, and how hard each is to make.
+"""The possible target words of episodes and their difficulty.
 
-The difficulty of a word is how rare it is: minus the logarithm of the share of random sequences
-that fold into it, component by component, by energy alone. Words of long chains are far too rare
-to be counted, so the share is taken as a product, joint by joint (multilevel splitting): of a
-population of random chains that are right so far, given a random next component, the share that
-takes the wanted letter; those make the next population.
+The difficulty of a word is minus the logarithm of the share of random sequences that fold into it,
+component by component, by energy alone. Words of long chains are too rare to count, so the share is
+a product over joints (multilevel splitting). A population of random chains that are right so far
+gets a random next component each; the factor is the share of chains that take the right letter, and
+these chains form the next population.
 """
 
 import math
@@ -22,7 +22,8 @@ from magfold_env.scene.errors import Problem, nearest, refuse
 from magfold_env.shapes import folded_words, overlaps
 
 LONGEST_LISTED = 16
-"""Most components of a chain whose words are all listed: 8,894, three times more with two more."""
+"""Largest number of components for which all words are listed: 8,894 words; two more components
+give three times as many."""
 
 
 def resolve_targets(targets: Sequence[str] | None, n: int) -> tuple[str, ...]:
@@ -31,7 +32,7 @@ def resolve_targets(targets: Sequence[str] | None, n: int) -> tuple[str, ...]:
     Parameters
     ----------
     targets : sequence of str or None
-        Words to draw from; None stands for every fully folded word of the chain.
+        Words to draw from; None means every fully folded word of the chain.
     n : int
         Number of components.
 

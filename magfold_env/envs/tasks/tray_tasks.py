@@ -1,4 +1,4 @@
-"""Trays of components, and what chains of some of them are to reach or bear."""
+"""Tasks with trays of components: the fold that a chain must reach or the pull it must bear."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, cast
@@ -12,16 +12,16 @@ from magfold_env.scene.base import Positive
 from magfold_env.scene.errors import refuse
 
 Order = list[tuple[int, int]]
-"""Components of a tray, by number, and how they lie: component 1 of the chain first."""
+"""Components of a tray, by number, and their orientations; component 1 of the chain first."""
 
 
 class TrayTask(Task):
-    """A tray of components, how a chain of some of them is fed, and the fold to reach."""
+    """A tray of components, the direction of feed and the fold to reach."""
 
     tray: tuple[str, ...]
-    """Faces of the components as they come, four letters N or S each."""
+    """Faces of the components on the tray, four letters N or S each."""
     strengths: tuple[tuple[float, float, float, float], ...] | None = None
-    """What the strengths of their magnets are multiplied by, if they are not to be drawn."""
+    """Factors of the strengths of the magnets; None to draw them."""
 
     def __init__(self, **data: Any) -> None:
         super().__init__(**data)
@@ -37,14 +37,14 @@ class TrayTask(Task):
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """The components that there are."""
+        """The available components."""
         return self.tray
 
     def order_of(self, sequence: Sequence[str], parts: Iterable[int] | None = None) -> Order | None:
-        """Return how a sequence can be had from the tray, the first ways; None if it cannot.
+        """Return the first way to take a sequence from the tray, or None if there is none.
 
-        Of like components those that come first in `parts` are taken, by default in the tray; what
-        is not in it stays there.
+        Of equal components, those that come first in `parts` are taken (by default, first on the
+        tray); components not listed in it stay there.
         """
         left, found = list(range(len(self.tray)) if parts is None else parts), cast("Order", [])
         for faces in sequence:
@@ -61,16 +61,15 @@ class TrayTask(Task):
 
 
 class AnchorTask(TrayTask):
-    """A tray, how a chain of some of its components is fed, and the pull that its fold must bear.
+    """A tray of components, the direction of feed and the pull that the fold must bear.
 
-    Any fold will do. The target is the one that energy minimisation is asked for, by which b and
-    the shaping go.
+    Any fold counts. b and the shaping use the target.
     """
 
     pull: Positive
     """Size of the pull [N]."""
     towards: float
-    """Its direction in the plane [rad], 0 away from the tube."""
+    """Direction of the pull in the plane [rad], 0 away from the tube."""
 
     @property
     def aim(self) -> str:

@@ -1,4 +1,4 @@
-"""What all episodes of an environment share, and the options that say so."""
+"""What all episodes of an environment share, and the options that set it."""
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
@@ -17,34 +17,34 @@ Fidelity = Literal["dynamics", "quasistatic"]
 
 
 class World:
-    """Scene, targets, actions, observations and rewards, and no chain itself.
+    """Scene, targets, actions, observations and rewards, without a chain.
 
     Parameters
     ----------
     scene : Scene
         A tube scene.
     options : mapping
-        Those of the environment: ``fidelity``, ``match``, ``randomisation``, ``reward``,
-        ``shaping`` and ``gamma`` are read here, see `FoldOptions`.
+        Options of the environment. Of these, ``fidelity``, ``match``, ``randomisation``,
+        ``reward``, ``shaping`` and ``gamma`` are read here; see `FoldOptions`.
     randomisation, reward : str
-        What these two options are if they are left out.
+        Defaults of these two options.
 
     Attributes
     ----------
     scene : Scene
-        What episodes are drawn from, randomisation included.
+        The template of episodes, including the randomisation.
     words : tuple of str
         The words that `reset` draws from, or those of its tasks.
     match : {"word", "outline"}
-        What will do for a word.
+        What counts as reaching a word.
     randomisation : {"none", "nominal", "strong", "scene"}
-        How much physics is drawn.
+        Extent of the random draws.
     fidelity : {"dynamics", "quasistatic"}
         Whether chains are simulated.
     actions : ActionTable or SpeedTable
-        How actions are written and read.
+        Encoding and decoding of actions.
     layout : ObservationLayout or CameraLayout
-        Where each group of entries lies in an observation.
+        The slice of each group of entries in an observation.
     rule : RewardRule
         How episodes are rewarded.
     """
@@ -73,16 +73,16 @@ class World:
 
     @property
     def in_field(self) -> bool:
-        """Whether an external field acts, of which energy minimisation knows nothing."""
+        """Whether an external field acts, which energy minimisation does not include."""
         return self.scene.field is not None and self.scene.field.any
 
     @cached_property
     def lattice(self) -> LatticeFeed:
-        """What energy minimisation needs to know of the chain."""
+        """The rules by which energy minimisation folds the chain."""
         return LatticeFeed(self.scene)
 
     def number_of(self, value: Any) -> int:
-        """Return the number of what a value of `option` fixes.
+        """Return the number of the target or task that `value` of the option names.
 
         Raises
         ------
@@ -93,7 +93,7 @@ class World:
 
 
 class ChainOptions(TypedDict, total=False):
-    """What is folded and how it is chosen; every option may be left out."""
+    """Options for the fold and the choices; all are optional."""
 
     components: int | None
     """Chain length; by default that of the suite or the scene."""

@@ -16,29 +16,28 @@ from magfold_env.envs.tasks.checks import require, share_of, whole
 
 
 class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
-    """Go from one stage of a task to the next when enough of the last episodes succeed.
+    """Move from one stage of a task to the next when enough recent episodes succeed.
 
-    The environment that is wrapped is the last stage, the stages before it are the same but for
-    some options, such as ``{"components": 4}`` or ``{"difficulty": 0.25}``. Spaces are those of
-    the last stage. Observations of shorter chains are filled up with zeros: each group's entries
-    come first in the group of the longest chain. All stages must have the same actions. The
-    stage is in ``info["stage"]``.
+    The wrapped environment is the last stage. Earlier stages differ from it in some options, such
+    as ``{"components": 4}`` or ``{"difficulty": 0.25}``. The spaces are those of the last stage.
+    Observations of shorter chains are padded with zeros at the end of each group. All stages must
+    have the same actions. The stage is in ``info["stage"]``.
 
     Parameters
     ----------
     env : gymnasium.Env
         An environment of this package, made by `gymnasium.make`.
     stages : sequence of mapping
-        What is different in each stage before the last, the easiest first.
+        Options that differ in each stage before the last, the easiest first.
     threshold : float
-        Share of successes that leads to the next stage.
+        Share of successes that starts the next stage.
     window : int
-        Number of episodes, on one stage, that the share is taken over.
+        Number of episodes in one stage that the share is taken over.
 
     Raises
     ------
     ValueError
-        If there is no stage, or their spaces do not go together.
+        If there is no stage, or the spaces of the stages do not match.
     """
 
     def __init__(
@@ -68,7 +67,7 @@ class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
 
     @property
     def spec(self) -> EnvSpec | None:
-        """What `gymnasium.make` makes the same curriculum from: it wraps the last stage."""
+        """The specification from which `gymnasium.make` makes the same curriculum."""
         present, self.env = self.env, self._envs[-1]
         try:
             return super().spec
@@ -77,32 +76,32 @@ class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
 
     @property
     def layout(self) -> Layout:
-        """Where each group of entries lies in an observation."""
+        """The slice of each group of entries in an observation."""
         return _layout(self._envs[-1])
 
     @property
     def stage(self) -> int:
-        """Number of the present stage, from 0."""
+        """Number of the current stage, from 0."""
         return self._stage
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode, on the next stage if enough of the last ones succeeded."""
+        """Begin an episode, in the next stage if enough recent episodes succeeded."""
         full = len(self._successes) == self._successes.maxlen
         last = self._stage == len(self._envs) - 1
         if full and not last and float(np.mean(self._successes)) >= self._threshold:
             self._stage += 1
             self._successes.clear()
             if seed is None:
-                # The next stage goes on from this one's random numbers.
+                # The next stage continues this one's random numbers.
                 seed = int(self.env.np_random.integers(2**31))
             self.env = self._envs[self._stage]
         observation, info = self.env.reset(seed=seed, options=options)
         return self._spread(observation), info | {"stage": self._stage}
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Step the present stage."""
+        """Step the current stage."""
         observation, reward, terminated, truncated, info = self.env.step(action)
         if terminated or truncated:
             self._successes.append(bool(info.get("is_success", False)))
@@ -120,7 +119,7 @@ class Curriculum(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             env.close()
 
     def _spread(self, observation: Any) -> Any:
-        """Return an observation as one of the longest chain."""
+        """Pad an observation to the size of the longest chain's."""
         if self.env.observation_space == self.observation_space:
             return observation
         entries = cast("NDArray[np.float32]", observation)

@@ -1,9 +1,9 @@
 """Observations of tube feed that are counted from the mouth of the tube.
 
-The environment lists components from the chain's first to its last, so that the one that left the
-tube last is found at another place in every step. Here it always comes first and those before it
-follow, and what is wanted is counted from the joint that folds next: what was learned at one joint
-holds at the others. What does not exist is 0. The step comes last, one-hot.
+The environment lists components from the chain's first to its last, so the position of the
+component that left the tube last changes with every step. Here that component always comes first
+and earlier ones follow, and the target begins at the joint that folds next: what a network learns
+at one joint applies to the others. Missing entries are 0. The step comes last, one-hot.
 """
 
 from typing import Any
@@ -20,14 +20,14 @@ WIDTHS = {"magnets": 4, "speed": 1, "heading": 2, "rate": 1, "position": 2, "vel
 """Groups of the observation that list components, and their entries for each."""
 
 LETTERS = 3
-"""Entries of a wanted letter."""
+"""Entries of a target letter."""
 
 
 def mouth_order(n: int, width: int, backward: bool) -> NDArray[np.int64]:
-    """Return for each step, 0 to n, which entries to take, in order: (n + 1, entries).
+    """Return the indices of the entries to take, in order, for each step 0 to n: (n + 1, entries).
 
-    What is wanted comes first, `width` entries a joint, then the chain of `n` components. What does
-    not exist is numbered one beyond the last entry. `backward`: component ``n`` leaves first.
+    The target comes first, with `width` entries per joint, then the chain of `n` components. The
+    index of a missing entry is one beyond the last. `backward`: component ``n`` leaves first.
     """
     layout = ObservationLayout(n, side=1.0, words=())
     target = slice(0, width * (n - 1))
@@ -36,7 +36,7 @@ def mouth_order(n: int, width: int, backward: bool) -> NDArray[np.int64]:
     entries = np.arange(missing)
 
     def group(span: slice, width: int) -> NDArray[np.int64]:
-        """Return the entries of a group, a row for each component or joint, in order of feed."""
+        """Return the entries of a group, one row per component or joint, in the order of feed."""
         rows = entries[span].reshape(-1, width)
         return rows[::-1] if backward else rows
 
@@ -49,7 +49,7 @@ def mouth_order(n: int, width: int, backward: bool) -> NDArray[np.int64]:
     components = [target.stop + group(layout.slices[name], each) for name, each in WIDTHS.items()]
     steps: list[NDArray[np.int64]] = []
     for step in range(n + 1):
-        # The joint that folds next lies between the component that is out and the next one.
+        # The joint that folds next is between the component that is out and the next one.
         ahead = np.arange(step - 1, step + n - 2)
         behind = np.arange(step - 2, step - n - 1, -1)
         out = np.arange(step - 1, step - n - 1, -1)
@@ -59,12 +59,12 @@ def mouth_order(n: int, width: int, backward: bool) -> NDArray[np.int64]:
 
 
 class MouthOrder:
-    """Puts observations of ``MagFold/TubeFeed-v0`` in order, one or many.
+    """Reorders observations of ``MagFold/TubeFeed-v0``, one or many.
 
     Parameters
     ----------
     layout : Layout
-        The environment's own.
+        The layout of the environment.
     backward : bool
         Whether component ``n`` leaves the tube first.
 
@@ -98,11 +98,11 @@ class MouthOrder:
 
 
 class MouthOrderObservation(gymnasium.ObservationWrapper[Any, Any, Any], RecordConstructorArgs):
-    """Counts observations of ``MagFold/TubeFeed-v0`` from the mouth of the tube.
+    """Reorders observations of ``MagFold/TubeFeed-v0`` from the mouth of the tube.
 
     The vector form is `magfold_env.envs.wrappers.vector.MouthOrderObservation`. The goal
-    environment is refused: hindsight changes goals afterwards, so that its learners have to put
-    observations in order themselves, by `mouth_order`.
+    environment is refused: hindsight changes goals afterwards, so its learners must reorder
+    observations themselves with `mouth_order`.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ class MouthOrderObservation(gymnasium.ObservationWrapper[Any, Any, Any], RecordC
     Raises
     ------
     ValueError
-        If it is another one.
+        If it is a different environment.
     """
 
     def __init__(self, env: gymnasium.Env[Any, Any]) -> None:

@@ -1,4 +1,4 @@
-"""Videos of whole episodes, the motion between decisions with them."""
+"""Videos of whole episodes, including the motion between decisions."""
 
 from typing import Any, TypeVar
 
@@ -11,8 +11,9 @@ ActType = TypeVar("ActType")
 class RecordVideo(wrappers.RecordVideo[ObsType, ActType]):
     """Gymnasium's `RecordVideo` with all frames of ``render_mode="rgb_array_list"``.
 
-    That keeps the last one of each step, the moment of a decision, as of ``rgb_array``. Arguments
-    are Gymnasium's; a ``video_length`` counts frames, and is exceeded by those of a step.
+    Gymnasium's own class keeps only the last frame of each step, the moment of a decision.
+    Arguments are Gymnasium's; ``video_length`` counts frames, and the frames of a step can exceed
+    it.
     """
 
     def _capture_frame(self) -> None:

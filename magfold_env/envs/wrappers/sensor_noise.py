@@ -1,4 +1,4 @@
-"""A wrapper that blurs what a camera would see of the chain."""
+"""A wrapper that adds noise to the measured entries of observations."""
 
 from typing import Any, cast
 
@@ -12,19 +12,20 @@ from magfold_env.envs.tasks.checks import require
 
 
 class SensorNoise(gymnasium.ObservationWrapper[Any, Any, Any], RecordConstructorArgs):
-    """Add noise to the measured entries of the observation, see `Layout.measured`.
+    """Add noise to the measured entries of the observation; see `Layout.measured`.
 
-    What the agent knows (target, magnets, speeds, which components are out) stays as it is. So do
-    the goals of ``MagFold/TubeFeedGoal-v0``, which rewards are computed from. The noise is drawn
-    from the environment's own random numbers after everything else, so that a seed gives the
-    physics that it gives without noise in the first episode, and one sequence of episodes always.
+    Entries that the agent knows (target, magnets, speeds, which components are out) do not change.
+    Neither do the goals of ``MagFold/TubeFeedGoal-v0``, from which rewards are computed. The noise
+    is drawn from the environment's own random numbers after everything else. A seed therefore gives
+    the same physics in the first episode as without noise, and always the same sequence of
+    episodes.
 
     Parameters
     ----------
     env : gymnasium.Env
         One of the environments of this package.
     spread : float
-        Standard deviation, in the entries' own units, in which each lies between −1 and 1.
+        Standard deviation in the units of the entries, which range from −1 to 1.
 
     Raises
     ------

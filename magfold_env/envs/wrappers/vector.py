@@ -1,4 +1,4 @@
-"""Wrappers of vector environments, named as Gymnasium's are: as those of single ones."""
+"""Wrappers of vector environments; like Gymnasium's, they are named like those of single ones."""
 
 from abc import abstractmethod
 from typing import Any, cast
@@ -18,9 +18,9 @@ Singles = NDArray[np.float32]
 
 
 class _Observation(VectorWrapper[Any, Any, Any, Any, Any]):
-    """Shows arrays in another form, whenever episodes that have ended are followed by others.
+    """Changes the form of array observations, in every autoreset mode.
 
-    Gymnasium's base class of such wrappers refuses SAME_STEP.
+    Gymnasium's base class for such wrappers refuses SAME_STEP.
     """
 
     def __init__(self, env: VectorEnv[Any, Any, Any], space: spaces.Box) -> None:
@@ -32,11 +32,11 @@ class _Observation(VectorWrapper[Any, Any, Any, Any, Any]):
 
     @abstractmethod
     def _shown(self, observations: Any, begun: Bools, stepped: Bools) -> Any:
-        """Return the form of all observations; some environments began, or made a step."""
+        """Return all observations in the new form; some environments began or made a step."""
 
     @abstractmethod
     def _last(self, observation: Any, row: int) -> Any:
-        """Return the form of an episode's last observation, which another's first follows."""
+        """Return an episode's last observation in the new form, when another episode follows."""
 
     def reset(
         self, *, seed: Any = None, options: dict[str, Any] | None = None
@@ -63,7 +63,7 @@ class _Observation(VectorWrapper[Any, Any, Any, Any, Any]):
 
 
 class MouthOrderObservation(_Observation):
-    """Many of `magfold_env.envs.wrappers.mouth_order.MouthOrderObservation`."""
+    """The vector form of `magfold_env.envs.wrappers.mouth_order.MouthOrderObservation`."""
 
     def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
         inner: Any = env.unwrapped
@@ -84,21 +84,21 @@ class MouthOrderObservation(_Observation):
 
 
 class FrameStackObservation(_Observation):
-    """Shows the last observations, the newest last: `gymnasium.wrappers.FrameStackObservation`.
+    """Stacks the last observations, like `gymnasium.wrappers.FrameStackObservation`.
 
-    Gymnasium has no vector form of it. An episode's first observation stands for those before it.
+    Gymnasium has no vector form of that wrapper. An episode's first observation pads the stack.
 
     Parameters
     ----------
     env : gymnasium.vector.VectorEnv
-        Any whose observations are arrays.
+        An environment whose observations are arrays.
     stack_size : int
-        How many observations are shown.
+        Number of stacked observations.
 
     Raises
     ------
     ValueError
-        If it is not 1 or more, or observations are no arrays.
+        If `stack_size` is less than 1, or observations are not arrays.
     """
 
     def __init__(self, env: VectorEnv[Any, Any, Any], stack_size: int) -> None:
@@ -122,18 +122,18 @@ class Frames:
     Parameters
     ----------
     space : gymnasium.spaces.Box
-        Of one observation.
+        Space of one observation.
     stack_size : int
-        How many of an environment's are kept.
+        Number of observations kept per environment.
     count : int
-        How many environments.
+        Number of environments.
 
     Attributes
     ----------
     space : gymnasium.spaces.Box
-        Of what is kept of an environment, (stack_size, ...).
+        Space of the stack of one environment, (stack_size, ...).
     kept : array
-        What is, (count, stack_size, ...).
+        The stacks, (count, stack_size, ...).
     """
 
     def __init__(self, space: spaces.Box, stack_size: int, count: int) -> None:
@@ -141,9 +141,9 @@ class Frames:
         self.kept = cast("NDArray[Any]", create_empty_array(self.space, count))
 
     def push(self, observations: NDArray[Any], begun: Bools, stepped: Bools) -> NDArray[Any]:
-        """Take in observations of environments that began, or made a step; return all, copied.
+        """Add observations of environments that began or made a step; return a copy of all stacks.
 
-        An episode's first observation stands for those before it.
+        An episode's first observation pads the stack.
         """
         self.kept[stepped, :-1] = self.kept[stepped, 1:]
         self.kept[stepped, -1] = observations[stepped]
@@ -151,5 +151,5 @@ class Frames:
         return self.kept.copy()
 
     def last(self, observation: NDArray[Any], row: int) -> NDArray[Any]:
-        """Return an episode's last observations, the newest of which is given."""
+        """Return the stack of an episode's last observations, given the newest."""
         return np.concatenate([self.kept[row, 1:], observation[None]])

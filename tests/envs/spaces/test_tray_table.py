@@ -68,7 +68,7 @@ def test_an_anchor_can_always_be_pulled_at(kind: str) -> None:
 
 
 def test_wrong_actions_and_options_are_named() -> None:
-    with pytest.raises(ValueError, match=r"component 0\.\.8, way to lie 0\.\.7"):
+    with pytest.raises(ValueError, match=r"component 0\.\.8, orientation 0\.\.7"):
         TrayTable(9, 5).read_one([9, 0, 0, 0])
     with pytest.raises(ValueError, match=r"must be an integer, 0\.\.719"):
         TrayTable(9, 5, "discrete").read_one(720)
