@@ -19,6 +19,7 @@ from sphinx.pycode import ModuleAnalyzer
 
 from magfold_env.envs.feed_track import FeedTrackEnv
 from magfold_env.envs.fold_env import FoldEnv
+from magfold_env.envs.tasks import world
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.unknown_floor import UnknownFloorEnv
 
@@ -96,12 +97,14 @@ def _rows(docstring: str) -> list[list[str]]:
 
 
 def options_of(env: Any) -> Iterator[tuple[str, str]]:
-    """Yield the options of an environment and what they mean."""
+    """Yield the options of an environment, those that it shares included, and what they mean."""
     hint = get_type_hints(type(env).__init__, include_extras=True)["options"]
     (kind,) = get_args(hint)
     told = {
         name: " ".join(lines)
-        for (_, name), lines in ModuleAnalyzer.for_module(kind.__module__).find_attr_docs().items()
+        for module in (world.__name__, kind.__module__)
+        for (owner, name), lines in ModuleAnalyzer.for_module(module).find_attr_docs().items()
+        if owner.endswith("Options")
     }
     for name in kind.__annotations__:
         yield name, told[name].strip()
