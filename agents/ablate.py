@@ -95,7 +95,7 @@ def best_speed(rows: Mapping[str, Row]) -> str:
 
 
 def show(name: str, rows: Mapping[str, Row], count: int) -> table.Table:
-    """Return the table; every row has so many episodes, `count`."""
+    """Return the table of results; `count` is the number of episodes in each row."""
     lines: list[dict[str, str]] = []
     for each, row in rows.items():
         success, above = (

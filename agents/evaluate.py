@@ -34,10 +34,10 @@ def evaluate(
 ) -> report.Played:
     """Play every policy on every target with the same draws, which training never uses.
 
-    Each policy has so many `draws` on each target, so many `processes` play at a time, and every
-    choice is folded once more `built` beforehand if wanted. The runs come by the methods' names.
-    Episodes that are kept in a `folder` are not played again, and their choices and scenes are not
-    told.
+    Each policy plays `draws` episodes on each target, in `processes` processes. If `built` is true,
+    each choice is also folded as a chain that is built beforehand. The result maps each method's
+    name to its runs. Episodes that `folder` contains are not played again, and come without their
+    choices and scenes.
     """
     seeds = evaluation_seeds(draws)
     wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]

@@ -146,11 +146,11 @@ _TURNS = {"S": 0, "L": 1, "R": -1}
 def minimiser_design(
     prediction: Prediction, goal: float, calls: Calls, rng: np.random.Generator
 ) -> None:
-    """Race the speeds of the sequence of which energies are surest.
+    """Race the speeds of the sequence that the energies favour most.
 
-    Of ``free`` it is the sequence whose target lies deepest below the next word; of ``forward`` and
-    ``backward`` the one that folds into the target joint by joint, fed from this end, with the
-    largest least distance between the wanted letter and the next.
+    In the mode ``free``, this sequence has the largest energy gap between the target and the next
+    word. In ``forward`` and ``backward``, it folds into the target joint by joint when fed from
+    that end, and its smallest gap between the wanted letter and the next is the largest.
     """
     # Frozen models are hashable.
     sequence = energy_design(calls.env.scene, calls.target, prediction)  # pyright: ignore[reportArgumentType]

@@ -39,7 +39,7 @@ _SHOWN = (
     "what became of it. Playing folds needs JavaScript."
 )
 _FOLDS = "folds"
-"""Group of blocks of which only one is open at a time."""
+"""Group of blocks; only one of them is open at a time."""
 WIDTH = 9.0
 """Width of every picture [inch]."""
 

@@ -49,7 +49,7 @@ class Card(_Part):
     """Policies, one per seed."""
     results: tuple[Results, ...] = ()
     """Results of `agents.evaluate` and `agents.ablate` in an environment, and of `agents.admission`
-    on a track, of which only the episodes of these policies are stored."""
+    on a track, with the episodes of these policies only."""
 
     def of(self, view: View) -> list[Results]:
         """Return the results of one of these commands."""

@@ -17,10 +17,10 @@ from magfold_env.files import write_text
 from magfold_env.reporting.tables import Cell, Row, Table, cell_text, to_csv
 
 Progress = Callable[[float, str], None]
-"""Is told the finished share of a part, 0 to 1, and what is going on."""
+"""Receives the finished share of a part, 0 to 1, and the present step."""
 
 Tick = Callable[[float], None]
-"""Is told the finished share of one of a part's cases, 0 to 1."""
+"""Receives the finished share of one case of a part, 0 to 1."""
 
 Case = TypeVar("Case")
 

@@ -76,7 +76,7 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
 
     @property
     def episodes(self) -> Episodes[ObsType]:
-        """The episodes, of which there is one."""
+        """The episodes: a batch of one."""
         made = self._made
         if made is None:
             made = self._made = self.make_episodes(self.world, 1, 1, self.viewer.frame_rate)

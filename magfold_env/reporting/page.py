@@ -95,7 +95,7 @@ class Details:
     summary: str
     blocks: Sequence["Block"]
     group: str = ""
-    """Group of collapsed blocks, of which only one is open at a time."""
+    """Group of collapsed blocks; only one of them is open at a time."""
     unfolded: bool = False
     """Whether the block is open at first."""
 

@@ -139,7 +139,7 @@ def held(source: Source, scene: Scene) -> tuple[float, ...]:
 
 
 def sequence(source: Source, n: int) -> tuple[str, ...]:
-    """Draw sequences, some of which are designed to fold."""
+    """Draw a random sequence, or one that is designed to fold."""
     if n > 2 and source.integer(0, 2) == 0:
         return designed_sequence(np.random.default_rng(source.integer(0, 2**31)), n)
     letters = source.pick(("NS", "NS", "NS-"))
@@ -187,7 +187,7 @@ def hurried(source: Source, n: int) -> Changes:
 
 
 def retracted(source: Source, n: int) -> Changes:
-    """Draw feeds that go back and forth, some of which jam."""
+    """Draw feeds that go back and forth; some of them jam."""
     count = source.integer(1, 6)
     pace = [logarithmic(source, 0.01, 0.6) for _ in range(count)]
     if source.integer(0, 1) == 0:

@@ -73,7 +73,7 @@ def recording(episodes: Episodes[Any], choices: Sequence[Any]) -> Recording:
 
 
 def _with_end(episodes: Episodes[Any]) -> Trajectory:
-    """Return the frames of a single episode, the last of which is the present chain."""
+    """Return the frames of a single episode; the last one shows the present chain."""
     arrays, chains = episodes.arrays, cast("DynamicChains", episodes.chains)
     motion = cast("Trajectory", chains.motion())
     time = chains.times(_ROW)
