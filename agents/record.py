@@ -2,8 +2,8 @@
 
 The dataset is for learners without an environment. The infos at the end of an episode (target,
 success and score) are in its metadata, with the seed, from which the environment repeats the
-episode bit for bit. All draws use training seeds, and reported results
-use none of these.
+episode bit for bit. All draws use training seeds, and reported results use none of
+these.
 """
 
 # pyright: reportMissingImports=false
