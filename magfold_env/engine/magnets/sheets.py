@@ -58,7 +58,8 @@ def between(magnets: Magnets, faces: FacePair) -> tuple[float, float, float, flo
             along, w = 0.5 + node[row, k], length * weight[row, k]
             t = begin + length * along
             s, d = x + t * ax, y + t * ay
-            past = d if signed and d < 0.0 and abs(s) < 0.5 * wide else 0.0
+            # Nearer to b's line than to its ends: what lies beside b has not come through it.
+            past = d if signed and abs(s) - 0.5 * wide < d < 0.0 else 0.0
             u, ps, pd = potential(s, abs(d - past), 0.5 * wide, faces.half_a, faces.half_b)
             u += past * pd
             px, py = -w * ps, -w * pd if d - past >= 0.0 else w * pd

@@ -190,6 +190,24 @@ def test_a_fixed_magnet_acts_within_the_bound_in_touch(inset, bound):
     assert worst <= bound
 
 
+@pytest.mark.parametrize("end", [-1.0, 1.0])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_what_lies_beside_a_fixed_magnet_has_not_come_through_its_poles(side, end):
+    magnet = {"position": (0.05, 0.0), "heading": 0.0, "width": 0.008, "height": 0.02}
+    scene = Scene(sequence=("SNNN",), magnets=Magnets(inset=0.0, accuracy=1e-4))
+    magnet |= {"thickness": 0.02, "remanence": 1.2}
+    field = InField(scene.replace(field={"magnet": magnet}))
+
+    def energy(overlap, turn):
+        place = [[0.05 + end * 0.009, side * (0.004 + SIDE / 2.0 - overlap)]]
+        return field.energy(np.array(place), np.array([np.pi / 4 + turn]))
+
+    apart = energy(-1e-6, 0.0)
+    for overlap in (1e-6, 1e-7, 1e-9, 0.0):
+        for turn in (-1e-5, 0.0, 1e-5):
+            assert energy(overlap, turn) == pytest.approx(apart, rel=2e-3)
+
+
 def jointed_and_summed(scene, joints):
     """Torques (n,) of the headings by the dynamics' kernels, and by fine sums over all pairs."""
     q = np.append(np.cumsum(joints), [0.0, 0.0])
