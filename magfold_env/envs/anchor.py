@@ -138,9 +138,9 @@ class AnchorEpisodes(TrayEpisodes):
     def _until(self, rows: Ints, speeds: Floats) -> Floats:
         """Return when feeds pause [s]: part of the last component stays in the tube."""
         n, late = self.n, np.full(len(rows), self.late)
-        factors = self.chains.drawn.factors[rows, np.where(self.arrays.forward[rows], n - 1, 0)]
+        factors = self.chains.factors[rows, np.where(self.arrays.forward[rows], n - 1, 0)]
         # A drive that has slipped may have let it out a little.
-        way = self._last_comes_out - self.chains.drawn.chains.q[rows, n]
+        way = self._last_comes_out - self.chains.engine.q[rows, n]
         last = self.arrays.fed[rows] == n - 1
         return np.where(last, np.minimum(self.times(rows) + way / (speeds * factors), late), late)
 

@@ -12,7 +12,6 @@ from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.chains.arrays import UNSETTLED, Floats, Ints
-from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.episodes import Columns, Episodes, Lines
@@ -64,7 +63,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     def make_chains(self, threads: int, frame_rate: float | None) -> DynamicChains:
         """Return the chains, each drawn from the scene of its task."""
         templates = self.world.templates
-        return DynamicChains(DrawnChains(templates, self.count, threads, frame_rate, endless=True))
+        return DynamicChains(templates, self.count, threads, frame_rate, endless=True)
 
     def lattice(self, row: int) -> LatticeFeed:
         """Return what energy minimisation needs to know of a chain."""

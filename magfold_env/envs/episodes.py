@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
 from magfold_env.envs.chains.arrays import STATUSES, Bools, ChainArrays, Floats, Ints, write_words
-from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.chains.quasistatic import QuasistaticChains
@@ -214,7 +213,7 @@ class Episodes(Generic[ObsType]):
         self, threads: int, frame_rate: float | None
     ) -> DynamicChains | QuasistaticChains:
         """Return the chains."""
-        return DynamicChains(DrawnChains((self.world.scene,), self.count, threads, frame_rate))
+        return DynamicChains((self.world.scene,), self.count, threads, frame_rate)
 
     def allocate(self) -> None:
         """Allocate the arrays of the episodes."""
@@ -450,7 +449,7 @@ class Episodes(Generic[ObsType]):
         self.check_begun()
         rngs: list[Any] = [rng.bit_generator.state for rng in self.rngs]
         kept = {name: copy.deepcopy(getattr(self, name)) for name in self.kept}
-        return EpisodesState(rngs, self.chains.contents(), kept)
+        return EpisodesState(rngs, self.chains.get_state(), kept)
 
     def set_state(self, state: EpisodesState) -> None:
         """Restore a state of these episodes, or of others in a world made with the same options.
@@ -461,7 +460,7 @@ class Episodes(Generic[ObsType]):
             if self.rngs[row] is None:
                 self.rngs[row] = seeding.np_random(0)[0]
             self.rngs[row].bit_generator.state = own
-        self.chains.refill(state.chains)
+        self.chains.set_state(state.chains)
         for name, value in state.arrays.items():
             kept = getattr(self, name)
             kept[:] = copy.deepcopy(value)

@@ -7,7 +7,6 @@ import numpy as np
 
 from magfold_env.envs.camera_track import CameraEpisodes, CameraTrackEnv
 from magfold_env.envs.chains.arrays import Floats, Ints
-from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.episodes import Lines
 from magfold_env.envs.pictures.viewer import RENDER_MODES
@@ -59,7 +58,7 @@ class FeedEpisodes(CameraEpisodes):
     def scene(self, row: int) -> Scene:
         """Return the drawn scene of a chain; its feed speeds contain the drawn factors."""
         sequence = self.world.tasks[int(self.numbers[row])].sequence
-        return self.chains.drawn.scene(row).replace(sequence=sequence)
+        return self.chains.drawn(row).replace(sequence=sequence)
 
     def acting(self, row: int) -> int:
         """Return the number of components, in the order of feed, whose magnets act."""
@@ -134,9 +133,9 @@ def replay(scene: Scene, speeds: Sequence[float]) -> DynamicChains:
     speeds : sequence of float
         The value of `FeedTrackEnv.history`.
     """
-    chains, row = DynamicChains(DrawnChains((scene,), 1, endless=True)), np.array([0])
+    chains, row = DynamicChains((scene,), 1, endless=True), np.array([0])
     chains.begin(row, [np.random.default_rng()])
-    chains.drawn.drive_as(scene)
+    chains.drive_as(scene)
     chains.load(row, np.array([[signs_of(faces) for faces in scene.sequence]]))
     for speed in speeds:
         if chains.arrays.status[0] == 0:

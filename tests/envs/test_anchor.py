@@ -71,21 +71,21 @@ def test_the_tube_keeps_the_last_component_which_can_be_drawn_back_and_fed_again
         feed(env, SLOW)
     chains, arrays = chains_of(env).chains, chains_of(env).arrays
     pitch = env.scene.casing.diagonal
-    outer = chains.drawn.chains.q[0, 6]
+    outer = chains.engine.q[0, 6]
     assert arrays.fed[0] == 6
     assert arrays.released[0].sum() == 5
     assert outer == pytest.approx(OUT * pitch)
-    assert (chains.drawn.chains.charge[0] != 0).all()
+    assert (chains.engine.charge[0] != 0).all()
     began = chains_of(env).times(ROW)[0]
     observation, *_ = env.step(env.actions.encode(0, 0, SLOW, back=True))
     assert chains_of(env).times(ROW)[0] - began == pytest.approx(OUT * pitch / SLOW)
     assert arrays.fed[0] == arrays.released[0].sum() == 5
     assert (group(env, observation, "place") > 0).sum() == 5
-    assert (chains.drawn.chains.charge[0] != 0).all(axis=1).sum() == 5
+    assert (chains.engine.charge[0] != 0).all(axis=1).sum() == 5
     began = chains_of(env).times(ROW)[0]
     feed(env, SLOW)
     assert chains_of(env).times(ROW)[0] - began == pytest.approx(OUT * pitch / SLOW + SETTLING)
-    assert chains.drawn.chains.q[0, 6] == pytest.approx(outer)
+    assert chains.engine.q[0, 6] == pytest.approx(outer)
 
 
 @pytest.mark.parametrize("direction", ["forward", "backward"])

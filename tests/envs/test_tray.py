@@ -107,7 +107,7 @@ def test_drawn_in_a_component_has_no_magnets_and_the_next_one_its_own() -> None:
         backs += int(drawn.sum())
         np.testing.assert_array_equal((all_of.places > 0).sum(axis=1), out)
         np.testing.assert_array_equal((all_of.arrays.signs != 0).all(axis=2).sum(axis=1), out)
-        acting = (all_of.chains.drawn.chains.charge != 0).any(axis=2).sum(axis=1)
+        acting = (all_of.chains.engine.charge != 0).any(axis=2).sum(axis=1)
         assert (acting[going] <= out[going]).all()
     assert backs > 20
 
@@ -187,12 +187,12 @@ def test_a_dead_magnet_does_not_act_where_it_lies() -> None:
     env.reset(seed=0)
     fed(env, 0)
     fed(env, 2, lie=6)
-    charges = episodes(env).chains.drawn.chains.charge[0]
+    charges = episodes(env).chains.engine.charge[0]
     assert (charges == 0).sum() == 4 * 4 + 1
     drawn_back(env)
-    assert (episodes(env).chains.drawn.chains.waiting[0] == 0).all(axis=1).sum() == 5
+    assert (episodes(env).chains.engine.waiting[0] == 0).all(axis=1).sum() == 5
     fed(env, 3)
-    assert (episodes(env).chains.drawn.chains.charge[0] == 0).sum() == 4 * 4
+    assert (episodes(env).chains.engine.charge[0] == 0).sum() == 4 * 4
 
 
 @pytest.mark.medium

@@ -147,13 +147,13 @@ class QuasistaticChains:
             speeds[index] = self._lattice.speeds[row, index]
         return scene.replace(sequence=sequence, feed={"speed": speeds})
 
-    def contents(self) -> tuple[Any, ...]:
+    def get_state(self) -> tuple[Any, ...]:
         """Return the complete state of the chains."""
         return tuple([each.copy() for each in group] for group in (self.arrays, self._lattice))
 
-    def refill(self, contents: tuple[Any, ...]) -> None:
-        """Restore a state that `contents` returned."""
-        for group, values in zip((self.arrays, self._lattice), contents, strict=True):
+    def set_state(self, state: tuple[Any, ...]) -> None:
+        """Restore a state that `get_state` returned."""
+        for group, values in zip((self.arrays, self._lattice), state, strict=True):
             for array, value in zip(group, values, strict=True):
                 array[:] = value
 
