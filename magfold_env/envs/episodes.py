@@ -23,11 +23,10 @@ from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.chains.quasistatic import QuasistaticChains
 from magfold_env.envs.tasks.checks import given_for_each
-from magfold_env.envs.tasks.goals import Match, goal_of, judge
+from magfold_env.envs.tasks.goals import Goals
 from magfold_env.envs.tasks.reward import energy_potential
 from magfold_env.envs.tasks.world import World
 from magfold_env.scene import Scene
-from magfold_env.shapes import LETTERS
 from magfold_env.simulation.view import ChainState
 
 ObsType = TypeVar("ObsType")
@@ -64,82 +63,6 @@ class EpisodesState:
 
 def _unpacked(content: bytes) -> EpisodesState:
     return EpisodesState(*pickle.loads(zlib.decompress(content)))
-
-
-class Goals:
-    """Goals of chains side by side.
-
-    Parameters
-    ----------
-    words : sequence of str
-        Possible targets, all of one length.
-    match : {"word", "outline"}
-        What counts as reaching a word; see `Goal`.
-    count : int
-        Number of chains.
-
-    Attributes
-    ----------
-    names : array of str, shape (m,)
-        The target words.
-    one_hot : array, shape (m, 3 (n − 1))
-        The same words as entries of an observation.
-    """
-
-    def __init__(self, words: Sequence[str], match: Match, count: int) -> None:
-        joints = len(words[0])
-        self._words, self._match = words, match
-        self._all_names = np.array(words, dtype=object)
-        letters = np.array([list(word) for word in words]).reshape(len(words), joints)
-        self._one_hots = (letters[:, :, None] == list(LETTERS)).reshape(len(words), -1)
-        self._counts = np.ones(count, dtype=np.int64)
-        self._angles = np.zeros((count, 1, joints))
-        self._folds = np.zeros((count, 1, joints + 1))
-        self._scratch = np.zeros((5, joints + 1))
-        self.names = np.full(count, None, dtype=object)
-        self.one_hot = np.zeros((count, 3 * joints), dtype=np.float32)
-
-    @property
-    def turns(self) -> Floats:
-        """Joint angles of the target words [rad], (m, n − 1)."""
-        return self._angles[:, 0]
-
-    def want(self, rows: Ints, numbers: Ints) -> None:
-        """Set the goals of some chains by the numbers of the words."""
-        self.names[rows] = self._all_names[numbers]
-        self.one_hot[rows] = self._one_hots[numbers]
-        for row, number in zip(rows.tolist(), numbers.tolist(), strict=True):
-            goal = goal_of(self._words[number], self._match)
-            count = len(goal.words)
-            if count > self._angles.shape[1]:
-                more = ((0, 0), (0, count - self._angles.shape[1]), (0, 0))
-                self._angles, self._folds = np.pad(self._angles, more), np.pad(self._folds, more)
-            self._counts[row] = count
-            self._angles[row, :count], self._folds[row, :count] = goal.angles, goal.headings
-
-    def judge(self, rows: Ints, status: Ints, angles: Floats) -> Floats:
-        """Return how close some chains are to their goals.
-
-        Parameters
-        ----------
-        rows : array of int
-            Which.
-        status : array of int, shape (m,)
-            How all chains ended, as numbers of `STATUSES`; other numbers are neither folded nor
-            failed.
-        angles : array, shape (m, n)
-            Headings of all chains [rad].
-
-        Returns
-        -------
-        array, shape (3, rows)
-            Those of a `Verdict`: the potential, the score, and 1 where it is reached, else 0.
-        """
-        out = np.empty((3, len(rows)))
-        headings = angles[rows]
-        joints = headings[:, 1:] - headings[:, :-1]
-        judge(rows, status, joints, self._counts, self._angles, self._folds, self._scratch, out)
-        return out
 
 
 class Episodes(Generic[ObsType]):

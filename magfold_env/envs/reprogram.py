@@ -7,11 +7,12 @@ import numpy as np
 
 from magfold_env.envs.baselines.three_speeds import ThreeSpeedStore
 from magfold_env.envs.chains.arrays import FAILED, FOLDED, Bools, Floats, Ints
-from magfold_env.envs.episodes import Columns, Goals
+from magfold_env.envs.episodes import Columns
 from magfold_env.envs.feed_track import INTERVAL, STEEPEST, FeedEpisodes, FeedTrackEnv
 from magfold_env.envs.spaces.actions import SpeedTable
 from magfold_env.envs.spaces.observation import CameraLayout
 from magfold_env.envs.tasks.feed_tasks import FeedOptions, RefoldTask, TaskWorld
+from magfold_env.envs.tasks.goals import Goals
 from magfold_env.envs.vector_env import ChainVectorEnv
 
 HORIZON = 500

@@ -23,7 +23,7 @@ from platformdirs import user_cache_path
 
 from magfold_env.designer.exhaustive import LONGEST, gap_designs
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST
-from magfold_env.envs.tasks.goals import Goal, Match, goal_of
+from magfold_env.envs.tasks.goals import Match, judged
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words
@@ -123,27 +123,23 @@ def evaluate_design(
     """
     if sequence is None:
         return unknown_baseline(target)
-    goal = goal_of(target, match)
     designed = scene.replace(sequence=sequence)
-    trials = [
-        _trial(designed, goal, speed, "selection", SELECTION_DRAWS) for speed in CANDIDATE_SPEEDS
-    ]
+
+    def trial(speed: float, stream: str, draws: int) -> tuple[float, float]:
+        """Return mean score and share of successes over the fixed draws of a stream."""
+        at_speed = designed.replace(feed={"speed": speed})
+        folds = [
+            simulate(at_speed.draw(draw_generator(stream, index)))
+            for index in range(draws if _draws_anything(designed) else 1)
+        ]
+        _, score, success = judged(target, match, folds)
+        return float(score.mean()), float(success.mean())
+
+    trials = [trial(speed, "selection", SELECTION_DRAWS) for speed in CANDIDATE_SPEEDS]
     # argmax returns the first, and so the slowest, of equally good speeds.
     speed = CANDIDATE_SPEEDS[int(np.argmax([mean for mean, _ in trials]))]
-    mean, success = _trial(designed, goal, speed, "scoring", SCORING_DRAWS)
+    mean, success = trial(speed, "scoring", SCORING_DRAWS)
     return Baseline(target, sequence, speed, mean, success)
-
-
-def _trial(scene: Scene, goal: Goal, speed: float, stream: str, draws: int) -> tuple[float, float]:
-    """Return mean score and share of successes over the fixed draws of the stream `stream`."""
-    at_speed = scene.replace(feed={"speed": speed})
-    folds = [
-        simulate(at_speed.draw(draw_generator(stream, index)))
-        for index in range(draws if _draws_anything(scene) else 1)
-    ]
-    ends = [goal.judged(fold.status, fold.joint_angles) for fold in folds]
-    mean, success = (float(np.mean(each)) for each in list(zip(*ends, strict=True))[1:])
-    return mean, success
 
 
 def draw_generator(stream: str, index: int) -> np.random.Generator:

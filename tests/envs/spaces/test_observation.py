@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from magfold_env.envs.chains.arrays import ChainArrays
-from magfold_env.envs.episodes import Goals
 from magfold_env.envs.spaces.actions import scaled_speeds, signs_of
 from magfold_env.envs.spaces.observation import (
     CameraLayout,
@@ -15,6 +14,7 @@ from magfold_env.envs.spaces.observation import (
     squash,
     take_frames,
 )
+from magfold_env.envs.tasks.goals import Goals
 from magfold_env.simulation.view import ChainState
 
 SIDE = 0.0125
