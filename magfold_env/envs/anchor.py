@@ -5,14 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.envs.baselines.tray_order import TrayStore
 from magfold_env.envs.chains.arrays import HELD, Bools, Floats, Ints
 from magfold_env.envs.episodes import Columns, Lines
 from magfold_env.envs.spaces.actions import AHEAD, PULL, TrayChoice, TrayTable
 from magfold_env.envs.spaces.observation import CameraLayout
-from magfold_env.envs.tasks.feed_tasks import FeedOptions, TaskWorld
-from magfold_env.envs.tasks.tray_tasks import AnchorTask
-from magfold_env.envs.tray import PROTOCOL, TrayEnv, TrayEpisodes
+from magfold_env.envs.tasks.feed_tasks import AnchorTask
+from magfold_env.envs.tasks.world import FeedOptions, TaskWorld
+from magfold_env.envs.tray import TrayEnv, TrayEpisodes
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.simulation.endings import FOLDED_WITHIN
 
@@ -39,6 +38,7 @@ class AnchorEpisodes(TrayEpisodes):
     """Episodes in which folds must bear a pull while the tube holds the last component."""
 
     task_kind = AnchorTask
+    protocol = (*TrayEpisodes.protocol, OUT, SETTLING, STAGES, STAGE, LASTING)
     lacking = "not left"
     kept = (*TrayEpisodes.kept, "scores", "_tested")
 
@@ -63,11 +63,6 @@ class AnchorEpisodes(TrayEpisodes):
         del before["target"]
         layout = replace(layout, before=before, after={**layout.after, "borne": 1})
         return replace(table, ways=3), layout
-
-    @classmethod
-    def baselines(cls, world: TaskWorld) -> TrayStore:
-        """Return the baselines that the minimiser's chains set for the tasks of a world."""
-        return TrayStore(cls, world, (*PROTOCOL, OUT, SETTLING, STAGES, STAGE, LASTING))
 
     def infos(self, rows: Ints) -> Columns:
         """Return the infos of some episodes, running or ended."""

@@ -39,21 +39,13 @@ Lines = list[tuple[str, str]]
 
 @dataclass(frozen=True)
 class EpisodesState:
-    """The complete state of episodes; see `Episodes.get_state`.
-
-    Attributes
-    ----------
-    rngs : list of dict
-        States of the random generators of future episodes.
-    chains : tuple
-        The chains.
-    arrays : dict
-        The other arrays of the episodes, by name.
-    """
+    """The complete state of episodes; see `Episodes.get_state`."""
 
     rngs: Sequence[Mapping[str, Any]]
+    """States of the random generators of future episodes."""
     chains: tuple[Any, ...]
     arrays: Mapping[str, Any]
+    """The other arrays of the episodes, by name."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return a compressed state: most of it is scratch space that consists of zeros."""
@@ -219,7 +211,7 @@ class Episodes(Generic[ObsType]):
     def parse_reset_options(
         self, options: Mapping[str, Any], others: Sequence[str] = ()
     ) -> Sequence[int] | None:
-        """Return the targets or tasks that options of `reset` request, by number, for all episodes.
+        """Return the targets or tasks, by number, that options of `reset` request.
 
         `others` are further options that are allowed.
         """
@@ -228,17 +220,10 @@ class Episodes(Generic[ObsType]):
         return None if found is None else [self.world.number_of(each) for each in found]
 
     def begin(self, rows: Ints, given: Sequence[int] | None = None) -> None:
-        """Begin some episodes.
+        """Begin some episodes; `given` are the numbers of all episodes' targets or tasks, if any.
 
         Everything random is drawn here. The target or task is drawn first, even if it is given, so
         that a seed gives the same physics for every target.
-
-        Parameters
-        ----------
-        rows : array of int
-            Which.
-        given : sequence of int, optional
-            Numbers of the targets or tasks of all episodes; by default they are drawn.
         """
         for row in rows.tolist():
             if self.rngs[row] is None:
@@ -255,20 +240,9 @@ class Episodes(Generic[ObsType]):
             self._potentials[rows] = self.potential(rows)
 
     def step(self, rows: Ints, choice: Any) -> tuple[Floats, Columns]:
-        """Take a step in some episodes.
+        """Take a step in some episodes; `choice` has the form that `World.actions` returns.
 
-        Parameters
-        ----------
-        rows : array of int
-            Which.
-        choice : Any
-            Their actions, in the form that `World.actions` returns.
-
-        Returns
-        -------
-        rewards : array, shape (rows,)
-        ends : dict
-            `final_infos` of the episodes that have terminated, in ascending order.
+        Returns the rewards, (rows,), and `final_infos` of the episodes that have terminated.
         """
         if not len(rows):
             return np.zeros(0), {}
@@ -285,21 +259,10 @@ class Episodes(Generic[ObsType]):
     def play(
         self, seeds: Sequence[int], given: Sequence[int], choose: Callable[[Ints], Any]
     ) -> Columns:
-        """Play an episode to its end in each of the first rows.
+        """Play an episode to its end in each of the first rows; return `final_infos` of all.
 
-        Parameters
-        ----------
-        seeds : sequence of int
-            Seeds of the episodes, as for `reset` of a single environment; one per row.
-        given : sequence of int
-            Numbers of their targets or tasks.
-        choose : callable
-            Returns the actions of given rows, in the form that `World.actions` returns.
-
-        Returns
-        -------
-        dict
-            `final_infos` of all episodes.
+        Row k has the seed ``seeds[k]``, as for `reset` of a single environment, and the target or
+        task number ``given[k]``; `choose` returns the actions of some rows.
         """
         self.rngs[: len(seeds)] = [seeding.np_random(seed)[0] for seed in seeds]
         played = rows = self.rows[: len(seeds)]
@@ -363,11 +326,6 @@ class Episodes(Generic[ObsType]):
         """Return the complete state of the episodes.
 
         Later steps do not change the returned state, and it can be set any number of times.
-
-        Raises
-        ------
-        gymnasium.error.ResetNeeded
-            Before the first reset.
         """
         self.check_begun()
         rngs: list[Any] = [rng.bit_generator.state for rng in self.rngs]
@@ -398,13 +356,7 @@ class Episodes(Generic[ObsType]):
             self.baseline[row], self._flagged[row] = found.score, found.flagged
 
     def check_begun(self) -> None:
-        """Refuse episodes that have not begun.
-
-        Raises
-        ------
-        gymnasium.error.ResetNeeded
-            If there are any.
-        """
+        """Refuse episodes that have not begun."""
         if not self._all_begun:
             raise gymnasium.error.ResetNeeded("no episode has begun; call reset() first")
 

@@ -14,8 +14,7 @@ from magfold_env.envs.chains.quasistatic import QuasistaticChains
 from magfold_env.envs.episodes import Columns, Episodes, Lines
 from magfold_env.envs.spaces.actions import ActionTable, Choice, speeds_at
 from magfold_env.envs.spaces.observation import Singles, fill
-from magfold_env.envs.tasks.fold_task import FoldTask
-from magfold_env.envs.tasks.world import FoldOptions
+from magfold_env.envs.tasks.world import FoldOptions, FoldTask
 from magfold_env.scene import Scene
 
 ObsType = TypeVar("ObsType")

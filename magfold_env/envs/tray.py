@@ -18,9 +18,8 @@ from magfold_env.envs.spaces.actions import (
     scaled_speeds,
 )
 from magfold_env.envs.spaces.observation import CameraLayout
-from magfold_env.envs.tasks.feed_tasks import FeedOptions, Task, TaskWorld
-from magfold_env.envs.tasks.fold_task import feedable
-from magfold_env.envs.tasks.tray_tasks import TrayTask
+from magfold_env.envs.tasks.feed_tasks import Task, TrayTask
+from magfold_env.envs.tasks.world import FeedOptions, TaskWorld, feedable
 from magfold_env.envs.vector_env import ChainVectorEnv
 
 LATE = 10.0
@@ -38,9 +37,6 @@ WEAKNESS = 0.3
 SPREAD = 0.15
 """Largest relative deviation of the strength of a magnet."""
 
-PROTOCOL = (LATE, DEAD, WEAK, WEAKNESS, SPREAD)
-"""Further values that baselines depend on."""
-
 _TURNS = np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])  # cosines and sines
 
 
@@ -48,6 +44,8 @@ class TrayEpisodes(CameraEpisodes):
     """Episodes in which components are taken from trays and put back."""
 
     task_kind: ClassVar[type[Task]] = TrayTask
+    store = TrayStore
+    protocol: ClassVar[tuple[float, ...]] = (LATE, DEAD, WEAK, WEAKNESS, SPREAD)
     shown = 1
     has_true_strengths = False
     kept = (*CameraEpisodes.kept, "strengths", "places", "lies", "returned")
@@ -86,11 +84,6 @@ class TrayEpisodes(CameraEpisodes):
         }
         layout = CameraLayout(n, scene.casing.side, before, {"speed": 1, "force": 1, "time": 1})
         return TrayTable(parts, options.get("speeds", 5), kind), layout
-
-    @classmethod
-    def baselines(cls, world: TaskWorld) -> TrayStore:
-        """Return the baselines that the minimiser's chains set for the tasks of a world."""
-        return TrayStore(cls, world, PROTOCOL)
 
     @property
     def late(self) -> float:

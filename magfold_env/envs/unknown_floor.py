@@ -3,8 +3,7 @@
 from typing import Any
 
 from magfold_env.envs.baselines.constant_speed import ConstantSpeedStore
-from magfold_env.envs.feed_track import INTERVAL, STEEPEST, FeedEpisodes, FeedTrackEnv
-from magfold_env.envs.tasks.feed_tasks import TaskWorld
+from magfold_env.envs.camera_track import INTERVAL, STEEPEST, FeedEpisodes, FeedTrackEnv
 from magfold_env.envs.vector_env import ChainVectorEnv
 
 HORIZON = 250
@@ -15,11 +14,8 @@ class FloorEpisodes(FeedEpisodes):
     """Episodes with one target fold."""
 
     horizon = HORIZON
-
-    @classmethod
-    def baselines(cls, world: TaskWorld) -> ConstantSpeedStore:
-        """Return the baselines that constant speeds set for the tasks of a world."""
-        return ConstantSpeedStore(cls, world, (INTERVAL, HORIZON, STEEPEST))
+    store = ConstantSpeedStore
+    protocol = (INTERVAL, HORIZON, STEEPEST)
 
 
 class UnknownFloorEnv(FeedTrackEnv):

@@ -24,11 +24,6 @@ class Actor:
     ----------
     file : PolicyFile
         The policy that was read.
-
-    Raises
-    ------
-    ValueError
-        If its network is of an unsupported kind, or its weights do not fit.
     """
 
     def __init__(self, file: PolicyFile) -> None:
@@ -67,13 +62,7 @@ class Actor:
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
-        """Read a policy.
-
-        Raises
-        ------
-        ValueError
-            As above, or if the file is damaged.
-        """
+        """Read a policy."""
         file = policy_file.read(path)
         try:
             return cls(file)
@@ -89,13 +78,7 @@ class Actor:
         episode_start: NDArray[np.bool_] | None = None,
         deterministic: bool = True,
     ) -> tuple[NDArray[Any], State | None]:
-        """Return the actions for many observations, and the recurrent states of their episodes.
-
-        Raises
-        ------
-        ValueError
-            If the numbers become too large.
-        """
+        """Return the actions for many observations, and the recurrent states of their episodes."""
         entries: Singles = observation.reshape(len(observation), -1).astype(np.float32)
         *hidden, (weight, bias) = self._layers
         with np.errstate(over="ignore", invalid="ignore"):

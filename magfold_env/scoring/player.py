@@ -33,11 +33,6 @@ class Player:
         Number of episodes.
     sampled : bool
         Whether actions are drawn as in training; otherwise the most probable ones are taken.
-
-    Raises
-    ------
-    ValueError
-        If the environment has other observations or actions.
     """
 
     def __init__(

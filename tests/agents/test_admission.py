@@ -37,9 +37,9 @@ from agents.open_loops.search import Field, halving, rounds
 from agents.training import mending, open_loops, redoings
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.legs import Leg
+from magfold_env.envs.camera_track import INTERVAL
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.chains.dynamic import REFERENCE_SPEED
-from magfold_env.envs.feed_track import INTERVAL
 from magfold_env.envs.spaces.actions import DEAD_BAND, FACES, FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.minimiser import minimise

@@ -7,8 +7,8 @@ import pytest
 
 from magfold_env.envs.baselines.legs import Following
 from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, Speeds, push_pull_push
+from magfold_env.envs.camera_track import replay
 from magfold_env.envs.chains.arrays import FOLDED
-from magfold_env.envs.feed_track import replay
 from magfold_env.envs.reprogram import (
     BACK,
     FIRST,

@@ -10,7 +10,7 @@ from magfold_env.envs.anchor import AnchorEnv
 from magfold_env.envs.baselines.tray_order import TrayDesigns
 from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.envs.spaces.actions import FACES
-from magfold_env.envs.tasks.tray_tasks import TrayTask
+from magfold_env.envs.tasks.feed_tasks import TrayTask
 from magfold_env.envs.tray import DEAD, LATE, SPREAD, WEAK, WEAKNESS, TrayEnv, TrayVectorEnv
 from magfold_env.scene import SceneError
 from magfold_env.simulation.simulate import simulate

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.envs.tasks.goals import goal_of
+from magfold_env.envs.tasks.goals import goal_words
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from tests.envs import contract
 
@@ -90,7 +90,7 @@ def test_without_a_baseline_it_is_zero_and_flagged() -> None:
 
 
 def test_an_outline_is_reached_by_any_word_that_covers_it() -> None:
-    word, other = "LLRRL", next(w for w in goal_of("LLRRL", "outline").words if w != "LLRRL")
+    word, other = "LLRRL", goal_words("LLRRL", "outline")[1]
     for match in ("word", "outline"):
         env = TubeFeedEnv(match=match, targets=[word], randomisation="none", baseline=None)
         design = TubeFeedEnv(randomisation="none").baseline_of(other)

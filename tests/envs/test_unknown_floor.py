@@ -9,9 +9,8 @@ import pytest
 import magfold_env as mf
 from magfold_bench.lists.feed_tasks import DRAWS, count_words
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
-from magfold_env.envs.camera_track import FORCE_SCALE, TIME_COST
+from magfold_env.envs.camera_track import FORCE_SCALE, INTERVAL, STEEPEST, TIME_COST, replay
 from magfold_env.envs.chains.arrays import FOLDED, JAMMED, STATUSES
-from magfold_env.envs.feed_track import INTERVAL, STEEPEST, replay
 from magfold_env.envs.spaces.actions import FASTEST
 from magfold_env.envs.tasks.draws import randomised
 from magfold_env.envs.tasks.feed_tasks import FeedTask, read_tasks

@@ -24,7 +24,7 @@ def made(**options: Any) -> Any:
         ({"threads": 0}, "threads: 0 is not allowed; must be at least 1"),
         ({"render_mode": "human"}, "render_mode: 'human' is not allowed with many environments"),
         ({"render_mode": "rgb_array_list"}, "render_mode: 'rgb_array_list' is not allowed with ma"),
-        ({"speed": 3}, "speed: unknown option, must be one of scene, components"),
+        ({"speed": 3}, "speed: unknown option, must be one of scene, match"),
         ({"reward": "big"}, "reward: 'big' is not allowed; must be one of relative, score"),
     ],
 )

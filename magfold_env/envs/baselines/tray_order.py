@@ -17,8 +17,8 @@ from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chains.arrays import Bools, Floats, Ints
 from magfold_env.envs.spaces.actions import AHEAD, LYING, PATTERNS
-from magfold_env.envs.tasks.feed_tasks import TaskWorld
-from magfold_env.envs.tasks.tray_tasks import Order, TrayTask
+from magfold_env.envs.tasks.feed_tasks import Order, TrayTask
+from magfold_env.envs.tasks.world import TaskWorld
 from magfold_env.minimiser import sequence_of
 from magfold_env.scene import Scene
 

@@ -37,11 +37,6 @@ class Game:
         Of the first chain.
     target : str, optional
         The word to fold; drawn if not given.
-
-    Raises
-    ------
-    ValueError
-        If the environment has no window.
     """
 
     def __init__(self, env: TubeFeedEnv, seed: int = 0, target: str | None = None) -> None:

@@ -29,11 +29,6 @@ def recording(episodes: Episodes[Any], choices: Sequence[Any]) -> Recording:
         One episode, which records frames.
     choices
         The choice in each step, as an argument of `Episodes.step`.
-
-    Raises
-    ------
-    ValueError
-        If nothing moves in the episode.
     """
     arrays, chains = episodes.arrays, cast("DynamicChains", episodes.chains)
     if chains.motion() is None:

@@ -30,7 +30,7 @@ def forecast_of(episodes: Episodes[Any], row: int) -> Forecast | None:
     if fed == 0 or world.in_field or world.fidelity == "quasistatic":
         return None
     rules, order = episodes.lattice(row), list(arrays.order(row))
-    found = predict(rules, signs[order[: len(order) if rules.packed.built else fed]])
+    found = predict(rules, signs[order[: len(order) if rules.packed.preloaded else fed]])
     energy = rules.energy_as(found.word, signs, fed)
     wanted = rules.energy_as(episodes.goals.names[row], signs, fed)
     return Forecast(found.word, energy, wanted, found.is_stuck)
