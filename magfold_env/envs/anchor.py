@@ -8,7 +8,7 @@ import numpy as np
 from magfold_env.envs.chains.arrays import HELD, Bools, Floats, Ints
 from magfold_env.envs.episodes import Columns, Lines
 from magfold_env.envs.spaces.actions import AHEAD, PULL, TrayChoice, TrayTable
-from magfold_env.envs.spaces.observation import CameraLayout
+from magfold_env.envs.spaces.observation import Layout
 from magfold_env.envs.tasks.feed_tasks import AnchorTask
 from magfold_env.envs.tasks.world import FeedOptions, TaskWorld
 from magfold_env.envs.tray import TrayEnv, TrayEpisodes
@@ -56,13 +56,12 @@ class AnchorEpisodes(TrayEpisodes):
         self._last_comes_out = OUT * self.world.scene.casing.diagonal  # [m]
 
     @classmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, CameraLayout]:
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, Layout]:
         """Return the form of actions and the layout of observations."""
         table, layout = super().spaces(world, options)
-        before = {"pull": 2, **layout.before}
-        del before["target"]
-        layout = replace(layout, before=before, after={**layout.after, "borne": 1})
-        return replace(table, ways=3), layout
+        sizes = {"pull": 2, **layout.sizes, "borne": 1}
+        del sizes["target"]
+        return replace(table, ways=3), replace(layout, sizes=sizes)
 
     def infos(self, rows: Ints) -> Columns:
         """Return the infos of some episodes, running or ended."""

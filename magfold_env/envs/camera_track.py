@@ -18,7 +18,7 @@ from magfold_env.envs.episodes import Columns, Episodes, Lines
 from magfold_env.envs.pictures.snapshots import or_dash
 from magfold_env.envs.pictures.viewer import RENDER_MODES
 from magfold_env.envs.spaces.actions import FASTEST, SpeedTable, signs_of
-from magfold_env.envs.spaces.observation import CameraLayout, squash, take_frames
+from magfold_env.envs.spaces.observation import Layout, camera_layout, squash, take_frames
 from magfold_env.envs.tasks.feed_tasks import FeedTask, Task
 from magfold_env.envs.tasks.world import FeedOptions, TaskWorld
 from magfold_env.scene import Scene
@@ -60,8 +60,9 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     def allocate(self) -> None:
         """Allocate the arrays of the episodes."""
         super().allocate()
-        width = sum(self.world.layout.frame_sizes.values())
-        self._frames: Floats = np.zeros((2, self.count, width))  # the last but one, and the last
+        self._frames: Floats = np.zeros(
+            (2, self.count, 5 * self.n)
+        )  # the last but one, and the last
         self._force: Floats = np.zeros(self.count)
         self._took: Floats = np.zeros(self.count)  # duration of the last steps [s]
         self.speeds: Floats = np.zeros(self.count)
@@ -69,7 +70,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     @classmethod
     @abstractmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[Any, CameraLayout]:
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[Any, Layout]:
         """Return the form of actions and the layout of observations."""
 
     def make_chains(self, threads: int, frame_rate: float | None) -> DynamicChains:
@@ -199,12 +200,12 @@ class FeedEpisodes(CameraEpisodes):
         self._length = self.n * self.world.scene.casing.diagonal
 
     @classmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, CameraLayout]:
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, Layout]:
         """Return the form of actions and the layout of observations."""
         n = world.scene.n
         before = {"target": 3 * (n - 1), "magnets": 4 * n, "direction": 1}
         after = {"advance": 1, "speed": 1, "force": 1, "time": 1}
-        layout = CameraLayout(n, world.scene.casing.side, before, after)
+        layout = camera_layout(n, world.scene.casing.side, before, after)
         return SpeedTable(options.get("speeds", 5), options.get("actions", "box")), layout
 
     @property

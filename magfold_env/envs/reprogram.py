@@ -10,7 +10,7 @@ from magfold_env.envs.camera_track import INTERVAL, STEEPEST, FeedEpisodes, Feed
 from magfold_env.envs.chains.arrays import FAILED, FOLDED, Bools, Floats, Ints
 from magfold_env.envs.episodes import Columns
 from magfold_env.envs.spaces.actions import SpeedTable
-from magfold_env.envs.spaces.observation import CameraLayout
+from magfold_env.envs.spaces.observation import Layout
 from magfold_env.envs.tasks.feed_tasks import RefoldTask
 from magfold_env.envs.tasks.goals import Goals
 from magfold_env.envs.tasks.world import FeedOptions, TaskWorld
@@ -45,10 +45,10 @@ class ReprogramEpisodes(FeedEpisodes):
         self.goals = Goals(sum(words, ()), self.world.match, self.count)
 
     @classmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, CameraLayout]:
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, Layout]:
         """Return the form of actions and the layout of observations."""
         table, layout = super().spaces(world, options)
-        return table, replace(layout, after={**layout.after, "stage": 3})
+        return table, replace(layout, sizes={**layout.sizes, "stage": 3})
 
     def infos(self, rows: Ints) -> Columns:
         """Return the infos of some episodes, running or ended."""

@@ -17,7 +17,7 @@ from magfold_env.envs.spaces.actions import (
     TrayTable,
     scaled_speeds,
 )
-from magfold_env.envs.spaces.observation import CameraLayout
+from magfold_env.envs.spaces.observation import Layout, camera_layout
 from magfold_env.envs.tasks.feed_tasks import Task, TrayTask
 from magfold_env.envs.tasks.world import FeedOptions, TaskWorld, feedable
 from magfold_env.envs.vector_env import ChainVectorEnv
@@ -66,7 +66,7 @@ class TrayEpisodes(CameraEpisodes):
         """How often each component was drawn back, (m, parts)."""
 
     @classmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, CameraLayout]:
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, Layout]:
         """Return the form of actions and the layout of observations."""
         scene = feedable(world.scene, "component")
         n, sizes = scene.n, sorted({len(task.tray) for task in world.tasks})
@@ -82,7 +82,7 @@ class TrayEpisodes(CameraEpisodes):
             "magnets": 4 * n,
             "direction": 1,
         }
-        layout = CameraLayout(n, scene.casing.side, before, {"speed": 1, "force": 1, "time": 1})
+        layout = camera_layout(n, scene.casing.side, before, {"speed": 1, "force": 1, "time": 1})
         return TrayTable(parts, options.get("speeds", 5), kind), layout
 
     @property

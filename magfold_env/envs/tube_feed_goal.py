@@ -1,6 +1,5 @@
 """``MagFold/TubeFeedGoal-v0``: tube feed for goal-conditioned learners (hindsight replay)."""
 
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Unpack
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from magfold_env.envs.chains.arrays import FOLDED, MISFOLDED, Floats, Ints
 from magfold_env.envs.episodes import Columns
 from magfold_env.envs.fold_env import FoldEnv, FoldEpisodes
+from magfold_env.envs.spaces.observation import chain_layout
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE, Match
 from magfold_env.envs.tasks.world import ChainOptions, FoldOptions
 from magfold_env.envs.vector_env import ChainVectorEnv
@@ -80,7 +80,7 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
             if key in options:
                 raise ValueError(f"{key}: must be left out, rewards are -1 and 0")
         super().__init__(scene, render_mode=render_mode, reward="sparse", baseline=None, **options)
-        self.world.layout = replace(self.world.layout, words=())
+        self.world.layout = chain_layout(self.scene.n, self.scene.casing.side, words=())
         joints = self.scene.n - 1
         low = np.array([-np.pi] * joints + [0.0], dtype=np.float32)
         high = np.array([np.pi] * joints + [1.0], dtype=np.float32)

@@ -14,7 +14,7 @@ from magfold_env.designer.suites import Suite, load_suite, suite_names
 from magfold_env.envs.baselines.baseline import Baseline, BaselineStore, unknown_baseline
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import PATTERNS, ActionKind, ActionTable, read_catalogue
-from magfold_env.envs.spaces.observation import CameraLayout, ObservationLayout
+from magfold_env.envs.spaces.observation import Layout, chain_layout
 from magfold_env.envs.tasks.checks import one_of, refuse_unknown, require, share_of, whole
 from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.feed_tasks import Task, read_tasks
@@ -50,7 +50,7 @@ class World:
         The words that `reset` draws from, or those of its tasks.
     actions : ActionTable, SpeedTable or TrayTable
         Encoding and decoding of actions.
-    layout : ObservationLayout or CameraLayout
+    layout : Layout
         The slice of each group of entries in an observation.
     rule : RewardRule
         How episodes are rewarded.
@@ -61,7 +61,7 @@ class World:
 
     words: tuple[str, ...]
     actions: Any
-    layout: Any
+    layout: Layout
 
     def __init__(
         self,
@@ -210,7 +210,7 @@ class FoldTask(World):
             options.get("actions", "multidiscrete"),
             read_catalogue(options.get("catalogue")),
         )
-        self.layout = ObservationLayout(given.n, given.casing.side)
+        self.layout = chain_layout(given.n, given.casing.side)
         baseline = options.get("baseline", "auto")
         require(baseline in ("auto", None), "baseline", baseline, "must be 'auto' or None")
         self._baselines = None
@@ -275,7 +275,6 @@ class TaskWorld(World):
     """
 
     option = ("task", int)
-    layout: CameraLayout
 
     def __init__(
         self,

@@ -7,7 +7,6 @@ from gymnasium.utils.env_checker import check_env
 
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.wrappers.curriculum import Curriculum
-from magfold_env.envs.wrappers.sensor_noise import SensorNoise
 from tests.envs import contract
 
 QUICK: dict[str, Any] = {"fidelity": "quasistatic"}
@@ -27,37 +26,6 @@ def check_wrapped(env: gymnasium.Env) -> None:
     """Check an environment whose checker would rather see it without its wrapper."""
     with pytest.warns(UserWarning, match="different from the unwrapped version"):
         check_env(env, skip_render_check=True)
-
-
-def test_noise_blurs_what_is_measured_and_nothing_else() -> None:
-    plain = gymnasium.make("MagFold/TubeFeed-v0", **QUICK)
-    noisy = SensorNoise(gymnasium.make("MagFold/TubeFeed-v0", **QUICK), 0.05)
-    check_wrapped(noisy)
-    layout = plain.unwrapped.layout  # pyright: ignore[reportAttributeAccessIssue]
-    deviations = []
-    for seed in range(30):
-        for clear, blurred in zip(play(plain, seed)[0], play(noisy, seed)[0], strict=True):
-            for name, group in layout.slices.items():
-                if name in ("joint", "heading", "rate", "position", "velocity"):
-                    inside = np.abs(clear[group]) < 0.8
-                    deviations += (blurred - clear)[group][inside].tolist()
-                else:
-                    np.testing.assert_array_equal(clear[group], blurred[group])
-    assert np.std(deviations) == pytest.approx(0.05, rel=0.05)
-    assert np.mean(deviations) == pytest.approx(0.0, abs=0.005)
-
-
-def test_goals_are_not_blurred() -> None:
-    env = SensorNoise(gymnasium.make("MagFold/TubeFeedGoal-v0", **QUICK), 0.1)
-    plain = gymnasium.make("MagFold/TubeFeedGoal-v0", **QUICK)
-    blurred, clear = env.reset(seed=0)[0], plain.reset(seed=0)[0]
-    np.testing.assert_array_equal(blurred["achieved_goal"], clear["achieved_goal"])
-    assert (blurred["observation"] != clear["observation"]).any()
-
-
-def test_a_negative_spread_is_named() -> None:
-    with pytest.raises(ValueError, match=r"spread: -0\.1 is not allowed; must be 0 or more"):
-        SensorNoise(gymnasium.make("MagFold/TubeFeed-v0", **QUICK), -0.1)
 
 
 @pytest.mark.medium
@@ -122,7 +90,7 @@ def test_stages_that_do_not_go_together_are_named() -> None:
 
 
 def test_wrapped_environments_can_be_made_from_their_specs() -> None:
-    env = SensorNoise(Curriculum(quick(), LENGTHS, window=7), 0.1)
+    env = Curriculum(quick(), LENGTHS, window=7)
     assert env.spec is not None
     again = gymnasium.make(env.spec)
     for one, other in zip(play(env, 5)[0], play(again, 5)[0], strict=True):
