@@ -32,8 +32,10 @@ class GoalEpisodes(FoldEpisodes):
 
     def _goals(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the achieved and the desired goals, (m, n) each."""
-        status = self.arrays.status
-        achieved = achieved_goals(self.arrays.angles, (status == FOLDED) | (status == MISFOLDED))
+        status, joints = self.arrays.status, np.diff(self.arrays.angles)
+        achieved = np.empty((self.count, self.n), dtype=np.float32)
+        achieved[:, :-1] = np.arctan2(np.sin(joints), np.cos(joints))
+        achieved[:, -1] = (status == FOLDED) | (status == MISFOLDED)
         wanted = np.ones_like(achieved)
         wanted[:, :-1] = self.goals.turns
         return achieved, wanted
@@ -141,23 +143,6 @@ def compute_reward(
         alike |= np.reshape(same, alike.shape)
     reward = np.where(alike & (achieved[..., -1] >= desired[..., -1]), 0.0, -1.0)
     return reward if reward.ndim else float(reward)
-
-
-def achieved_goals(angles: NDArray[np.float64], settled: Any) -> NDArray[np.float32]:
-    """Return the achieved goals: joint angles from −π to π, then 1 for a settled chain.
-
-    Parameters
-    ----------
-    angles : array, shape (n,) or (m, n)
-        Headings [rad].
-    settled : bool or array of bool, shape (m,)
-        Which are at rest.
-    """
-    out = np.empty(angles.shape, dtype=np.float32)
-    joints = np.diff(angles)
-    out[..., :-1] = np.arctan2(np.sin(joints), np.cos(joints))
-    out[..., -1] = settled
-    return out
 
 
 def _same_outline(one: NDArray[Any], other: NDArray[Any]) -> bool:

@@ -26,15 +26,7 @@ _KINDS = LYING.min(axis=1).astype(np.int8)  # the same number for patterns that 
 
 
 class TrayDesigns:
-    """Sequences that trays allow, for one target.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene; only its casing, magnets and number of components count.
-    target : str
-        The word.
-    """
+    """Sequences that trays allow, for one target and the casing, magnets and length of a scene."""
 
     def __init__(self, scene: Scene, target: str) -> None:
         self.n = scene.n

@@ -59,19 +59,9 @@ def mouth_order(n: int, width: int, backward: bool) -> NDArray[np.int64]:
 
 
 class MouthOrder:
-    """Reorders observations of ``MagFold/TubeFeed-v0``, one or many.
+    """Reorders observations of ``MagFold/TubeFeed-v0``, one or many; refuses other layouts.
 
-    Parameters
-    ----------
-    layout : Layout
-        The layout of the environment.
-    backward : bool
-        Whether component ``n`` leaves the tube first.
-
-    Raises
-    ------
-    ValueError
-        If the layout is that of another environment.
+    `backward`: component ``n`` leaves the tube first.
     """
 
     def __init__(self, layout: Layout, backward: bool) -> None:
