@@ -18,18 +18,11 @@ from magfold_env.envs.reprogram import (
     ReprogramEnv,
     ReprogramVectorEnv,
 )
-from magfold_env.envs.tasks.feed_tasks import read_tasks
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.scene import load_scene
 from magfold_env.shapes import word_to_angles
 
-TASK = {
-    "sequence": ("NNNS", "NSSS", "NNNS", "SSNN", "SNNN", "SSSN"),
-    "direction": "forward",
-    "first": "LRLLR",
-    "target": "LRRLR",
-}
 EASIEST = 4
 """Tasks that are tried: those in which a schedule leads to both words most often."""
 
@@ -162,21 +155,3 @@ def test_shipped_tasks_ask_for_two_words_of_a_chain() -> None:
     for task in tasks:
         first, second = task.words
         assert first != second
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"tasks": [TASK | {"first": "LLLLL"}]}, "tasks.first: 'LLLLL' is not allowed; must be"),
-        ({"tasks": [TASK | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not allowed; must be"),
-        ({"tasks": "two-folds-6"}, "first"),
-    ],
-)
-def test_wrong_tasks_are_named(options: dict, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        ReprogramEnv(**options)
-
-
-def test_a_task_of_two_words_is_none_of_one() -> None:
-    with pytest.raises(ValueError, match="first"):
-        read_tasks([TASK])

@@ -12,7 +12,6 @@ from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.envs.spaces.actions import FACES
 from magfold_env.envs.tasks.feed_tasks import TrayTask
 from magfold_env.envs.tray import DEAD, LATE, SPREAD, WEAK, WEAKNESS, TrayEnv, TrayVectorEnv
-from magfold_env.scene import SceneError
 from magfold_env.simulation.simulate import simulate
 
 TASK: dict[str, Any] = {
@@ -220,19 +219,3 @@ def test_shipped_trays_have_three_components_to_spare(make: type[TrayEnv]) -> No
     assert len(tasks) <= 24
     assert {task.direction for task in tasks} == {"forward", "backward"}
     assert {len(task.tray) - task.n for task in tasks} == {3}
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"tasks": [TASK | {"tray": ("NSNS",) * 5}]}, "tray: .* must have 6 components or more"),
-        ({"tasks": [TASK | {"tray": ("NS-S",) * 9}]}, "tray: 'NS-S' is not .*four letters N or S"),
-        ({"tasks": [TASK | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not allowed; must be"),
-        ({"tasks": [TASK | {"strengths": SOUND[1:]}]}, "strengths: .* must be 9 times four numb"),
-        ({"tasks": [TASK, TASK | {"tray": TASK["tray"][1:]}]}, "trays of .8, 9. components are no"),
-        ({"scene": "tube-built"}, "scene.feed.loading: 'preloaded' is not allowed; must be 'at_m"),
-    ],
-)
-def test_wrong_tasks_and_scenes_are_named(options: dict, message: str) -> None:
-    with pytest.raises((ValueError, SceneError), match=message):
-        TrayEnv(**options)

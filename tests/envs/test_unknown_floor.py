@@ -211,34 +211,6 @@ def test_both_folds_of_a_shipped_task_can_be_had(number: int) -> None:
         assert max(count[word] for count in counts) >= 0.75 * DRAWS
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"tasks": "none"}, "tasks: 'none' is not allowed; must be a list of tasks, the path of "),
-        ({"tasks": "none.yaml"}, "tasks: 'none.yaml' is not allowed; must be a list of tasks, "),
-        ({"tasks": []}, r"tasks: chains of \[\] components are not allowed"),
-        ({"tasks": [TASK | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not allowed; must be"),
-        (
-            {"tasks": [TASK, TASK | {"sequence": ["NX", *SEQUENCE[1:]]}]},
-            r"sequence\[0\]: 'NX' is not allowed; must be four letters",
-        ),
-        ({"tasks": [TASK | {"direction": "up"}]}, "direction: 'up' is not allowed"),
-        ({"fidelity": "quasistatic"}, "fidelity: 'quasistatic' is not allowed; must be 'dynamics'"),
-    ],
-)
-def test_wrong_options_are_named(options: dict, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        UnknownFloorEnv(**options)
-
-
-def test_wrong_reset_options_are_named() -> None:
-    env = UnknownFloorEnv(tasks=[TASK])
-    with pytest.raises(ValueError, match=r"options\['task'\]: 1 is not allowed; must be 0\.\.0"):
-        env.reset(options={"task": 1})
-    with pytest.raises(ValueError, match="options: 'target' is not allowed; must be one of task"):
-        env.reset(options={"target": "LRLLR"})
-
-
 def test_difficulty_takes_the_first_tasks() -> None:
     assert len(UnknownFloorEnv(difficulty=0.1).tasks) == 4
     assert UnknownFloorEnv(difficulty=0.1).tasks == UnknownFloorEnv().tasks[:4]
