@@ -50,6 +50,11 @@ def many(**options: Any) -> Any:
         (TubeFeedEnv, fed(magnets=None), "scene.magnets: None is not allowed"),
         (TubeFeedEnv, fed(sequence=("NSNS",)), r"scene.sequence: \('NSNS',\) is not allowed"),
         (TubeFeedEnv, fed(field={"uniform": (0.0, 1e-3)}), "baseline: 'auto' .*with scene.field"),
+        (
+            TubeFeedEnv,
+            fed(field={"uniform": (0.0, 1e-3)}) | {"fidelity": "quasistatic"},
+            r"field: .* is not allowed",
+        ),
         *(
             (TubeFeedGoalEnv, {key: None}, f"{key}: must be left out")
             for key in ("reward", "shaping", "gamma", "baseline")

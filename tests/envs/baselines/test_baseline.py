@@ -85,16 +85,6 @@ def test_the_baseline_is_the_mean_score_at_the_best_speed() -> None:
     assert baseline.score == mean(baseline.speed, "scoring", SCORING_DRAWS)
 
 
-def test_speed_is_chosen_on_other_draws_than_it_is_judged_by() -> None:
-    scene = scene_of(6)
-    drawn = [
-        scene.draw(draw_generator(stream, index)).friction
-        for stream, count in (("selection", SELECTION_DRAWS), ("scoring", SCORING_DRAWS))
-        for index in range(count)
-    ]
-    assert len(set(drawn)) == SELECTION_DRAWS + SCORING_DRAWS
-
-
 def test_without_a_design_the_baseline_is_flagged_and_zero() -> None:
     scene = scene_of(7)
     sequences = designs(scene)

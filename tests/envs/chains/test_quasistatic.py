@@ -160,9 +160,3 @@ def test_speeds_and_randomisation_change_nothing() -> None:
         words.add((info["word"], info["energy"]))
         assert info["baseline_flagged"]
     assert len(words) == 1
-
-
-def test_fields_are_refused() -> None:
-    scene = mf.load_scene("tube-feed").replace(field={"uniform": (0.0, 1e-3)})
-    with pytest.raises(ValueError, match=r"field: .* is not allowed"):
-        gymnasium.make("MagFold/TubeFeed-v0", scene=scene, fidelity="quasistatic")
