@@ -261,6 +261,37 @@ class FeedEpisodes(CameraEpisodes):
 class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     """One environment with tasks; subclasses define the goal.
 
+    **Observation**: a flat ``Box(−1, 1)``; of the chain component 1 first. Frames are not stacked.
+    An environment has some of these groups and some of its own.
+
+    ========= ========= ======================================================== =============
+    group     entries   meaning and unit                                         range
+    ========= ========= ======================================================== =============
+    target    3 (n − 1) letter of each joint of the target, one-hot over L, S, R 0, 1
+    magnets   4 n       front-left, back-left, back-right, front-right:          −1, 0, 1
+                        1 N, −1 S, nominal; 0 not set yet
+    direction 1         of the feed: 1 forward, −1 backward                      −1, 1
+    heading   2 n       sine and cosine of the heading, noise of 1°; 0 where the [−1, 1]
+                        camera does not see the component
+    position  2 n       centre, mouth of the tube at 0, x / chain length, noise  (−1, 1) *
+                        of 0.3 mm along x and y; 0 for unseen components
+    speed     1         of the feed in the last step, x / (0.6 m/s)              [−1, 1]
+    force     1         of the drive, mean over the last step, noise of 10 mN,   (−1, 1) *
+                        x / (0.1 N); negative pulls
+    ========= ========= ======================================================== =============
+
+    Entries marked * are squashed by ``x / (1 + |x|)``. Noise is normal, with these standard
+    deviations. Observations contain no velocities and none of the hidden draws.
+
+    **Reward**: the score at the end: 1 in the target, half the similarity to it otherwise, and 0 if
+    the time is over or the simulation broke down. ``reward="sparse"``: 1 in the target, else 0.
+    ``reward="relative"``: the score less b, that of a simple schedule. Each simulated second costs
+    0.02. Shaping: `magfold_env.envs.tasks.reward`.
+
+    **Info**: ``target``, ``word``, ``time`` [s], ``force`` [N], as measured; at the end also
+    ``status``, ``message``, ``energy`` [J], ``score``, ``baseline``, ``baseline_missing`` (true
+    unless the reward uses b) and ``is_success``.
+
     Parameters
     ----------
     scene : str, Path or Scene, optional

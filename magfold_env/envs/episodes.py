@@ -136,7 +136,7 @@ class Episodes(Generic[ObsType]):
         self.numbers: Ints = np.zeros(self.count, dtype=np.int64)
         self.baseline: Floats = np.zeros(self.count)
         """Scores of the baselines, (m,); 0 if the reward uses none."""
-        self._flagged: Bools = np.zeros(self.count, dtype=np.bool_)
+        self._missing: Bools = np.zeros(self.count, dtype=np.bool_)
         self._potentials: Floats = np.zeros(self.count)
 
     def reset_rows(self, rows: Ints) -> None:
@@ -171,7 +171,7 @@ class Episodes(Generic[ObsType]):
             "score": score,
             "is_success": success == 1.0,
             "baseline": self.baseline[rows],
-            "baseline_flagged": self._flagged[rows],
+            "baseline_missing": self._missing[rows],
         }
 
     def action_masks(self, actions: Any) -> NDArray[np.bool_] | None:
@@ -353,7 +353,7 @@ class Episodes(Generic[ObsType]):
         self.goals.want(rows, self.numbers[rows])
         for row in rows.tolist():
             found = self.baseline_at(row)
-            self.baseline[row], self._flagged[row] = found.score, found.flagged
+            self.baseline[row], self._missing[row] = found.score, found.flagged
 
     def check_begun(self) -> None:
         """Refuse episodes that have not begun."""

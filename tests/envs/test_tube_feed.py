@@ -68,7 +68,7 @@ def test_the_reward_is_the_score_above_the_baseline_at_the_end() -> None:
         rewards, info = play(env, seed)
         assert rewards[-1] == pytest.approx(info["score"] - info["baseline"])
         assert info["baseline"] == env.baseline_of(info["target"]).score
-        assert info["baseline_flagged"] == (seed == 2)
+        assert info["baseline_missing"] == (seed == 2)
 
 
 def test_an_outline_is_reached_by_any_word_that_covers_it() -> None:

@@ -41,7 +41,7 @@ def snapshot_of(episodes: Episodes[Any], row: int) -> "Snapshot":
         ends = {key: column[0] for key, column in episodes.final_infos(one).items()}
         title, message = ends["status"], ends["message"]
         lines.append(("score", f"{ends['score']:.2f}"))
-        if not ends.get("baseline_flagged", True):
+        if not ends.get("baseline_missing", True):
             lines.append(("baseline", f"{ends['baseline']:.2f}"))
     return Snapshot(
         scene=episodes.scene(row),

@@ -158,5 +158,5 @@ def test_speeds_and_randomisation_change_nothing() -> None:
         for pattern in (1, 2, 3, 4, 5, 6):
             *_, info = env.step(np.array([pattern, speed]))
         words.add((info["word"], info["energy"]))
-        assert info["baseline_flagged"]
+        assert info["baseline_missing"]
     assert len(words) == 1
