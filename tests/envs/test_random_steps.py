@@ -12,7 +12,8 @@ import pytest
 
 from magfold_env.envs import ENTRY_POINTS
 from magfold_env.envs.spaces.actions import ActionKind
-from tests.envs.vectors import TRACKS, kinds_of
+from magfold_env.scoring.track import TRACKS
+from tests.envs.vectors import kinds_of
 
 WORLDS = [
     world

@@ -74,14 +74,23 @@ def test_velocities_are_the_derivatives_of_the_centres() -> None:
 
 
 @pytest.mark.parametrize("scale", [0.0, 1.0, 1e6])
-def test_any_finite_state_lies_in_the_space(scale: float) -> None:
-    layout = chain_layout(6, SIDE)
+def test_any_finite_state_lies_in_the_space_as_squashed(scale: float) -> None:
+    layout, length = chain_layout(6, SIDE), 6 * np.sqrt(2.0) * SIDE
     rng = np.random.default_rng(1)
     for _ in range(50):
-        arrays = ChainArrays.empty(1, 6)
+        arrays, state = ChainArrays.empty(1, 6), random_state(rng, 6, scale)
         choose(arrays, 0, "NSNS", 0.6)
-        observation = seen(layout, random_state(rng, 6, scale), arrays, "LRLLL")
+        observation = seen(layout, state, arrays, "LRLLL")
         assert observation in layout.space
+        for name, values in (
+            ("position", state.centres(SIDE) / length),
+            ("velocity", state.velocities(SIDE)),
+            ("rate", state.rates / 100),
+        ):
+            expected = values / (1 + np.abs(values))
+            np.testing.assert_allclose(
+                observation[layout.slices[name]], expected.ravel(), atol=1e-6
+            )
 
 
 def test_entries_mean_what_the_table_says() -> None:
@@ -99,20 +108,6 @@ def test_entries_mean_what_the_table_says() -> None:
     assert part["speed"] == pytest.approx([1, -1, 0])
     assert part["joint"] == pytest.approx([-0.5, 0.5])
     assert part["heading"] == pytest.approx([0, -1, 1, 0, 0, -1], abs=1e-7)
-
-
-def test_positions_and_velocities_are_those_of_the_centres() -> None:
-    layout = chain_layout(6, SIDE)
-    state = random_state(np.random.default_rng(2), 6)
-    observation = seen(layout, state, ChainArrays.empty(1, 6), "LRLLL")
-    length = 6 * np.sqrt(2.0) * SIDE
-    for name, values in (
-        ("position", state.centres(SIDE) / length),
-        ("velocity", state.velocities(SIDE)),
-        ("rate", state.rates / 100),
-    ):
-        expected = values / (1 + np.abs(values))
-        np.testing.assert_allclose(observation[layout.slices[name]], expected.ravel(), atol=1e-6)
 
 
 def framed(layout: Layout, state: ChainState, arrays: ChainArrays, noise: Any) -> dict:
