@@ -65,25 +65,8 @@ class Episodes(Generic[ObsType]):
     begin (`reset_rows`), the rewards (`step_rewards`, `end_rewards`) and the infos (`infos`,
     `final_infos`).
 
-    Parameters
-    ----------
-    world : World
-        What the episodes share.
-    count : int
-        How many.
-    threads : int
-        Number of threads that simulate.
-    frame_rate : float, optional
-        Frames recorded per simulated second [1/s], for a single chain.
-
-    Attributes
-    ----------
-    chains : DynamicChains or QuasistaticChains
-        The chains.
-    goals : Goals
-        The goals of the chains.
-    numbers : array of int, shape (m,)
-        Numbers of the targets, or tasks, of the episodes.
+    The arguments are what the episodes share, their number, the number of threads that simulate,
+    and the frames recorded per simulated second [1/s], for a single chain.
     """
 
     kept: tuple[str, ...] = ("numbers", "_potentials")
@@ -134,6 +117,7 @@ class Episodes(Generic[ObsType]):
         """Allocate the arrays of the episodes."""
         self.goals = Goals(self.world.words, self.world.match, self.count)
         self.numbers: Ints = np.zeros(self.count, dtype=np.int64)
+        """Numbers of the targets, or tasks, of the episodes, (m,)."""
         self.baseline: Floats = np.zeros(self.count)
         """Scores of the baselines, (m,); 0 if the reward uses none."""
         self._missing: Bools = np.zeros(self.count, dtype=np.bool_)

@@ -128,16 +128,10 @@ class DynamicChains:
     ) -> None:
         """Feed the next component of each chain, or all components; a complete chain settles.
 
-        Parameters
-        ----------
-        patterns : array of int, shape (rows, components)
-            Numbers of the patterns of one component or of all, component 1 first.
-        speeds, scaled : array, shape (rows,)
-            Feed speeds [m/s], and the same on the log scale from −1 to 1.
-        grades : array, shape (rows, 4), optional
-            Factors of the strengths of the next components' magnets.
-        until : float or array, shape (rows,)
-            Time at which the feeds pause [s] if they have not finished.
+        `patterns` (rows, components) are numbers, component 1 first; `speeds` [m/s], and the same
+        `scaled` on the log scale from −1 to 1, are one each. `grades` (rows, 4) are factors of the
+        strengths of the next components' magnets. Feeds that have not finished pause at the time
+        `until` [s].
         """
         chains = self.engine
         signs, whole = SIGNS.take(patterns, axis=0), patterns.shape[1] > 1
@@ -171,10 +165,7 @@ class DynamicChains:
     def push(self, rows: Ints, speeds: Floats, seconds: float) -> Floats:
         """Feed chains at given speeds [m/s], negative to pull back, for a time [s].
 
-        Returns
-        -------
-        array, shape (rows,)
-            The mean force of the drive over that time [N].
+        Returns the mean forces of the drives over that time [N], (rows,).
         """
         chains = self.engine
         self._set_speeds(rows, speeds)

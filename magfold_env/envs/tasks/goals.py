@@ -29,23 +29,10 @@ SUCCESS_TOLERANCE = 0.05
 
 
 class Goals:
-    """Goals of chains side by side.
+    """Goals of `count` chains side by side, each one of the `words`, which are of one length.
 
-    Parameters
-    ----------
-    words : sequence of str
-        Possible targets over L, S and R, all of one length.
-    match : {"word", "outline"}
-        Whether only the target counts, or every fully folded word that covers the same cells.
-    count : int
-        Number of chains.
-
-    Attributes
-    ----------
-    names : array of str, shape (m,)
-        The target words.
-    one_hot : array, shape (m, 3 (n − 1))
-        The same words as entries of an observation.
+    Only the word counts, or, if `match` is ``outline``, every fully folded word that covers the
+    same cells.
     """
 
     def __init__(self, words: Sequence[str], match: Match, count: int) -> None:
@@ -59,7 +46,9 @@ class Goals:
         self._folds = np.zeros((count, 1, joints + 1))
         self._scratch = np.zeros((5, joints + 1))
         self.names = np.full(count, None, dtype=object)
+        """The target words, (m,)."""
         self.one_hot = np.zeros((count, 3 * joints), dtype=np.float32)
+        """The same words as entries of an observation, (m, 3 (n − 1))."""
 
     @property
     def turns(self) -> Floats:
@@ -80,25 +69,15 @@ class Goals:
             self._angles[row, :count], self._folds[row, :count] = angles, folds
 
     def judge(self, rows: Ints, status: Ints, angles: Floats) -> Floats:
-        """Return how close some chains are to their goals.
+        """Return potential, score and success of some chains, (3, rows).
 
-        Parameters
-        ----------
-        rows : array of int
-            Which.
-        status : array of int, shape (m,)
-            How all chains ended, as numbers of `STATUSES`; other numbers are neither folded nor
-            failed.
-        angles : array, shape (m, n)
-            Headings of all chains [rad]; joints in the tube count as straight.
+        The potential is half the similarity to the likest of the words. The score is 1 for a
+        success, 0 for a failed simulation, else the potential, so that no amount of similarity is
+        worth as much as the fold itself. A success is 1, else 0: the chain settled with every joint
+        within `SUCCESS_TOLERANCE`.
 
-        Returns
-        -------
-        array, shape (3, rows)
-            The potential: half the similarity to the likest of the words. The score: 1 for a
-            success, 0 for a failed simulation, else the potential, so that no amount of similarity
-            is worth as much as the fold itself. Then 1 for a success: the chain settled with every
-            joint within `SUCCESS_TOLERANCE`; else 0.
+        `status` (m,) are numbers of `STATUSES`, and `angles` (m, n) the headings [rad], of all
+        chains.
         """
         out = np.empty((3, len(rows)))
         headings = angles[rows]

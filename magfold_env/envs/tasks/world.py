@@ -32,36 +32,19 @@ Fidelity = Literal["dynamics", "quasistatic"]
 class World:
     """Scene, targets, actions, observations and rewards, without a chain.
 
-    Parameters
-    ----------
-    scene : Scene
-        A tube scene.
-    options : mapping
-        Options of the environment; ``fidelity``, ``match``, ``randomisation`` and those of
-        `RewardOptions` are read here.
-    randomisation, reward : str
-        Defaults of these two options.
-
-    Attributes
-    ----------
-    scene : Scene
-        The template of episodes, including the randomisation.
-    words : tuple of str
-        The words that `reset` draws from, or those of its tasks.
-    actions : ActionTable, SpeedTable or TrayTable
-        Encoding and decoding of actions.
-    layout : Layout
-        The slice of each group of entries in an observation.
-    rule : RewardRule
-        How episodes are rewarded.
+    Of the options, ``fidelity``, ``match``, ``randomisation`` and those of `RewardOptions` are read
+    here; `randomisation` and `reward` are the defaults of these two.
     """
 
     option: ClassVar[tuple[str, type]] = ("target", str)
     """The option of `reset` that fixes what is drawn, and the type of its value."""
 
     words: tuple[str, ...]
+    """The words that `reset` draws from, or those of its tasks."""
     actions: Any
+    """Encoding and decoding of actions: an `ActionTable`, `SpeedTable` or `TrayTable`."""
     layout: Layout
+    """The slice of each group of entries in an observation."""
 
     def __init__(
         self,
@@ -74,6 +57,7 @@ class World:
         self.match: Match = one_of("match", options.get("match", "word"), Match)
         self.randomisation: Randomisation = options.get("randomisation", randomisation)
         self.scene = randomised(scene, self.randomisation)
+        """The template of episodes, including the randomisation."""
         self.rule = RewardRule.of(
             options.get("reward", reward), options.get("shaping", False), options.get("gamma", 1.0)
         )
@@ -163,19 +147,10 @@ class FeedOptions(SharedOptions, RewardOptions, total=False):
 
 
 class FoldTask(World):
-    """A folding task in which magnets are chosen.
+    """A folding task in which magnets are chosen, for a component or a chain at a time.
 
-    Parameters
-    ----------
-    scene : str, Path, Scene or None
-        A tube scene; its sequence and feed speeds are ignored. None takes `usual`, or the scene
-        that the target suite is meant for, with the feed of `usual`.
-    usual : str
-        The default scene of the environment, a shipped one.
-    action_scope : {"component", "chain"}
-        What one action describes.
-    **options
-        See `FoldOptions`.
+    Without a `scene` it takes the shipped one named `usual`, or the scene that the target suite is
+    meant for, with the feed of `usual`.
     """
 
     def __init__(
@@ -262,16 +237,9 @@ def _suite(name: str) -> Suite:
 
 
 class TaskWorld(World):
-    """A world of given tasks.
+    """A world of given tasks; the class of its episodes defines actions and observations.
 
-    Parameters
-    ----------
-    episodes : type
-        The class of the episodes: it defines the type of a task, the actions and the observations.
-    scene : str, Path or Scene
-        A tube scene; sequence, direction and speeds come from the tasks and the agent.
-    **options
-        See `FeedOptions`; ``tasks`` must be given.
+    Sequence, direction and speeds of `scene` are ignored; the option ``tasks`` must be given.
     """
 
     option = ("task", int)
