@@ -343,11 +343,6 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
         """The task of this episode."""
         return self.tasks[int(self._running().numbers[0])]
 
-    @property
-    def actions(self) -> Any:
-        """The form of actions."""
-        return self.world.actions
-
     def baseline_of(self, task: int) -> Baseline:
         """Return the baseline of a task, given by its number.
 
