@@ -26,7 +26,7 @@ from tests.envs.vectors import same
 
 QUICK: dict[str, Any] = {"components": 3, "baseline": None}
 VARIANTS = [
-    pytest.param(env_id, options, id=env_id[8:-3] + options.get("fidelity", ""))
+    pytest.param(env_id, options, id=f"{env_id[8:-3]}{options.get('fidelity', '')}")
     for env_id, options in (
         ("MagFold/TubeFeed-v0", QUICK),
         ("MagFold/TubeFeed-v0", QUICK | {"fidelity": "quasistatic"}),

@@ -115,7 +115,7 @@ def test_spreads_of_the_scene_are_replaced_or_kept() -> None:
     assert randomised(wide, "scene") == wide
     one, other = (randomised(wide, "none").draw(np.random.default_rng(k)) for k in range(2))
     assert one == other
-    assert not any(one.start_offsets)
+    assert not np.any(one.start_offsets)
 
 
 @pytest.mark.parametrize(
