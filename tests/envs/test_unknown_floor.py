@@ -16,6 +16,7 @@ from magfold_env.envs.tasks.draws import randomised
 from magfold_env.envs.tasks.feed_tasks import FeedTask, read_tasks
 from magfold_env.envs.unknown_floor import HORIZON, UnknownFloorEnv
 from magfold_env.shapes import angles_to_word
+from tests.envs.contract import group
 
 SEQUENCE = ("NNNS", "NSSS", "NNNS", "SSNN", "SNNN", "SSSN")
 TASK = {"sequence": SEQUENCE, "direction": "forward", "target": "LRLLR"}
@@ -63,7 +64,7 @@ def test_a_chain_that_stays_in_its_tube_is_late(speed: float) -> None:
         assert reward == pytest.approx(-TIME_COST * INTERVAL)
         assert terminated == (step == HORIZON)
         assert info["time"] == pytest.approx(0.02 * step)
-        assert observation[env.layout.slices["advance"]] == 0.0
+        assert group(env, observation, "advance") == 0.0
         assert not observation[env.world.layout.frame].any()
     info = said[-1][-1]
     assert (info["status"], info["score"], info["is_success"]) == ("unsettled", 0.0, False)
@@ -93,10 +94,10 @@ def test_components_are_held_again_and_released_again() -> None:
     for speed in [0.2] * 16 + [-0.2] * 16 + [0.2] * 16:
         observation, *_ = env.step(env.actions.encode(speed))
         gone += INTERVAL * env.history[-1]
-        advance = observation[env.layout.slices["advance"]][0]
+        advance = group(env, observation, "advance")[0]
         assert advance == pytest.approx(gone / length, abs=1e-6)
         counts.append(int(env.episodes.arrays.released[0].sum()))
-        seen.append(int(observation[env.layout.slices["seen"]].sum()))
+        seen.append(int(group(env, observation, "seen").sum()))
         free = env.episodes.arrays.released[0]
         # Those that left first are free.
         assert free.tolist() == sorted(free.tolist(), reverse=True)
@@ -124,7 +125,7 @@ def test_the_force_is_the_floors_drag_with_noise() -> None:
             if len(env.history) > 12 and out == before:
                 off.append(info["force"] - out * drag)
             before = out
-            shown = observation[env.layout.slices["force"]][0]
+            shown = group(env, observation, "force")[0]
             force = shown / (1.0 - abs(shown)) * FORCE_SCALE
             assert force == pytest.approx(info["force"], rel=1e-3, abs=1e-6)
     assert len(off) > 300
@@ -135,12 +136,12 @@ def test_the_force_is_the_floors_drag_with_noise() -> None:
 def test_a_frame_is_one_step_late() -> None:
     env = UnknownFloorEnv(randomisation="none")
     env.reset(seed=0, options={"task": 0})
-    group, n = env.layout.slices["heading"], env.scene.n
+    n = env.scene.n
     before, ended = np.zeros(n), False
     while not ended:
         observation, _, ended, _, _ = env.step(env.actions.encode(0.1))
-        seen = observation[env.layout.slices["seen"]] > 0.0
-        sines, cosines = observation[group].reshape(n, 2).T
+        seen = group(env, observation, "seen") > 0.0
+        sines, cosines = group(env, observation, "heading").reshape(n, 2).T
         apart = np.arctan2(sines, cosines) - before
         apart = np.abs(np.arctan2(np.sin(apart), np.cos(apart)))[seen]
         assert (apart < np.radians(6.0)).all()
