@@ -17,7 +17,7 @@ from typing import Any, get_args, get_type_hints
 import gymnasium
 from sphinx.pycode import ModuleAnalyzer
 
-from magfold_env.envs.feed_track import FeedTrackEnv
+from magfold_env.envs.camera_track import FeedTrackEnv
 from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.envs.tasks import world
 from magfold_env.envs.tube_feed import TubeFeedEnv

@@ -158,7 +158,7 @@ def copied_episodes(arena: Arena, episode: int, count: int) -> Any:
     """Return copies of an episode with its physics and new draws of start and noise."""
     scene, task = arena.drawn(episode)
     found = arena.episodes(count, arena.env.make_world(scene, tasks=[task]))
-    found.chains.drawn.drive_as(scene)
+    found.chains.drive_as(scene)
     return found
 
 

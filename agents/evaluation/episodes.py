@@ -34,7 +34,7 @@ from magfold_env.checkpoint import Checkpoint
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.fold_env import FoldEnv
-from magfold_env.envs.tasks.goals import goal_of
+from magfold_env.envs.tasks.goals import judged
 from magfold_env.parallel import without_warning
 from magfold_env.scoring import player as scoring
 
@@ -258,7 +258,7 @@ def play(
     reward = env.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
     episodes, row = env.episodes, np.array([0])
     scene = env.to_scene() if episodes.arrays.fed[0] == env.scene.n else None
-    judged = built_beforehand(env, scene, target) if built else None
+    beforehand = built_beforehand(env, scene, target) if built else None
     in_order = actions if env.scene.feed.direction == "forward" else actions[::-1]
     return Outcome(
         target=target,
@@ -271,8 +271,8 @@ def play(
         joints=tuple(env.state.joint_angles.tolist()),
         choice=None if scene is None else policies.OpenLoop.of_actions(env, in_order),
         scene=scene,
-        built=None if judged is None else judged[0],
-        built_score=None if judged is None else judged[1],
+        built=None if beforehand is None else beforehand[0],
+        built_score=None if beforehand is None else beforehand[1],
     )
 
 
@@ -289,8 +289,8 @@ def built_beforehand(
     if scene is None:
         return False, 0.0
     fold = mf.simulate(scene.replace(feed={"loading": "preloaded"}))
-    _, score, reached = goal_of(target, env.task.match).judged(fold.status, fold.joint_angles)
-    return reached, score
+    ((_, score, reached),) = judged(target, env.task.match, [fold]).T.tolist()
+    return reached == 1.0, score
 
 
 def spread_over(

@@ -25,7 +25,7 @@ from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.baselines.tray_order import TrayDesigns, in_order
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.spaces.actions import FACES, FASTEST, LYING, SIGNS
-from magfold_env.envs.tasks.tray_tasks import TrayTask
+from magfold_env.envs.tasks.feed_tasks import TrayTask
 from magfold_env.envs.tray import TrayEnv
 from magfold_env.minimiser.energies import quadratic_forms
 from magfold_env.minimiser.lattice import all_words

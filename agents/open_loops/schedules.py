@@ -31,7 +31,7 @@ import numpy as np
 from magfold_env.envs.baselines.constant_speed import SPEEDS
 from magfold_env.envs.baselines.legs import Following, Leg
 from magfold_env.envs.baselines.three_speeds import way_of
-from magfold_env.envs.feed_track import INTERVAL, FeedEpisodes, FeedTrackEnv
+from magfold_env.envs.camera_track import INTERVAL, FeedEpisodes, FeedTrackEnv
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST_LEVEL
 from magfold_env.envs.tasks.feed_tasks import FeedTask
 from magfold_env.scene import Scene

@@ -13,8 +13,8 @@ import numpy as np
 from agents.open_loops.orders import Orders
 from agents.open_loops.schedules import Schedules
 from magfold_env.envs.baselines.constant_speed import Plan
+from magfold_env.envs.camera_track import FeedTrackEnv
 from magfold_env.envs.chains.arrays import Floats, Ints
-from magfold_env.envs.feed_track import FeedTrackEnv
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scoring.player import play
 

@@ -11,7 +11,7 @@ from gymnasium import Space, spaces
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch.nn.functional import one_hot, pad
 
-from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.spaces.observation import chain_layout
 from magfold_env.envs.wrappers.mouth_order import LETTERS, mouth_order
 
 
@@ -45,7 +45,7 @@ class FromTheMouth(BaseFeaturesExtractor):
             size, width = int(np.prod(observation_space.shape or 0)), LETTERS
             n = (size + 4) // 17
         self.width = width
-        self._layout = ObservationLayout(n, side=1.0, words=())
+        self._layout = chain_layout(n, side=1.0, words=())
         if size != self._layout.size + width * (n - 1):
             raise ValueError(
                 f"observation_space: {observation_space} is not allowed; "

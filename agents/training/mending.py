@@ -23,7 +23,7 @@ from magfold_env.envs.baselines.tray_order import TrayDesigns
 from magfold_env.envs.chains.arrays import Bools, Ints
 from magfold_env.envs.spaces.actions import AHEAD, BACK, PULL, TrayChoice
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.tray_tasks import Order, TrayTask
+from magfold_env.envs.tasks.feed_tasks import Order, TrayTask
 
 STREAM = "mending"
 """Stream of the draws that select chains."""

@@ -98,7 +98,7 @@ class FromOneSide(FromTheMouth):
 
 
 def _mirror_image(
-    layout: observation.ObservationLayout, width: int
+    layout: observation.Layout, width: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     """Return the source of each entry of a mirror image, and its sign.
 

@@ -71,7 +71,7 @@ class Game {
     Object.assign(this, { score, success: success === 1 });
   }
 
-  /** Return what is drawn, as magfold_env.envs.chains.draws makes it of numbers from [−1, 1). */
+  /** Return what is drawn, as magfold_env.envs.chains.dynamic makes it of numbers from [−1, 1). */
   #draw(unit) {
     const { n } = this, { spreads, scene, offset, referenceSpeed } = this.told;
     const first = 2 * n + 4, [remanence] = [scene.magnets.remanence].flat();

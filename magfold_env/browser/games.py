@@ -2,11 +2,10 @@
 
 from typing import Any
 
-from magfold_env.envs.camera_track import FORCE_NOISE, FORCE_SCALE, TIME_COST
-from magfold_env.envs.chains.draws import REFERENCE_SPEED
-from magfold_env.envs.feed_track import INTERVAL, STEEPEST
+from magfold_env.envs.camera_track import FORCE_NOISE, FORCE_SCALE, INTERVAL, STEEPEST, TIME_COST
+from magfold_env.envs.chains.dynamic import REFERENCE_SPEED
 from magfold_env.envs.spaces.actions import FASTEST, PATTERNS, scaled_speeds
-from magfold_env.envs.tasks.fold_task import FoldTask
+from magfold_env.envs.tasks.world import FoldTask
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.unknown_floor import HORIZON, UnknownFloorEnv
 from magfold_env.scene import Scene

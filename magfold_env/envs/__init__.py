@@ -1,30 +1,6 @@
 """Gymnasium environments, registered under ``MagFold/`` when the package is imported.
 
-===================== ========================== ==================== =================== =========
-``MagFold/``          action                     observation          reward              horizon
-===================== ========================== ==================== =================== =========
-``TubeFeed-v0``       magnets and speed of the   ``Box``, 17 n − 4    score − b,          n steps
-                      next component                                  at the end
-``SequenceDesign-v0`` magnets of all components, ``Box``, 17 n − 4    score − b           1 step
-                      one speed
-``TubeFeedGoal-v0``   as ``TubeFeed``            ``Dict``: 14 n − 1,  −1, or 0 while the  n steps
-                                                 and goals of n       goal is achieved
-``UnknownFloor-v0``   feed speed, ahead or       ``Box``, 12 n + 2    score at the end,   250 steps
-                      back, for the next 20 ms                        less 0.02 a second  (5 s)
-``Reprogram-v0``      as ``UnknownFloor``        ``Box``, 12 n + 5    half the words      500 steps
-                                                                      reached, less 0.02  (10 s)
-                                                                      a second
-``Lumen-v0``          as ``UnknownFloor``        ``Box``, 12 n + 2    score at the end,   250 steps
-                                                                      less 0.02 a second  (5 s)
-``Tray-v0``           a component, orientation   ``Box``, 21 n + 28   score at the end,   10 s
-                      and speed; or draw the                          less 0.02 a second
-                      last component back
-``Anchor-v0``         as ``Tray``, or test the   ``Box``, 18 n + 34   score at the end,   10 s
-                      pull                                            less 0.02 a second
-===================== ========================== ==================== =================== =========
-
-n is the number of components, 6 by default; b is the score of the energy minimiser's own design.
-The docstrings of the classes explain every entry.
+The docstrings of the classes explain every entry; docs/environments/index.md compares all of them.
 
 **Versions.** The number at the end of an id changes whenever the same seed and actions, with
 default arguments, no longer give the same observations and rewards up to rounding: because the

@@ -5,14 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.envs.baselines.tray_order import TrayStore
 from magfold_env.envs.chains.arrays import HELD, Bools, Floats, Ints
 from magfold_env.envs.episodes import Columns, Lines
 from magfold_env.envs.spaces.actions import AHEAD, PULL, TrayChoice, TrayTable
-from magfold_env.envs.spaces.observation import CameraLayout
-from magfold_env.envs.tasks.feed_tasks import FeedOptions, TaskWorld
-from magfold_env.envs.tasks.tray_tasks import AnchorTask
-from magfold_env.envs.tray import PROTOCOL, TrayEnv, TrayEpisodes
+from magfold_env.envs.spaces.observation import Layout
+from magfold_env.envs.tasks.feed_tasks import AnchorTask
+from magfold_env.envs.tasks.world import FeedOptions, TaskWorld
+from magfold_env.envs.tray import TrayEnv, TrayEpisodes
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.simulation.endings import FOLDED_WITHIN
 
@@ -39,6 +38,7 @@ class AnchorEpisodes(TrayEpisodes):
     """Episodes in which folds must bear a pull while the tube holds the last component."""
 
     task_kind = AnchorTask
+    protocol = (*TrayEpisodes.protocol, OUT, SETTLING, STAGES, STAGE, LASTING)
     lacking = "not left"
     kept = (*TrayEpisodes.kept, "scores", "_tested")
 
@@ -56,18 +56,12 @@ class AnchorEpisodes(TrayEpisodes):
         self._last_comes_out = OUT * self.world.scene.casing.diagonal  # [m]
 
     @classmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, CameraLayout]:
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, Layout]:
         """Return the form of actions and the layout of observations."""
         table, layout = super().spaces(world, options)
-        before = {"pull": 2, **layout.before}
-        del before["target"]
-        layout = replace(layout, before=before, after={**layout.after, "borne": 1})
-        return replace(table, ways=3), layout
-
-    @classmethod
-    def baselines(cls, world: TaskWorld) -> TrayStore:
-        """Return the baselines that the minimiser's chains set for the tasks of a world."""
-        return TrayStore(cls, world, (*PROTOCOL, OUT, SETTLING, STAGES, STAGE, LASTING))
+        sizes = {"pull": 2, **layout.sizes, "borne": 1}
+        del sizes["target"]
+        return replace(table, ways=3), replace(layout, sizes=sizes)
 
     def infos(self, rows: Ints) -> Columns:
         """Return the infos of some episodes, running or ended."""
@@ -138,9 +132,9 @@ class AnchorEpisodes(TrayEpisodes):
     def _until(self, rows: Ints, speeds: Floats) -> Floats:
         """Return when feeds pause [s]: part of the last component stays in the tube."""
         n, late = self.n, np.full(len(rows), self.late)
-        factors = self.chains.drawn.factors[rows, np.where(self.arrays.forward[rows], n - 1, 0)]
+        factors = self.chains.factors[rows, np.where(self.arrays.forward[rows], n - 1, 0)]
         # A drive that has slipped may have let it out a little.
-        way = self._last_comes_out - self.chains.drawn.chains.q[rows, n]
+        way = self._last_comes_out - self.chains.engine.q[rows, n]
         last = self.arrays.fed[rows] == n - 1
         return np.where(last, np.minimum(self.times(rows) + way / (speeds * factors), late), late)
 

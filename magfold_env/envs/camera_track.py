@@ -1,9 +1,9 @@
-"""What the tracks observed by a camera and the feed's force share; their hidden draws matter."""
+"""What the tracks share: tasks with hidden draws, observed by a camera and the feed's force."""
 
 from abc import abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, ClassVar, Unpack
+from typing import Any, ClassVar, Unpack, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +12,15 @@ from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.chains.arrays import UNSETTLED, Floats, Ints
-from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.episodes import Columns, Episodes, Lines
 from magfold_env.envs.pictures.snapshots import or_dash
-from magfold_env.envs.spaces.actions import FASTEST
-from magfold_env.envs.spaces.observation import CameraLayout, squash, take_frames
-from magfold_env.envs.tasks.feed_tasks import FeedOptions, Task, TaskWorld
+from magfold_env.envs.pictures.viewer import RENDER_MODES
+from magfold_env.envs.spaces.actions import FASTEST, SpeedTable, signs_of
+from magfold_env.envs.spaces.observation import Layout, camera_layout, squash, take_frames
+from magfold_env.envs.tasks.feed_tasks import FeedTask, Task
+from magfold_env.envs.tasks.world import FeedOptions, TaskWorld
 from magfold_env.scene import Scene
 
 TIME_COST = 0.02
@@ -31,6 +32,12 @@ FORCE_NOISE = 0.01
 FORCE_SCALE = 0.1
 """Force that an observation shows as one half [N]."""
 
+INTERVAL = 0.02
+"""Time between two decisions [s]."""
+
+STEEPEST = 0.2
+"""Largest change of the drive's speed from one step to the next [m/s]."""
+
 
 class CameraEpisodes(Episodes[NDArray[np.float32]]):
     """Episodes of tasks that a camera observes."""
@@ -39,6 +46,10 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     chains: DynamicChains
     task_kind: ClassVar[type[Task]]
     """The type of a task."""
+    store: ClassVar[type[TaskStore]]
+    """The class of the baselines."""
+    protocol: ClassVar[tuple[float, ...]]
+    """The numbers of the episodes that baselines depend on besides the scene."""
     lacking: ClassVar[str] = "not at rest and all out"
     """What a chain that runs out of time failed to be, for the message."""
     shown: ClassVar[int]
@@ -49,8 +60,9 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     def allocate(self) -> None:
         """Allocate the arrays of the episodes."""
         super().allocate()
-        width = sum(self.world.layout.frame_sizes.values())
-        self._frames: Floats = np.zeros((2, self.count, width))  # the last but one, and the last
+        self._frames: Floats = np.zeros(
+            (2, self.count, 5 * self.n)
+        )  # the last but one, and the last
         self._force: Floats = np.zeros(self.count)
         self._took: Floats = np.zeros(self.count)  # duration of the last steps [s]
         self.speeds: Floats = np.zeros(self.count)
@@ -58,22 +70,22 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     @classmethod
     @abstractmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[Any, CameraLayout]:
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[Any, Layout]:
         """Return the form of actions and the layout of observations."""
 
     def make_chains(self, threads: int, frame_rate: float | None) -> DynamicChains:
         """Return the chains, each drawn from the scene of its task."""
         templates = self.world.templates
-        return DynamicChains(DrawnChains(templates, self.count, threads, frame_rate, endless=True))
+        return DynamicChains(templates, self.count, threads, frame_rate, endless=True)
 
     def lattice(self, row: int) -> LatticeFeed:
-        """Return what energy minimisation needs to know of a chain."""
+        """Return the rules by which energy minimisation folds a chain."""
         return self.world.lattices[self.world.kinds[int(self.numbers[row])]]
 
     @classmethod
-    @abstractmethod
-    def baselines(cls, world: Any) -> TaskStore:
+    def baselines(cls, world: TaskWorld) -> TaskStore:
         """Return the baselines that simple schedules set for the tasks of a world."""
+        return cls.store(cls, world, cls.protocol)
 
     def find_baseline(self, number: int) -> Baseline:
         """Return the baseline of a task, if the reward uses it."""
@@ -168,8 +180,117 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         self._force[rows] = force + FORCE_NOISE * noise[:, 0]
 
 
+class FeedEpisodes(CameraEpisodes):
+    """Episodes in which given chains are fed at speeds that change from step to step."""
+
+    task_kind = FeedTask
+    shown = 0
+    horizon: ClassVar[int]
+    """Number of steps allowed in an episode."""
+
+    kept = (*CameraEpisodes.kept, "steps", "driven")
+
+    def allocate(self) -> None:
+        """Allocate the arrays of the episodes."""
+        super().allocate()
+        self.steps: Ints = np.zeros(self.count, dtype=np.int64)
+        """Number of steps taken in each episode, (m,)."""
+        self.driven: Floats = np.zeros((self.count, self.horizon))
+        """Feed speeds in each step [m/s]."""
+        self._length = self.n * self.world.scene.casing.diagonal
+
+    @classmethod
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, Layout]:
+        """Return the form of actions and the layout of observations."""
+        n = world.scene.n
+        before = {"target": 3 * (n - 1), "magnets": 4 * n, "direction": 1}
+        after = {"advance": 1, "speed": 1, "force": 1, "time": 1}
+        layout = camera_layout(n, world.scene.casing.side, before, after)
+        return SpeedTable(options.get("speeds", 5), options.get("actions", "box")), layout
+
+    @property
+    def late(self) -> float:
+        """Time limit [s]."""
+        return INTERVAL * self.horizon
+
+    def scene(self, row: int) -> Scene:
+        """Return the drawn scene of a chain; its feed speeds contain the drawn factors."""
+        sequence = self.world.tasks[int(self.numbers[row])].sequence
+        return self.chains.drawn(row).replace(sequence=sequence)
+
+    def acting(self, row: int) -> int:
+        """Return the number of components, in the order of feed, whose magnets act."""
+        return self.chains.acting(row)
+
+    def times(self, rows: Ints) -> Floats:
+        """Return the elapsed time of some episodes [s]."""
+        return self.steps[rows].astype(np.float64) * INTERVAL
+
+    def groups(self) -> dict[str, Any]:
+        """Return the entries of observations by group, without the camera's frame."""
+        return super().groups() | {
+            # Rounded; otherwise the last bits would reveal the initial offsets of the chain.
+            "advance": np.round(self.chains.advances() / self._length, 9)[:, None],
+            "time": self.steps[:, None] / self.horizon,
+        }
+
+    def caption(self, row: int) -> tuple[str, Lines, Lines]:
+        """Return an episode's progress, and the lines above and below the energies in a picture."""
+        _, wanted, done = super().caption(row)
+        return f"{int(self.arrays.released[row].sum())} of {self.n} out", wanted, done
+
+    def prepare(self, rows: Ints) -> None:
+        """Set the magnets of chains in their tubes."""
+        self.steps[rows] = 0
+        for row in rows.tolist():
+            sequence = self.world.tasks[int(self.numbers[row])].sequence
+            signs = np.array([[signs_of(faces) for faces in sequence]])
+            self.chains.load(self.rows[row : row + 1], signs)
+
+    def act(self, rows: Ints, choice: tuple[Floats]) -> None:
+        """Drive the feeds for an interval, at speeds as close to the requested ones as possible."""
+        before = self.speeds[rows]
+        speeds = before + np.clip(choice[0] - before, -STEEPEST, STEEPEST)
+        self.speeds[rows], self._took[rows] = speeds, INTERVAL
+        self.driven[rows, self.steps[rows]] = speeds
+        self.steps[rows] += 1
+        self._measure(rows, self.chains.push(rows, speeds, INTERVAL))
+        self._stop_late(rows)
+
+
 class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     """One environment with tasks; subclasses define the goal.
+
+    **Observation**: a flat ``Box(−1, 1)``; of the chain component 1 first. Frames are not stacked.
+    An environment has some of these groups and some of its own.
+
+    ========= ========= ======================================================== =============
+    group     entries   meaning and unit                                         range
+    ========= ========= ======================================================== =============
+    target    3 (n − 1) letter of each joint of the target, one-hot over L, S, R 0, 1
+    magnets   4 n       front-left, back-left, back-right, front-right:          −1, 0, 1
+                        1 N, −1 S, nominal; 0 not set yet
+    direction 1         of the feed: 1 forward, −1 backward                      −1, 1
+    heading   2 n       sine and cosine of the heading, noise of 1°; 0 where the [−1, 1]
+                        camera does not see the component
+    position  2 n       centre, mouth of the tube at 0, x / chain length, noise  (−1, 1) *
+                        of 0.3 mm along x and y; 0 for unseen components
+    speed     1         of the feed in the last step, x / (0.6 m/s)              [−1, 1]
+    force     1         of the drive, mean over the last step, noise of 10 mN,   (−1, 1) *
+                        x / (0.1 N); negative pulls
+    ========= ========= ======================================================== =============
+
+    Entries marked * are squashed by ``x / (1 + |x|)``. Noise is normal, with these standard
+    deviations. Observations contain no velocities and none of the hidden draws.
+
+    **Reward**: the score at the end: 1 in the target, half the similarity to it otherwise, and 0 if
+    the time is over or the simulation broke down. ``reward="sparse"``: 1 in the target, else 0.
+    ``reward="relative"``: the score less b, that of a simple schedule. Each simulated second costs
+    0.02. Shaping: `magfold_env.envs.tasks.reward`.
+
+    **Info**: ``target``, ``word``, ``time`` [s], ``force`` [N], as measured; at the end also
+    ``status``, ``message``, ``energy`` [J], ``score``, ``baseline``, ``baseline_missing`` (true
+    unless the reward uses b) and ``is_success``.
 
     Parameters
     ----------
@@ -179,7 +300,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
         What `render` returns; ``human`` shows every step in a window by itself.
     **options
-        See `magfold_env.envs.tasks.feed_tasks.FeedOptions`.
+        See `magfold_env.envs.tasks.world.FeedOptions`.
 
     Raises
     ------
@@ -222,11 +343,6 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
         """The task of this episode."""
         return self.tasks[int(self._running().numbers[0])]
 
-    @property
-    def actions(self) -> Any:
-        """The form of actions."""
-        return self.world.actions
-
     def baseline_of(self, task: int) -> Baseline:
         """Return the baseline of a task, given by its number.
 
@@ -248,3 +364,46 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     @property
     def _baselines(self) -> TaskStore:
         return self.make_episodes.baselines(self.world)
+
+
+class FeedTrackEnv(CameraTrackEnv):
+    """Feed a given chain back and forth; subclasses define the goal.
+
+    Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.
+    """
+
+    metadata = {"render_modes": list(RENDER_MODES), "render_fps": 50}  # noqa: RUF012
+
+    @property
+    def history(self) -> tuple[float, ...]:
+        """The speeds of the feed so far [m/s]; with `to_scene` they replay the episode."""
+        episodes = cast("FeedEpisodes", self._running())
+        return tuple(episodes.driven[0, : int(episodes.steps[0])].tolist())
+
+    def to_scene(self) -> Scene:
+        """Return the concrete scene of the episode.
+
+        `replay` repeats the episode from it and `history`, bit for bit. Its feed speeds contain the
+        drawn factors.
+        """
+        return self._running().scene(0)
+
+
+def replay(scene: Scene, speeds: Sequence[float]) -> DynamicChains:
+    """Simulate `scene` with the given feed speeds [m/s] and return the chain, bit for bit.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene that `FeedTrackEnv.to_scene` returns.
+    speeds : sequence of float
+        The value of `FeedTrackEnv.history`.
+    """
+    chains, row = DynamicChains((scene,), 1, endless=True), np.array([0])
+    chains.begin(row, [np.random.default_rng()])
+    chains.drive_as(scene)
+    chains.load(row, np.array([[signs_of(faces) for faces in scene.sequence]]))
+    for speed in speeds:
+        if chains.arrays.status[0] == 0:
+            chains.push(row, np.array([speed]), INTERVAL)
+    return chains

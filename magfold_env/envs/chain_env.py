@@ -65,6 +65,11 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         return self.world.scene
 
     @property
+    def actions(self) -> Any:
+        """The form of actions: see `magfold_env.envs.spaces.actions`."""
+        return self.world.actions
+
+    @property
     def layout(self) -> Layout:
         """The slice of each group of entries in an observation."""
         return self.world.layout

@@ -19,16 +19,14 @@ from numpy.typing import NDArray
 
 from magfold_env.envs.baselines.baseline import Baseline, unknown_baseline
 from magfold_env.envs.chains.arrays import STATUSES, Bools, ChainArrays, Floats, Ints, write_words
-from magfold_env.envs.chains.draws import DrawnChains
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.chains.quasistatic import QuasistaticChains
 from magfold_env.envs.tasks.checks import given_for_each
-from magfold_env.envs.tasks.goals import Match, goal_of, judge
+from magfold_env.envs.tasks.goals import Goals
 from magfold_env.envs.tasks.reward import energy_potential
 from magfold_env.envs.tasks.world import World
 from magfold_env.scene import Scene
-from magfold_env.shapes import LETTERS
 from magfold_env.simulation.view import ChainState
 
 ObsType = TypeVar("ObsType")
@@ -41,21 +39,13 @@ Lines = list[tuple[str, str]]
 
 @dataclass(frozen=True)
 class EpisodesState:
-    """The complete state of episodes; see `Episodes.get_state`.
-
-    Attributes
-    ----------
-    rngs : list of dict
-        States of the random generators of future episodes.
-    chains : tuple
-        The chains.
-    arrays : dict
-        The other arrays of the episodes, by name.
-    """
+    """The complete state of episodes; see `Episodes.get_state`."""
 
     rngs: Sequence[Mapping[str, Any]]
+    """States of the random generators of future episodes."""
     chains: tuple[Any, ...]
     arrays: Mapping[str, Any]
+    """The other arrays of the episodes, by name."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return a compressed state: most of it is scratch space that consists of zeros."""
@@ -67,82 +57,6 @@ def _unpacked(content: bytes) -> EpisodesState:
     return EpisodesState(*pickle.loads(zlib.decompress(content)))
 
 
-class Goals:
-    """Goals of chains side by side.
-
-    Parameters
-    ----------
-    words : sequence of str
-        Possible targets, all of one length.
-    match : {"word", "outline"}
-        What counts as reaching a word; see `Goal`.
-    count : int
-        Number of chains.
-
-    Attributes
-    ----------
-    names : array of str, shape (m,)
-        The target words.
-    one_hot : array, shape (m, 3 (n − 1))
-        The same words as entries of an observation.
-    """
-
-    def __init__(self, words: Sequence[str], match: Match, count: int) -> None:
-        joints = len(words[0])
-        self._words, self._match = words, match
-        self._all_names = np.array(words, dtype=object)
-        letters = np.array([list(word) for word in words]).reshape(len(words), joints)
-        self._one_hots = (letters[:, :, None] == list(LETTERS)).reshape(len(words), -1)
-        self._counts = np.ones(count, dtype=np.int64)
-        self._angles = np.zeros((count, 1, joints))
-        self._folds = np.zeros((count, 1, joints + 1))
-        self._scratch = np.zeros((5, joints + 1))
-        self.names = np.full(count, None, dtype=object)
-        self.one_hot = np.zeros((count, 3 * joints), dtype=np.float32)
-
-    @property
-    def turns(self) -> Floats:
-        """Joint angles of the target words [rad], (m, n − 1)."""
-        return self._angles[:, 0]
-
-    def want(self, rows: Ints, numbers: Ints) -> None:
-        """Set the goals of some chains by the numbers of the words."""
-        self.names[rows] = self._all_names[numbers]
-        self.one_hot[rows] = self._one_hots[numbers]
-        for row, number in zip(rows.tolist(), numbers.tolist(), strict=True):
-            goal = goal_of(self._words[number], self._match)
-            count = len(goal.words)
-            if count > self._angles.shape[1]:
-                more = ((0, 0), (0, count - self._angles.shape[1]), (0, 0))
-                self._angles, self._folds = np.pad(self._angles, more), np.pad(self._folds, more)
-            self._counts[row] = count
-            self._angles[row, :count], self._folds[row, :count] = goal.angles, goal.headings
-
-    def judge(self, rows: Ints, status: Ints, angles: Floats) -> Floats:
-        """Return how close some chains are to their goals.
-
-        Parameters
-        ----------
-        rows : array of int
-            Which.
-        status : array of int, shape (m,)
-            How all chains ended, as numbers of `STATUSES`; other numbers are neither folded nor
-            failed.
-        angles : array, shape (m, n)
-            Headings of all chains [rad].
-
-        Returns
-        -------
-        array, shape (3, rows)
-            Those of a `Verdict`: the potential, the score, and 1 where it is reached, else 0.
-        """
-        out = np.empty((3, len(rows)))
-        headings = angles[rows]
-        joints = headings[:, 1:] - headings[:, :-1]
-        judge(rows, status, joints, self._counts, self._angles, self._folds, self._scratch, out)
-        return out
-
-
 class Episodes(Generic[ObsType]):
     """Chains, each in an episode of its own.
 
@@ -151,25 +65,8 @@ class Episodes(Generic[ObsType]):
     begin (`reset_rows`), the rewards (`step_rewards`, `end_rewards`) and the infos (`infos`,
     `final_infos`).
 
-    Parameters
-    ----------
-    world : World
-        What the episodes share.
-    count : int
-        How many.
-    threads : int
-        Number of threads that simulate.
-    frame_rate : float, optional
-        Frames recorded per simulated second [1/s], for a single chain.
-
-    Attributes
-    ----------
-    chains : DynamicChains or QuasistaticChains
-        The chains.
-    goals : Goals
-        The goals of the chains.
-    numbers : array of int, shape (m,)
-        Numbers of the targets, or tasks, of the episodes.
+    The arguments are what the episodes share, their number, the number of threads that simulate,
+    and the frames recorded per simulated second [1/s], for a single chain.
     """
 
     kept: tuple[str, ...] = ("numbers", "_potentials")
@@ -214,15 +111,16 @@ class Episodes(Generic[ObsType]):
         self, threads: int, frame_rate: float | None
     ) -> DynamicChains | QuasistaticChains:
         """Return the chains."""
-        return DynamicChains(DrawnChains((self.world.scene,), self.count, threads, frame_rate))
+        return DynamicChains((self.world.scene,), self.count, threads, frame_rate)
 
     def allocate(self) -> None:
         """Allocate the arrays of the episodes."""
         self.goals = Goals(self.world.words, self.world.match, self.count)
         self.numbers: Ints = np.zeros(self.count, dtype=np.int64)
+        """Numbers of the targets, or tasks, of the episodes, (m,)."""
         self.baseline: Floats = np.zeros(self.count)
         """Scores of the baselines, (m,); 0 if the reward uses none."""
-        self._flagged: Bools = np.zeros(self.count, dtype=np.bool_)
+        self._missing: Bools = np.zeros(self.count, dtype=np.bool_)
         self._potentials: Floats = np.zeros(self.count)
 
     def reset_rows(self, rows: Ints) -> None:
@@ -257,7 +155,7 @@ class Episodes(Generic[ObsType]):
             "score": score,
             "is_success": success == 1.0,
             "baseline": self.baseline[rows],
-            "baseline_flagged": self._flagged[rows],
+            "baseline_missing": self._missing[rows],
         }
 
     def action_masks(self, actions: Any) -> NDArray[np.bool_] | None:
@@ -297,7 +195,7 @@ class Episodes(Generic[ObsType]):
     def parse_reset_options(
         self, options: Mapping[str, Any], others: Sequence[str] = ()
     ) -> Sequence[int] | None:
-        """Return the targets or tasks that options of `reset` request, by number, for all episodes.
+        """Return the targets or tasks, by number, that options of `reset` request.
 
         `others` are further options that are allowed.
         """
@@ -306,17 +204,10 @@ class Episodes(Generic[ObsType]):
         return None if found is None else [self.world.number_of(each) for each in found]
 
     def begin(self, rows: Ints, given: Sequence[int] | None = None) -> None:
-        """Begin some episodes.
+        """Begin some episodes; `given` are the numbers of all episodes' targets or tasks, if any.
 
         Everything random is drawn here. The target or task is drawn first, even if it is given, so
         that a seed gives the same physics for every target.
-
-        Parameters
-        ----------
-        rows : array of int
-            Which.
-        given : sequence of int, optional
-            Numbers of the targets or tasks of all episodes; by default they are drawn.
         """
         for row in rows.tolist():
             if self.rngs[row] is None:
@@ -333,20 +224,9 @@ class Episodes(Generic[ObsType]):
             self._potentials[rows] = self.potential(rows)
 
     def step(self, rows: Ints, choice: Any) -> tuple[Floats, Columns]:
-        """Take a step in some episodes.
+        """Take a step in some episodes; `choice` has the form that `World.actions` returns.
 
-        Parameters
-        ----------
-        rows : array of int
-            Which.
-        choice : Any
-            Their actions, in the form that `World.actions` returns.
-
-        Returns
-        -------
-        rewards : array, shape (rows,)
-        ends : dict
-            `final_infos` of the episodes that have terminated, in ascending order.
+        Returns the rewards, (rows,), and `final_infos` of the episodes that have terminated.
         """
         if not len(rows):
             return np.zeros(0), {}
@@ -363,21 +243,10 @@ class Episodes(Generic[ObsType]):
     def play(
         self, seeds: Sequence[int], given: Sequence[int], choose: Callable[[Ints], Any]
     ) -> Columns:
-        """Play an episode to its end in each of the first rows.
+        """Play an episode to its end in each of the first rows; return `final_infos` of all.
 
-        Parameters
-        ----------
-        seeds : sequence of int
-            Seeds of the episodes, as for `reset` of a single environment; one per row.
-        given : sequence of int
-            Numbers of their targets or tasks.
-        choose : callable
-            Returns the actions of given rows, in the form that `World.actions` returns.
-
-        Returns
-        -------
-        dict
-            `final_infos` of all episodes.
+        Row k has the seed ``seeds[k]``, as for `reset` of a single environment, and the target or
+        task number ``given[k]``; `choose` returns the actions of some rows.
         """
         self.rngs[: len(seeds)] = [seeding.np_random(seed)[0] for seed in seeds]
         played = rows = self.rows[: len(seeds)]
@@ -441,16 +310,11 @@ class Episodes(Generic[ObsType]):
         """Return the complete state of the episodes.
 
         Later steps do not change the returned state, and it can be set any number of times.
-
-        Raises
-        ------
-        gymnasium.error.ResetNeeded
-            Before the first reset.
         """
         self.check_begun()
         rngs: list[Any] = [rng.bit_generator.state for rng in self.rngs]
         kept = {name: copy.deepcopy(getattr(self, name)) for name in self.kept}
-        return EpisodesState(rngs, self.chains.contents(), kept)
+        return EpisodesState(rngs, self.chains.get_state(), kept)
 
     def set_state(self, state: EpisodesState) -> None:
         """Restore a state of these episodes, or of others in a world made with the same options.
@@ -461,7 +325,7 @@ class Episodes(Generic[ObsType]):
             if self.rngs[row] is None:
                 self.rngs[row] = seeding.np_random(0)[0]
             self.rngs[row].bit_generator.state = own
-        self.chains.refill(state.chains)
+        self.chains.set_state(state.chains)
         for name, value in state.arrays.items():
             kept = getattr(self, name)
             kept[:] = copy.deepcopy(value)
@@ -473,16 +337,10 @@ class Episodes(Generic[ObsType]):
         self.goals.want(rows, self.numbers[rows])
         for row in rows.tolist():
             found = self.baseline_at(row)
-            self.baseline[row], self._flagged[row] = found.score, found.flagged
+            self.baseline[row], self._missing[row] = found.score, found.flagged
 
     def check_begun(self) -> None:
-        """Refuse episodes that have not begun.
-
-        Raises
-        ------
-        gymnasium.error.ResetNeeded
-            If there are any.
-        """
+        """Refuse episodes that have not begun."""
         if not self._all_begun:
             raise gymnasium.error.ResetNeeded("no episode has begun; call reset() first")
 

@@ -12,10 +12,9 @@ from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.quasistatic import QuasistaticChains
 from magfold_env.envs.episodes import Columns, Episodes, Lines
-from magfold_env.envs.spaces.actions import ActionTable, Choice, speeds_at
+from magfold_env.envs.spaces.actions import Choice, speeds_at
 from magfold_env.envs.spaces.observation import Singles, fill
-from magfold_env.envs.tasks.fold_task import FoldTask
-from magfold_env.envs.tasks.world import FoldOptions
+from magfold_env.envs.tasks.world import FoldOptions, FoldTask
 from magfold_env.scene import Scene
 
 ObsType = TypeVar("ObsType")
@@ -109,11 +108,6 @@ class FoldEnv(ChainEnv[ObsType]):
     def targets(self) -> tuple[str, ...]:
         """The words that `reset` draws from."""
         return self.task.words
-
-    @property
-    def actions(self) -> ActionTable:
-        """The form of actions."""
-        return self.task.actions
 
     @property
     def target(self) -> str:

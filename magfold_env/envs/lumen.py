@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from magfold_env.envs.feed_track import FeedTrackEnv
+from magfold_env.envs.camera_track import FeedTrackEnv
 from magfold_env.envs.unknown_floor import FloorEpisodes
 from magfold_env.envs.vector_env import ChainVectorEnv
 

@@ -6,12 +6,14 @@ from typing import Any
 import numpy as np
 
 from magfold_env.envs.baselines.three_speeds import ThreeSpeedStore
+from magfold_env.envs.camera_track import INTERVAL, STEEPEST, FeedEpisodes, FeedTrackEnv
 from magfold_env.envs.chains.arrays import FAILED, FOLDED, Bools, Floats, Ints
-from magfold_env.envs.episodes import Columns, Goals
-from magfold_env.envs.feed_track import INTERVAL, STEEPEST, FeedEpisodes, FeedTrackEnv
+from magfold_env.envs.episodes import Columns
 from magfold_env.envs.spaces.actions import SpeedTable
-from magfold_env.envs.spaces.observation import CameraLayout
-from magfold_env.envs.tasks.feed_tasks import FeedOptions, RefoldTask, TaskWorld
+from magfold_env.envs.spaces.observation import Layout
+from magfold_env.envs.tasks.feed_tasks import RefoldTask
+from magfold_env.envs.tasks.goals import Goals
+from magfold_env.envs.tasks.world import FeedOptions, TaskWorld
 from magfold_env.envs.vector_env import ChainVectorEnv
 
 HORIZON = 500
@@ -29,6 +31,8 @@ class ReprogramEpisodes(FeedEpisodes):
 
     task_kind = RefoldTask
     horizon = HORIZON
+    store = ThreeSpeedStore
+    protocol = (INTERVAL, HORIZON, STEEPEST, LASTING)
     kept = (*FeedEpisodes.kept, "stage", "_lasted")
 
     def allocate(self) -> None:
@@ -41,15 +45,10 @@ class ReprogramEpisodes(FeedEpisodes):
         self.goals = Goals(sum(words, ()), self.world.match, self.count)
 
     @classmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, CameraLayout]:
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, Layout]:
         """Return the form of actions and the layout of observations."""
         table, layout = super().spaces(world, options)
-        return table, replace(layout, after={**layout.after, "stage": 3})
-
-    @classmethod
-    def baselines(cls, world: TaskWorld) -> ThreeSpeedStore:
-        """Return the baselines that pushing, pulling and pushing set for the tasks of a world."""
-        return ThreeSpeedStore(cls, world, (INTERVAL, HORIZON, STEEPEST, LASTING))
+        return table, replace(layout, sizes={**layout.sizes, "stage": 3})
 
     def infos(self, rows: Ints) -> Columns:
         """Return the infos of some episodes, running or ended."""

@@ -17,10 +17,9 @@ from magfold_env.envs.spaces.actions import (
     TrayTable,
     scaled_speeds,
 )
-from magfold_env.envs.spaces.observation import CameraLayout
-from magfold_env.envs.tasks.feed_tasks import FeedOptions, Task, TaskWorld
-from magfold_env.envs.tasks.fold_task import feedable
-from magfold_env.envs.tasks.tray_tasks import TrayTask
+from magfold_env.envs.spaces.observation import Layout, camera_layout
+from magfold_env.envs.tasks.feed_tasks import Task, TrayTask
+from magfold_env.envs.tasks.world import FeedOptions, TaskWorld, feedable
 from magfold_env.envs.vector_env import ChainVectorEnv
 
 LATE = 10.0
@@ -38,9 +37,6 @@ WEAKNESS = 0.3
 SPREAD = 0.15
 """Largest relative deviation of the strength of a magnet."""
 
-PROTOCOL = (LATE, DEAD, WEAK, WEAKNESS, SPREAD)
-"""Further values that baselines depend on."""
-
 _TURNS = np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])  # cosines and sines
 
 
@@ -48,6 +44,8 @@ class TrayEpisodes(CameraEpisodes):
     """Episodes in which components are taken from trays and put back."""
 
     task_kind: ClassVar[type[Task]] = TrayTask
+    store = TrayStore
+    protocol: ClassVar[tuple[float, ...]] = (LATE, DEAD, WEAK, WEAKNESS, SPREAD)
     shown = 1
     has_true_strengths = False
     kept = (*CameraEpisodes.kept, "strengths", "places", "lies", "returned")
@@ -68,7 +66,7 @@ class TrayEpisodes(CameraEpisodes):
         """How often each component was drawn back, (m, parts)."""
 
     @classmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, CameraLayout]:
+    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, Layout]:
         """Return the form of actions and the layout of observations."""
         scene = feedable(world.scene, "component")
         n, sizes = scene.n, sorted({len(task.tray) for task in world.tasks})
@@ -84,13 +82,8 @@ class TrayEpisodes(CameraEpisodes):
             "magnets": 4 * n,
             "direction": 1,
         }
-        layout = CameraLayout(n, scene.casing.side, before, {"speed": 1, "force": 1, "time": 1})
+        layout = camera_layout(n, scene.casing.side, before, {"speed": 1, "force": 1, "time": 1})
         return TrayTable(parts, options.get("speeds", 5), kind), layout
-
-    @classmethod
-    def baselines(cls, world: TaskWorld) -> TrayStore:
-        """Return the baselines that the minimiser's chains set for the tasks of a world."""
-        return TrayStore(cls, world, PROTOCOL)
 
     @property
     def late(self) -> float:
@@ -212,45 +205,27 @@ class TrayEnv(CameraTrackEnv):
     component is fed. `action_masks` excludes both cases. ``actions="discrete"`` is the same as one
     number.
 
-    **Observation**: a flat ``Box(−1, 1)`` of ``12 n + 1 + 9 parts`` entries; of the chain component
-    1 first, of the tray in its order.
+    **Observation**: ``12 n + 1 + 9 parts`` entries; of the tray in its order: ``target``, then
 
-    ========= ========= ======================================================== =============
-    group     entries   meaning and unit                                         range
-    ========= ========= ======================================================== =============
-    target    3 (n − 1) letter of each joint of the target, one-hot over L, S, R 0, 1
-    tray      4 parts   front-left, back-left, back-right, front-right of        −1, 1
-                        each component before it is turned: 1 N, −1 S, nominal
-    place     parts     its place in the order of feed, from 1 / n; 0 on the     [0, 1]
-                        tray
-    lie       3 parts   1 with one side up, −1 with the other, cosine and sine   −1, 0, 1
-                        of its turn; 0 on the tray
-    returned  parts     how often it was drawn back, x / (1 + x)                 [0, 1)
-    magnets   4 n       of the chain's components, nominal; 0 not set yet        −1, 0, 1
-    direction 1         of the feed: 1 forward, −1 backward                      −1, 1
-    seen      n         1 if the camera sees a component: it has left the tube   0, 1
-                        and its centre is outside
-    heading   2 n       sine and cosine of the heading, noise of 1°              [−1, 1]
-    position  2 n       centre, mouth of the tube at 0, x / chain length, noise  (−1, 1) *
-                        of 0.3 mm along x and y
-    speed     1         of the feed in the last step, x / (0.6 m/s)              [−1, 1]
-    force     1         of the drive, mean over the last step, noise of 10 mN,   (−1, 1) *
-                        x / (0.1 N); negative pulls
-    time      1         x / (10 s)                                               [0, 1]
-    ========= ========= ======================================================== =============
+    ======== ======= ================================================================== ========
+    group    entries meaning and unit                                                   range
+    ======== ======= ================================================================== ========
+    tray     4 parts front-left, back-left, back-right, front-right of each component   −1, 1
+                     before it is turned: 1 N, −1 S, nominal
+    place    parts   its place in the order of feed, from 1 / n; 0 on the tray          [0, 1]
+    lie      3 parts 1 with one side up, −1 with the other, cosine and sine of its      −1, 0, 1
+                     turn; 0 on the tray
+    returned parts   how often it was drawn back, x / (1 + x)                           [0, 1)
+    seen     n       1 if the camera sees a component: it has left the tube and its     0, 1
+                     centre is outside
+    time     1       x / (10 s)                                                         [0, 1]
+    ======== ======= ================================================================== ========
 
-    Entries marked * are squashed by ``x / (1 + |x|)``. Noise is normal, with these standard
-    deviations. Observations contain no velocities and none of the hidden draws.
+    with ``magnets`` and ``direction`` before ``seen``, ``heading`` and ``position`` after it, and
+    ``speed`` and ``force`` before ``time``; see `magfold_env.envs.camera_track.CameraTrackEnv`.
 
-    **Reward**: the score at the end: 1 in the target, half the similarity to it otherwise, and 0 if
-    the time is over or the simulation broke down. ``reward="sparse"``: 1 in the target, else 0.
-    ``reward="relative"``: the score less b, the score of the minimiser's chain from the tray at its
-    best constant speed (`magfold_env.envs.baselines.tray_order`). Each simulated second costs 0.02.
-    Shaping: `magfold_env.envs.tasks.reward`.
-
-    **Info**: ``target``, ``word``, ``time`` [s], ``force`` [N], as measured; at the end also
-    ``status``, ``message``, ``energy`` [J], ``score``, ``baseline``, ``baseline_flagged`` (true
-    unless the reward uses b) and ``is_success``.
+    **Reward** and **info** are those of that class; b is the score of the minimiser's chain from
+    the tray at its best constant speed (`magfold_env.envs.baselines.tray_order`).
 
     Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`. The scene needs
     ``feed.loading`` ``at_mouth``.

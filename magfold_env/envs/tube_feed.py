@@ -49,7 +49,7 @@ class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
     **Reward**: ``score − b(target)`` at the end; options, shaping: `magfold_env.envs.tasks.reward`.
 
     **Info**: ``target``, ``word``, ``step``; at the end also ``status``, ``message``, ``energy``
-    [J] (NaN if the simulation failed), ``score``, ``baseline``, ``baseline_flagged`` (true if no
+    [J] (NaN if the simulation failed), ``score``, ``baseline``, ``baseline_missing`` (true if no
     design is known and b is 0) and ``is_success``.
 
     Arguments are those of `magfold_env.envs.fold_env.FoldEnv`. The scene needs ``feed.loading``

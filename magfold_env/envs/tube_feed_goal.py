@@ -1,6 +1,5 @@
 """``MagFold/TubeFeedGoal-v0``: tube feed for goal-conditioned learners (hindsight replay)."""
 
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Unpack
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from magfold_env.envs.chains.arrays import FOLDED, MISFOLDED, Floats, Ints
 from magfold_env.envs.episodes import Columns
 from magfold_env.envs.fold_env import FoldEnv, FoldEpisodes
+from magfold_env.envs.spaces.observation import chain_layout
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE, Match
 from magfold_env.envs.tasks.world import ChainOptions, FoldOptions
 from magfold_env.envs.vector_env import ChainVectorEnv
@@ -32,8 +32,10 @@ class GoalEpisodes(FoldEpisodes):
 
     def _goals(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the achieved and the desired goals, (m, n) each."""
-        status = self.arrays.status
-        achieved = achieved_goals(self.arrays.angles, (status == FOLDED) | (status == MISFOLDED))
+        status, joints = self.arrays.status, np.diff(self.arrays.angles)
+        achieved = np.empty((self.count, self.n), dtype=np.float32)
+        achieved[:, :-1] = np.arctan2(np.sin(joints), np.cos(joints))
+        achieved[:, -1] = (status == FOLDED) | (status == MISFOLDED)
         wanted = np.ones_like(achieved)
         wanted[:, :-1] = self.goals.turns
         return achieved, wanted
@@ -80,7 +82,7 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
             if key in options:
                 raise ValueError(f"{key}: must be left out, rewards are -1 and 0")
         super().__init__(scene, render_mode=render_mode, reward="sparse", baseline=None, **options)
-        self.world.layout = replace(self.world.layout, words=())
+        self.world.layout = chain_layout(self.scene.n, self.scene.casing.side, words=())
         joints = self.scene.n - 1
         low = np.array([-np.pi] * joints + [0.0], dtype=np.float32)
         high = np.array([np.pi] * joints + [1.0], dtype=np.float32)
@@ -141,23 +143,6 @@ def compute_reward(
         alike |= np.reshape(same, alike.shape)
     reward = np.where(alike & (achieved[..., -1] >= desired[..., -1]), 0.0, -1.0)
     return reward if reward.ndim else float(reward)
-
-
-def achieved_goals(angles: NDArray[np.float64], settled: Any) -> NDArray[np.float32]:
-    """Return the achieved goals: joint angles from −π to π, then 1 for a settled chain.
-
-    Parameters
-    ----------
-    angles : array, shape (n,) or (m, n)
-        Headings [rad].
-    settled : bool or array of bool, shape (m,)
-        Which are at rest.
-    """
-    out = np.empty(angles.shape, dtype=np.float32)
-    joints = np.diff(angles)
-    out[..., :-1] = np.arctan2(np.sin(joints), np.cos(joints))
-    out[..., -1] = settled
-    return out
 
 
 def _same_outline(one: NDArray[Any], other: NDArray[Any]) -> bool:

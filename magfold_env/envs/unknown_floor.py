@@ -3,8 +3,7 @@
 from typing import Any
 
 from magfold_env.envs.baselines.constant_speed import ConstantSpeedStore
-from magfold_env.envs.feed_track import INTERVAL, STEEPEST, FeedEpisodes, FeedTrackEnv
-from magfold_env.envs.tasks.feed_tasks import TaskWorld
+from magfold_env.envs.camera_track import INTERVAL, STEEPEST, FeedEpisodes, FeedTrackEnv
 from magfold_env.envs.vector_env import ChainVectorEnv
 
 HORIZON = 250
@@ -15,11 +14,8 @@ class FloorEpisodes(FeedEpisodes):
     """Episodes with one target fold."""
 
     horizon = HORIZON
-
-    @classmethod
-    def baselines(cls, world: TaskWorld) -> ConstantSpeedStore:
-        """Return the baselines that constant speeds set for the tasks of a world."""
-        return ConstantSpeedStore(cls, world, (INTERVAL, HORIZON, STEEPEST))
+    store = ConstantSpeedStore
+    protocol = (INTERVAL, HORIZON, STEEPEST)
 
 
 class UnknownFloorEnv(FeedTrackEnv):
@@ -41,42 +37,22 @@ class UnknownFloorEnv(FeedTrackEnv):
     back, and the feed stands still below 0.025 m/s. The drive changes its speed by at most 0.2 m/s
     a step. `magfold_env.envs.spaces.actions.SpeedTable` lists the other forms.
 
-    **Observation**: a flat ``Box(−1, 1)`` of ``12 n + 2`` entries, component 1 first. Frames are
-    not stacked.
+    **Observation**: ``12 n + 2`` entries: ``target``, ``magnets`` and ``direction``, then
 
-    ========= ========= ======================================================== =============
-    group     entries   meaning and unit                                         range
-    ========= ========= ======================================================== =============
-    target    3 (n − 1) letter of each joint of the target, one-hot over L, S, R 0, 1
-    magnets   4 n       front-left, back-left, back-right, front-right:          −1, 0, 1
-                        1 N, −1 S, nominal
-    direction 1         of the feed: 1 forward, −1 backward                      −1, 1
-    seen      n         1 if the camera sees a component: it is not held and its 0, 1
-                        centre is outside the tube. 20 ms old, as are the next
-                        two groups, which are 0 for unseen components
-    heading   2 n       sine and cosine of the heading, noise of 1°              [−1, 1]
-    position  2 n       centre, mouth of the tube at 0, x / chain length, noise  (−1, 1) *
-                        of 0.3 mm along x and y
-    advance   1         position of the feed, x / chain length; 1 with all       [0, 1]
-                        components out
-    speed     1         commanded in the last step, x / (0.6 m/s)                [−1, 1]
-    force     1         of the drive, mean over the last step, noise of 10 mN,   (−1, 1) *
-                        x / (0.1 N); negative pulls
-    time      1         x / (5 s)                                                [0, 1]
-    ========= ========= ======================================================== =============
+    ======= ======= ======================================================================= ======
+    group   entries meaning and unit                                                        range
+    ======= ======= ======================================================================= ======
+    seen    n       1 if the camera sees a component: it is not held and its centre is      0, 1
+                    outside the tube. 20 ms old, as are the next two groups
+    advance 1       position of the feed, x / chain length; 1 with all components out       [0, 1]
+    time    1       x / (5 s)                                                               [0, 1]
+    ======= ======= ======================================================================= ======
 
-    Entries marked * are squashed by ``x / (1 + |x|)``. Noise is normal, with these standard
-    deviations. Observations contain no velocities and none of the hidden draws.
+    with ``heading`` and ``position`` after ``seen``, and ``speed``, as commanded, and ``force``
+    after ``advance``; see `magfold_env.envs.camera_track.CameraTrackEnv`.
 
-    **Reward**: the score at the end: 1 in the target, half the similarity to it otherwise, and 0 if
-    the time is over or the simulation broke down. ``reward="sparse"``: 1 in the target, else 0.
-    ``reward="relative"``: the score less b, the score of the best constant speed
-    (`magfold_env.envs.baselines.constant_speed`). Each step costs its share of 0.02 a second.
-    Shaping: `magfold_env.envs.tasks.reward`.
-
-    **Info**: ``target``, ``word``, ``time`` [s], ``force`` [N], as measured; at the end also
-    ``status``, ``message``, ``energy`` [J], ``score``, ``baseline``, ``baseline_flagged`` (true
-    unless the reward uses b) and ``is_success``.
+    **Reward** and **info** are those of that class; b is the score of the best constant speed
+    (`magfold_env.envs.baselines.constant_speed`).
 
     Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.
     """

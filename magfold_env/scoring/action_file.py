@@ -41,13 +41,7 @@ class ActionFile(Part):
 
 
 def read(path: str | Path) -> ActionFile:
-    """Read actions.
-
-    Raises
-    ------
-    ValueError
-        If something in the file is not allowed.
-    """
+    """Read actions."""
     with reading_json(path, "a file of actions", FORMAT) as data:
         content = data
     try:
@@ -57,13 +51,7 @@ def read(path: str | Path) -> ActionFile:
 
 
 def check(entry: ActionFile, space: Space[Any]) -> None:
-    """Refuse actions that are not in a space of one number.
-
-    Raises
-    ------
-    SceneError
-        If there are any.
-    """
+    """Refuse actions that are not in a space of one number."""
     if isinstance(space, spaces.Discrete):
         last = int(space.n) - 1
         allowed = f"must be a whole number from 0 to {last}"

@@ -1,5 +1,6 @@
 """The networks that act, without torch: layers of numbers in the form of Stable-Baselines3."""
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Self
 
@@ -20,15 +21,7 @@ State = list[tuple[Singles, Singles]]
 class Actor:
     """A policy that takes its most probable actions.
 
-    Parameters
-    ----------
-    file : PolicyFile
-        The policy that was read.
-
-    Raises
-    ------
-    ValueError
-        If its network is of an unsupported kind, or its weights do not fit.
+    A file with a network of an unsupported kind, or weights that do not fit, is refused.
     """
 
     def __init__(self, file: PolicyFile) -> None:
@@ -37,43 +30,32 @@ class Actor:
         self.settings = settings
         self.observation_space = shown_space(settings, settings.observations.space())
         self.action_space = settings.actions.space()
-        shapes: dict[str, tuple[int, ...]] = {}
-        names, memory = _layers(settings), settings.lstm
-        width = settings.frames * settings.observations.size
-        kept = range(memory.layers if memory else 0)
+
+        def layer(weight: str, bias: str, before: int, after: int) -> tuple[Singles, Singles]:
+            """Return the weights and biases of a layer with these names and widths."""
+            found = file.weights({weight: (after, before), bias: (after,)})
+            return found[weight].T, found[bias]
+
+        width, memory = settings.frames * settings.observations.size, settings.lstm
+        self._memory: list[list[tuple[Singles, Singles]]] = []
         if memory is not None:
-            for k in kept:
-                for name, before in ("ih", width), ("hh", memory.hidden):
-                    shapes[f"lstm_actor.weight_{name}_l{k}"] = (4 * memory.hidden, before)
-                    shapes[f"lstm_actor.bias_{name}_l{k}"] = (4 * memory.hidden,)
+            for k in range(memory.layers):
+                weight, bias = (f"lstm_actor.{each}_{{}}_l{k}" for each in ("weight", "bias"))
+                gates = [
+                    layer(weight.format(name), bias.format(name), before, 4 * memory.hidden)
+                    for name, before in (("ih", width), ("hh", memory.hidden))
+                ]
+                self._memory.append(gates)
                 width = memory.hidden
-        sizes = (width, *settings.actor)
-        for name, before, after in zip(
-            names, sizes, (*sizes[1:], settings.actions.size), strict=True
-        ):
-            shapes |= {f"{name}.weight": (after, before), f"{name}.bias": (after,)}
-        weights = file.weights(shapes)
-        self._layers = [(weights[f"{name}.weight"].T, weights[f"{name}.bias"]) for name in names]
-        self._memory = [
-            [
-                (
-                    weights[f"lstm_actor.weight_{name}_l{k}"].T,
-                    weights[f"lstm_actor.bias_{name}_l{k}"],
-                )
-                for name in ("ih", "hh")
-            ]
-            for k in kept
+        sizes = (width, *settings.actor, settings.actions.size)
+        self._layers = [
+            layer(f"{name}.weight", f"{name}.bias", *widths)
+            for name, widths in zip(_layers(settings), pairwise(sizes), strict=True)
         ]
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
-        """Read a policy.
-
-        Raises
-        ------
-        ValueError
-            As above, or if the file is damaged.
-        """
+        """Read a policy."""
         file = policy_file.read(path)
         try:
             return cls(file)
@@ -89,13 +71,7 @@ class Actor:
         episode_start: NDArray[np.bool_] | None = None,
         deterministic: bool = True,
     ) -> tuple[NDArray[Any], State | None]:
-        """Return the actions for many observations, and the recurrent states of their episodes.
-
-        Raises
-        ------
-        ValueError
-            If the numbers become too large.
-        """
+        """Return the actions for many observations, and the recurrent states of their episodes."""
         entries: Singles = observation.reshape(len(observation), -1).astype(np.float32)
         *hidden, (weight, bias) = self._layers
         with np.errstate(over="ignore", invalid="ignore"):

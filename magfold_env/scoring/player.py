@@ -24,20 +24,13 @@ class Player:
     Parameters
     ----------
     policy : magfold_env.scoring.network.Actor, or a policy of Stable-Baselines3
-        What chooses the actions; masks those of it that it can, as sb3-contrib's ``MaskablePPO``.
+        What chooses the actions; sb3-contrib's ``MaskablePPO`` gets the masks of `env`.
     shown : Shown
         The form of observations for the policy.
     env : magfold_env.envs.chain_env.ChainEnv
-        A single environment like the played ones.
-    count : int
-        Number of episodes.
+        A single environment like the played ones; one with other spaces is refused.
     sampled : bool
         Whether actions are drawn as in training; otherwise the most probable ones are taken.
-
-    Raises
-    ------
-    ValueError
-        If the environment has other observations or actions.
     """
 
     def __init__(
@@ -105,23 +98,10 @@ def play(
     seeds: Sequence[int],
     plan_of: Callable[[slice], Plan],
 ) -> Iterator[Columns]:
-    """Play episodes to their ends, in parts that fit into the given episodes.
+    """Play episodes to their ends, in parts that fit into `episodes`, which are reused.
 
-    Parameters
-    ----------
-    episodes : Episodes
-        Episodes to reuse for each part.
-    numbers : sequence of int
-        Numbers of their targets or tasks.
-    seeds : sequence of int
-        Seeds of their draws, as for `reset` of a single environment.
-    plan_of : callable
-        Returns the plan of a part, with one row per episode.
-
-    Yields
-    ------
-    dict
-        The results of a part, as returned by `Episodes.play`.
+    `numbers` and `seeds` are those of `Episodes.play`, whose results are yielded for each part, and
+    `plan_of` returns the plan of a part, with one row per episode.
     """
     for start in range(0, len(seeds), episodes.count):
         part = slice(start, start + episodes.count)

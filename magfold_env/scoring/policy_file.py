@@ -223,13 +223,7 @@ class PolicyFile:
     """The weights by name: ``dtype``, ``shape`` and ``data`` of each."""
 
     def weights(self, shapes: Mapping[str, Sequence[int]]) -> dict[str, NDArray[np.float32]]:
-        """Return the weights of these names.
-
-        Raises
-        ------
-        ValueError
-            If one is missing, has a different shape, or contains numbers that are not finite.
-        """
+        """Return the weights of these names and shapes, which must be finite."""
         found: dict[str, NDArray[np.float32]] = {}
         for name, each in shapes.items():
             shape, tensor = list(each), self.tensors.get(name, {})
@@ -257,13 +251,7 @@ def write(
 
 
 def is_zip(path: Path) -> bool:
-    """Return whether a file is a zip file, like models of Stable-Baselines3.
-
-    Raises
-    ------
-    ValueError
-        If there is no such file.
-    """
+    """Return whether a file, which must exist, is a zip file, like models of Stable-Baselines3."""
     if not path.is_file():
         raise ValueError(f"{path}: no such file; must be a policy (.safetensors)")
     with path.open("rb") as file:

@@ -36,11 +36,6 @@ def track_of(env_id: str, seed: int) -> Track:
 
     ``track_of(env_id, seed).draws(0, 1000)`` returns the numbers of the tasks and the seeds with
     which ``env.reset(seed=…, options={"task": …})`` begins the same episodes.
-
-    Raises
-    ------
-    ValueError
-        If there is no such track.
     """
     return Track(env_id, stream=f"score {seed}")
 

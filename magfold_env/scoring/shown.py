@@ -42,16 +42,7 @@ def shown_space(shown: Shown, space: Space[Any]) -> Space[Any]:
 class View:
     """The observations of many environments in the form for networks.
 
-    Parameters
-    ----------
-    shown : Shown
-        The form of observations.
-    layout : Layout or None
-        Layout of the observations, needed only to remove motion.
-    space : gymnasium.Space
-        Space of one observation.
-    count : int
-        Number of environments.
+    `space` is that of one observation; its `layout` is needed only to remove motion.
     """
 
     def __init__(self, shown: Shown, layout: Layout | None, space: Space[Any], count: int) -> None:

@@ -16,7 +16,7 @@ from gymnasium import Space, spaces
 from magfold_env.envs.camera_track import CameraTrackEnv
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.feed_tasks import TaskWorld
+from magfold_env.envs.tasks.world import TaskWorld
 
 FEED_TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0")
 """Environments with given chains, where only the feed speed is free."""
@@ -44,13 +44,7 @@ def choice_of_tasks(available: int, wanted: int) -> list[int]:
 
 @dataclass(frozen=True)
 class Track:
-    """An environment, its played tasks, and their draws.
-
-    Raises
-    ------
-    ValueError
-        If it is not one of `TRACKS`.
-    """
+    """An environment, its played tasks, and their draws."""
 
     env_id: str
     """Its name with Gymnasium."""

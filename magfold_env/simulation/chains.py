@@ -15,9 +15,9 @@ from magfold_env.engine.state import Array, IntArray, Model, State, Work
 from magfold_env.engine.stepping import paper_scheme, runs
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.fold import Trajectory
+from magfold_env.simulation.batched_arrays import BatchedArrays
 from magfold_env.simulation.frames import Frames
 from magfold_env.simulation.pack import Numbers
-from magfold_env.simulation.stack import Stack
 from magfold_env.simulation.view import Orientation
 from magfold_env.simulation.work_queue import WorkQueue
 
@@ -57,9 +57,9 @@ class Chains:
         self.queue = WorkQueue(threads)
         states = [new_state(model, np.zeros(model.n)) for model in models]
         works = [new_work(model) for model in models]
-        self._models: Stack[Model] = Stack(models, count, OWN)
-        self._states: Stack[State] = Stack(states, count)
-        self._works: Stack[Work] = Stack(works, count)
+        self._models: BatchedArrays[Model] = BatchedArrays(models, count, OWN)
+        self._states: BatchedArrays[State] = BatchedArrays(states, count)
+        self._works: BatchedArrays[Work] = BatchedArrays(works, count)
         references = self._models.references, self._states.references, self._works.references
         self._references: tuple[Any, Any, Any] = references
         self._frame_rate = frame_rate if count == 1 else None
@@ -121,8 +121,8 @@ class Chains:
 
     def clear(self, rows: IntArray, kind: int = 0) -> None:
         """Set the model of some chains and put them into the tube; see `start`."""
-        for stack in (self._models, self._states, self._works):
-            stack.restore(rows, kind)
+        for arrays in (self._models, self._states, self._works):
+            arrays.restore(rows, kind)
         self.kind[rows] = kind
         self.outcomes[rows] = REACHED
 
@@ -236,19 +236,20 @@ class Chains:
         """Return the frames of a single chain, or None if nothing is recorded."""
         return self.frames.trajectory(view)
 
-    def contents(self) -> tuple[Any, ...]:
+    def get_state(self) -> tuple[Any, ...]:
         """Return the complete state of the chains, except for their draws."""
-        stacks = (self._models, self._states, self._works)
-        return (*(stack.contents() for stack in stacks), self.outcomes.copy(), self.energies.copy())
+        batched = (self._models, self._states, self._works)
+        blocks = (arrays.get_state() for arrays in batched)
+        return (*blocks, self.outcomes.copy(), self.energies.copy())
 
-    def refill(self, contents: tuple[Any, ...]) -> None:
-        """Restore a state that `contents` returned; the draws must be set. Nothing is recorded.
+    def set_state(self, state: tuple[Any, ...]) -> None:
+        """Restore a state that `get_state` returned; the draws must be set. Nothing is recorded.
 
         A chain that continues from here has no earlier frames.
         """
-        *blocks, self.outcomes[:], self.energies[:] = contents
-        for stack, block in zip((self._models, self._states, self._works), blocks, strict=True):
-            stack.refill(block)
+        *blocks, self.outcomes[:], self.energies[:] = state
+        for arrays, block in zip((self._models, self._states, self._works), blocks, strict=True):
+            arrays.set_state(block)
         if self._frame_rate is not None:
             self.counters[:, at.FRAMES] = 0
             self.frames = Frames(self.models[0], self.state, None)

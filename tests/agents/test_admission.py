@@ -37,9 +37,9 @@ from agents.open_loops.search import Field, halving, rounds
 from agents.training import mending, open_loops, redoings
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.legs import Leg
+from magfold_env.envs.camera_track import INTERVAL
 from magfold_env.envs.chains.arrays import Floats, Ints
-from magfold_env.envs.chains.draws import REFERENCE_SPEED
-from magfold_env.envs.feed_track import INTERVAL
+from magfold_env.envs.chains.dynamic import REFERENCE_SPEED
 from magfold_env.envs.spaces.actions import DEAD_BAND, FACES, FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.minimiser import minimise
@@ -242,7 +242,7 @@ def test_copies_have_the_physics_of_their_episode_and_other_starts(env_id: str) 
         kept = {"start_offsets": scene.start_offsets, "sequence": scene.sequence}
         same = {**kept, "feed": {"speed": scene.feed.speed}}
         assert [each.replace(**same) for each in drawn] == [scene] * 3
-        np.testing.assert_array_equal(again.chains.drawn.factors[0] * REFERENCE_SPEED, scene.speeds)
+        np.testing.assert_array_equal(again.chains.factors[0] * REFERENCE_SPEED, scene.speeds)
         if env_id in TRAYS:
             arena.drawn(episode)
             env: Any = arena.env

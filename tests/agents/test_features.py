@@ -9,7 +9,7 @@ from agents.training import policy_files
 from agents.training.envs import make_training_envs
 from agents.training.features import FromTheMouth
 from agents.training.models import make_model
-from magfold_env.envs.spaces.observation import ObservationLayout
+from magfold_env.envs.spaces.observation import chain_layout
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
 from magfold_env.envs.wrappers.mouth_order import WIDTHS
@@ -17,7 +17,7 @@ from magfold_env.scene import load_scene, save_scene
 from tests.agents.training import LEARNERS, tiny
 
 N = 5
-LAYOUT = ObservationLayout(N, side=1.0)
+LAYOUT = chain_layout(N, side=1.0)
 
 
 def numbered(step: int, backward: bool) -> np.ndarray:

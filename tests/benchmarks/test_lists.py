@@ -4,8 +4,14 @@ import pytest
 
 from magfold_bench.lists.feed_tasks import find_two_folds
 from magfold_bench.lists.tasks import LISTS, text_of
-from magfold_env.envs.tasks.feed_tasks import FeedTask, RefoldTask, Task, read_tasks
-from magfold_env.envs.tasks.tray_tasks import AnchorTask, TrayTask
+from magfold_env.envs.tasks.feed_tasks import (
+    AnchorTask,
+    FeedTask,
+    RefoldTask,
+    Task,
+    TrayTask,
+    read_tasks,
+)
 from magfold_env.files import configs_dir
 
 KINDS: dict[str, type[Task]] = {

@@ -30,6 +30,11 @@ def play(env: Any, seed: int | None, options: Any = None) -> list[Any]:
     return said
 
 
+def group(env: Any, observation: Any, name: str) -> Any:
+    """Return a group of entries of an observation."""
+    return observation[env.layout.slices[name]]
+
+
 def made(env_id: str, options: dict[str, Any]) -> Any:
     """Return an environment without wrappers."""
     return gymnasium.make(env_id, **options).unwrapped

@@ -10,8 +10,8 @@ from magfold_env.envs.baselines import baseline, tray_order
 from magfold_env.envs.camera_track import FORCE_NOISE, TIME_COST
 from magfold_env.envs.spaces.actions import FACES
 from magfold_env.envs.tray import LATE
-from magfold_env.scene import SceneError
 from magfold_env.scoring.shown import blind
+from tests.envs.contract import group
 
 TASK: dict[str, Any] = {
     "tray": ("SNSN", "NNSS", "NSSN", "NSNN", "SNNS", "NSNS", "SSNN", "SNNS", "SSSN"),
@@ -27,33 +27,23 @@ FAST, SLOW = 0.6, 0.03
 ROW = np.array([0])
 
 
-def chains_of(env: AnchorEnv) -> Any:
-    """Return the episode."""
-    return env.episodes
-
-
-def made(**changes: Any) -> AnchorEnv:
+def made(**changes: Any) -> Any:
     """Return an environment of one task in which nothing is drawn, begun."""
     env = AnchorEnv(tasks=[TASK | changes], randomisation="none")
     env.reset(seed=0)
     return env
 
 
-def folded(**changes: Any) -> AnchorEnv:
+def folded(**changes: Any) -> Any:
     """Return one whose chain is whole and has folded into the target."""
     env = made(**changes)
     for part, lie in CHAIN if env.task.direction == "forward" else CHAIN[::-1]:
         env.step(env.actions.encode(part, lie, 0.1))
-    assert chains_of(env).turned(ROW).all()
+    assert env.episodes.turned(ROW).all()
     return env
 
 
-def group(env: AnchorEnv, observation: Any, name: str) -> Any:
-    """Return a group of an observation."""
-    return observation[env.layout.slices[name]]
-
-
-def feed(env: AnchorEnv, speed: float = FAST) -> tuple[Any, ...]:
+def feed(env: Any, speed: float = FAST) -> tuple[Any, ...]:
     """Feed the next component, or leave the chain."""
     return env.step(env.actions.encode(0, 0, speed))
 
@@ -69,23 +59,23 @@ def test_the_tube_keeps_the_last_component_which_can_be_drawn_back_and_fed_again
     env = made()
     for _ in range(6):
         feed(env, SLOW)
-    chains, arrays = chains_of(env).chains, chains_of(env).arrays
+    chains, arrays = env.episodes.chains, env.episodes.arrays
     pitch = env.scene.casing.diagonal
-    outer = chains.drawn.chains.q[0, 6]
+    outer = chains.engine.q[0, 6]
     assert arrays.fed[0] == 6
     assert arrays.released[0].sum() == 5
     assert outer == pytest.approx(OUT * pitch)
-    assert (chains.drawn.chains.charge[0] != 0).all()
-    began = chains_of(env).times(ROW)[0]
+    assert (chains.engine.charge[0] != 0).all()
+    began = env.episodes.times(ROW)[0]
     observation, *_ = env.step(env.actions.encode(0, 0, SLOW, back=True))
-    assert chains_of(env).times(ROW)[0] - began == pytest.approx(OUT * pitch / SLOW)
+    assert env.episodes.times(ROW)[0] - began == pytest.approx(OUT * pitch / SLOW)
     assert arrays.fed[0] == arrays.released[0].sum() == 5
     assert (group(env, observation, "place") > 0).sum() == 5
-    assert (chains.drawn.chains.charge[0] != 0).all(axis=1).sum() == 5
-    began = chains_of(env).times(ROW)[0]
+    assert (chains.engine.charge[0] != 0).all(axis=1).sum() == 5
+    began = env.episodes.times(ROW)[0]
     feed(env, SLOW)
-    assert chains_of(env).times(ROW)[0] - began == pytest.approx(OUT * pitch / SLOW + SETTLING)
-    assert chains.drawn.chains.q[0, 6] == pytest.approx(outer)
+    assert env.episodes.times(ROW)[0] - began == pytest.approx(OUT * pitch / SLOW + SETTLING)
+    assert chains.engine.q[0, 6] == pytest.approx(outer)
 
 
 @pytest.mark.parametrize("direction", ["forward", "backward"])
@@ -94,7 +84,7 @@ def test_a_fold_bears_what_it_bears_by_test_and_when_it_is_left(direction: str) 
     for pull in (0.02, 3.0):
         env = folded(direction=direction, pull=pull)
         observation, *_ = env.step(env.actions.pull)
-        borne.append(chains_of(env)._force[0])
+        borne.append(env.episodes._force[0])
         shown = group(env, observation, "borne")[0]
         assert shown == pytest.approx(np.clip(borne[-1] / pull, 0.0, 1.0), abs=1e-6)
         again = folded(direction=direction, pull=pull)
@@ -111,7 +101,7 @@ def test_a_chain_that_has_not_folded_is_worth_half_of_the_joints_that_have() -> 
     env = made()
     for _ in range(6):
         feed(env)
-    turned = chains_of(env).turned(ROW).mean()
+    turned = env.episodes.turned(ROW).mean()
     assert turned < 1.0
     *_, ended, _, info = feed(env)
     assert ended
@@ -120,7 +110,7 @@ def test_a_chain_that_has_not_folded_is_worth_half_of_the_joints_that_have() -> 
 
 def test_a_test_takes_time_and_changes_neither_the_tray_nor_a_fold_that_bears_it() -> None:
     env = folded(pull=0.02)
-    before, places = env.state.angles, chains_of(env).places.copy()
+    before, places = env.state.angles, env.episodes.places.copy()
     observation, reward, ended, _, info = env.step(env.actions.pull)
     took = (STAGES - 1) * STAGE + LASTING
     assert not ended
@@ -128,7 +118,7 @@ def test_a_test_takes_time_and_changes_neither_the_tray_nor_a_fold_that_bears_it
     assert info["pull"] == 0.02
     assert group(env, observation, "speed") == 0.0
     np.testing.assert_allclose(env.state.angles, before, atol=0.02)
-    np.testing.assert_array_equal(chains_of(env).places, places)
+    np.testing.assert_array_equal(env.episodes.places, places)
     observation, *_ = env.step(env.actions.encode(0, 0, FAST, back=True))
     assert group(env, observation, "borne") == 0.0
 
@@ -162,10 +152,3 @@ def test_pulls_of_one_tray_have_baselines_of_their_own(
     assert strong.name == env.tasks[0].name != weak.name == env.tasks[1].name
     assert strong.sequence == weak.sequence == sequence
     assert strong.score <= weak.score
-
-
-@pytest.mark.parametrize("changes", [{"pull": 0.0}, {"pull": np.inf}, {"towards": np.inf}])
-def test_wrong_pulls_are_named(changes: dict[str, Any]) -> None:
-    (key, value), *_ = changes.items()
-    with pytest.raises(SceneError, match=f"{key}: {value} is not allowed; must be"):
-        made(**changes)

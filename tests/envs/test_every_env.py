@@ -13,8 +13,9 @@ import magfold_env
 from magfold_env.engine.compile.insides import numba_config
 from magfold_env.envs import ENTRY_POINTS, VECTOR_ENTRY_POINTS, register_envs
 from magfold_env.envs.camera_track import TIME_COST
+from magfold_env.scoring.track import TRACKS
 from tests.envs import contract
-from tests.envs.vectors import TRACKS, kinds_of
+from tests.envs.vectors import kinds_of
 
 MOST_FILES = 8
 """Files of Python that the step of an environment runs at most."""

@@ -17,7 +17,7 @@ from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.chains.arrays import FAILED, Floats, Ints
 from magfold_env.envs.episodes import Columns, Episodes
 from magfold_env.envs.spaces.actions import PATTERNS, SLOWEST_LEVEL, SpeedTable, scaled_speeds
-from magfold_env.envs.spaces.observation import ObservationLayout, fill
+from magfold_env.envs.spaces.observation import chain_layout, fill
 from magfold_env.envs.tasks.checks import refuse_unknown
 from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.reward import Shaping
@@ -48,7 +48,7 @@ class SpanWorld(World):
         super().__init__(scene, options)
         self.words = ("LRLLL", "LLRLL")
         self.actions = SpeedTable(5)
-        self.layout = ObservationLayout(scene.n, scene.casing.side)
+        self.layout = chain_layout(scene.n, scene.casing.side)
 
 
 class SpanEpisodes(Episodes[NDArray[np.float32]]):

@@ -12,7 +12,8 @@ import pytest
 
 from magfold_env.envs import ENTRY_POINTS
 from magfold_env.envs.spaces.actions import ActionKind
-from tests.envs.vectors import TRACKS, kinds_of
+from magfold_env.scoring.track import TRACKS
+from tests.envs.vectors import kinds_of
 
 WORLDS = [
     world
@@ -57,19 +58,13 @@ def random_steps(env_id: str, fidelity: str, actions: str, steps: int) -> None:
     assert resident() - early < ROOM
 
 
+@pytest.mark.parametrize("some", [True, pytest.param(False, marks=pytest.mark.weekly)])
 @pytest.mark.parametrize(("env_id", "fidelity", "actions"), WORLDS)
-def test_some_random_steps(env_id: str, fidelity: str, actions: str) -> None:
+def test_random_steps(env_id: str, fidelity: str, actions: str, some: bool) -> None:
     # The time of some tracks is over after so many steps, a sequence is folded in one.
-    steps = {"UnknownFloor": 251, "Reprogram": 501, "Lumen": 251, "SequenceDesign": 25}.get(
-        env_id[8:-3], 150
-    )
-    random_steps(env_id, fidelity, actions, 750 if fidelity == "quasistatic" else steps)
-
-
-@pytest.mark.weekly
-@pytest.mark.parametrize(("env_id", "fidelity", "actions"), WORLDS)
-def test_a_million_random_steps(env_id: str, fidelity: str, actions: str) -> None:
-    random_steps(env_id, fidelity, actions, STEPS[fidelity])
+    few = {"UnknownFloor": 251, "Reprogram": 501, "Lumen": 251, "SequenceDesign": 25}
+    steps = 750 if fidelity == "quasistatic" else few.get(env_id[8:-3], 150)
+    random_steps(env_id, fidelity, actions, steps if some else STEPS[fidelity])
 
 
 @pytest.mark.slow

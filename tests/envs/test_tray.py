@@ -10,10 +10,10 @@ from magfold_env.envs.anchor import AnchorEnv
 from magfold_env.envs.baselines.tray_order import TrayDesigns
 from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.envs.spaces.actions import FACES
-from magfold_env.envs.tasks.tray_tasks import TrayTask
+from magfold_env.envs.tasks.feed_tasks import TrayTask
 from magfold_env.envs.tray import DEAD, LATE, SPREAD, WEAK, WEAKNESS, TrayEnv, TrayVectorEnv
-from magfold_env.scene import SceneError
 from magfold_env.simulation.simulate import simulate
+from tests.envs.contract import group
 
 TASK: dict[str, Any] = {
     "tray": ("NSSN", "SNSN", "NNSS", "NSSN", "NSNN", "SNNS", "NSNS", "SSNN", "SNNS"),
@@ -34,25 +34,15 @@ def drawn_back(env: TrayEnv, speed: float = FAST) -> tuple[Any, ...]:
     return env.step(env.actions.encode(0, 0, speed, back=True))
 
 
-def episodes(env: Any) -> Any:
-    """Return the episodes of an environment, or environments."""
-    return env.episodes
-
-
-def group(env: TrayEnv, observation: Any, name: str) -> Any:
-    """Return a group of an observation."""
-    return observation[env.layout.slices[name]]
-
-
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 def test_without_drawing_back_it_is_a_chain_that_was_ordered(direction: str) -> None:
-    env = TrayEnv(tasks=[TASK | {"direction": direction}], randomisation="nominal")
+    env: Any = TrayEnv(tasks=[TASK | {"direction": direction}], randomisation="nominal")
     env.reset(seed=2)
-    episodes(env).strengths[:] = 1.0
+    env.episodes.strengths[:] = 1.0
     said = [fed(env, part, lie=part, speed=0.1) for part in range(6)]
     letters = [TASK["tray"][part] for part in range(6)]
     sequence = ["".join(faces[k] for k in FACES[lie]) for lie, faces in enumerate(letters)]
-    scene = episodes(env).scene(0)
+    scene = env.episodes.scene(0)
     assert scene.sequence == tuple(sequence if direction == "forward" else sequence[::-1])
     fold = simulate(scene)
     np.testing.assert_array_equal(fold.angles, env.state.angles)
@@ -61,7 +51,7 @@ def test_without_drawing_back_it_is_a_chain_that_was_ordered(direction: str) -> 
 
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 def test_what_is_drawn_back_is_on_the_tray_and_chosen_anew(direction: str) -> None:
-    env = TrayEnv(tasks=[TASK | {"direction": direction}])
+    env: Any = TrayEnv(tasks=[TASK | {"direction": direction}])
     env.reset(seed=0)
     fed(env, 4)
     fed(env, 2, lie=5)
@@ -87,7 +77,7 @@ def test_what_is_drawn_back_is_on_the_tray_and_chosen_anew(direction: str) -> No
 
 
 def test_drawn_in_a_component_has_no_magnets_and_the_next_one_its_own() -> None:
-    envs = TrayVectorEnv(16, threads=1, autoreset_mode="Disabled", shaping="energy")
+    envs: Any = TrayVectorEnv(16, threads=1, autoreset_mode="Disabled", shaping="energy")
     envs.reset(seed=4)
     envs.action_space.seed(4)
     backs = 0
@@ -98,7 +88,7 @@ def test_drawn_in_a_component_has_no_magnets_and_the_next_one_its_own() -> None:
         before = envs.episodes.arrays.fed.copy()
         actions = envs.action_space.sample()
         envs.step(actions)
-        all_of = episodes(envs)
+        all_of = envs.episodes
         going = ~all_of.terminated
         out = all_of.arrays.fed
         drawn = (actions[:, 3] == 1) & (before > 1) & going
@@ -107,36 +97,36 @@ def test_drawn_in_a_component_has_no_magnets_and_the_next_one_its_own() -> None:
         backs += int(drawn.sum())
         np.testing.assert_array_equal((all_of.places > 0).sum(axis=1), out)
         np.testing.assert_array_equal((all_of.arrays.signs != 0).all(axis=2).sum(axis=1), out)
-        acting = (all_of.chains.drawn.chains.charge != 0).any(axis=2).sum(axis=1)
+        acting = (all_of.chains.engine.charge != 0).any(axis=2).sum(axis=1)
         assert (acting[going] <= out[going]).all()
     assert backs > 20
 
 
 def test_the_first_component_is_not_drawn_back_and_used_ones_stand_for_others() -> None:
-    env = TrayEnv(tasks=[TASK])
+    env: Any = TrayEnv(tasks=[TASK])
     env.reset(seed=0)
     assert not env.action_masks()[-1]
     drawn_back(env)
-    assert episodes(env).places[0].tolist() == [1, 0, 0, 0, 0, 0, 0, 0, 0]
+    assert env.episodes.places[0].tolist() == [1, 0, 0, 0, 0, 0, 0, 0, 0]
     drawn_back(env)
     fed(env, 0)
-    assert episodes(env).places[0].tolist() == [1, 2, 3, 0, 0, 0, 0, 0, 0]
+    assert env.episodes.places[0].tolist() == [1, 2, 3, 0, 0, 0, 0, 0, 0]
     fed(env, 8)
     fed(env, 8)
-    assert episodes(env).places[0].tolist() == [1, 2, 3, 5, 0, 0, 0, 0, 4]
+    assert env.episodes.places[0].tolist() == [1, 2, 3, 5, 0, 0, 0, 0, 4]
     mask = env.action_masks()
-    np.testing.assert_array_equal(mask[:9], episodes(env).places[0] == 0)
+    np.testing.assert_array_equal(mask[:9], env.episodes.places[0] == 0)
     assert mask[-1]
-    assert episodes(env).action_masks(env.actions).tolist() == [mask.tolist()]
+    assert env.episodes.action_masks(env.actions).tolist() == [mask.tolist()]
 
 
 def test_the_time_is_simulated_costs_and_ends_the_episode() -> None:
-    env = TrayEnv(tasks=[TASK], speeds=2)
+    env: Any = TrayEnv(tasks=[TASK], speeds=2)
     env.reset(seed=0)
     fed(env, 0)
     total, ended, info = 0.0, False, {}
     while not ended:
-        before = episodes(env).times(np.array([0]))[0]
+        before = env.episodes.times(np.array([0]))[0]
         back = env.action_masks()[-1]
         _, reward, ended, _, info = drawn_back(env, 0.03) if back else fed(env, 1, speed=0.03)
         assert reward == pytest.approx(-TIME_COST * (info["time"] - before))
@@ -148,28 +138,30 @@ def test_the_time_is_simulated_costs_and_ends_the_episode() -> None:
 
 
 def test_strengths_are_drawn_alike_whatever_the_task_and_never_shown() -> None:
-    env = TrayEnv()
+    env: Any = TrayEnv()
     seen, found = [], []
     for number in range(2):
         observation, _ = env.reset(seed=5, options={"task": number})
-        found.append(episodes(env).strengths[0].copy())
+        found.append(env.episodes.strengths[0].copy())
         seen.append(observation)
     np.testing.assert_array_equal(found[0], found[1])
-    given = TrayEnv(tasks=[TASK | {"strengths": found[0].tolist()}, TASK | {"strengths": SOUND}])
+    given: Any = TrayEnv(
+        tasks=[TASK | {"strengths": found[0].tolist()}, TASK | {"strengths": SOUND}]
+    )
     told = [given.reset(seed=5, options={"task": number})[0] for number in range(2)]
     np.testing.assert_array_equal(told[0], told[1])
-    np.testing.assert_array_equal(episodes(given).strengths[0], 1.0)
+    np.testing.assert_array_equal(given.episodes.strengths[0], 1.0)
     given.reset(seed=9, options={"task": 0})
-    np.testing.assert_array_equal(episodes(given).strengths[0], found[0])
-    still = TrayEnv(randomisation="none")
+    np.testing.assert_array_equal(given.episodes.strengths[0], found[0])
+    still: Any = TrayEnv(randomisation="none")
     still.reset(seed=5)
-    np.testing.assert_array_equal(episodes(still).strengths, 1.0)
+    np.testing.assert_array_equal(still.episodes.strengths, 1.0)
 
 
 def test_as_many_magnets_are_dead_and_weak_as_is_said() -> None:
-    envs = TrayVectorEnv(100, threads=1)
+    envs: Any = TrayVectorEnv(100, threads=1)
     envs.reset(seed=0)
-    found = episodes(envs).strengths
+    found = envs.episodes.strengths
     draws = found.size
     for low, high, share in (
         (0.0, 0.0, DEAD),
@@ -183,16 +175,16 @@ def test_as_many_magnets_are_dead_and_weak_as_is_said() -> None:
 def test_a_dead_magnet_does_not_act_where_it_lies() -> None:
     dead = [[1.0] * 4 for _ in range(9)]
     dead[2][1] = 0.0
-    env = TrayEnv(tasks=[TASK | {"strengths": dead}])
+    env: Any = TrayEnv(tasks=[TASK | {"strengths": dead}])
     env.reset(seed=0)
     fed(env, 0)
     fed(env, 2, lie=6)
-    charges = episodes(env).chains.drawn.chains.charge[0]
+    charges = env.episodes.chains.engine.charge[0]
     assert (charges == 0).sum() == 4 * 4 + 1
     drawn_back(env)
-    assert (episodes(env).chains.drawn.chains.waiting[0] == 0).all(axis=1).sum() == 5
+    assert (env.episodes.chains.engine.waiting[0] == 0).all(axis=1).sum() == 5
     fed(env, 3)
-    assert (episodes(env).chains.drawn.chains.charge[0] == 0).sum() == 4 * 4
+    assert (env.episodes.chains.engine.charge[0] == 0).sum() == 4 * 4
 
 
 @pytest.mark.medium
@@ -220,19 +212,3 @@ def test_shipped_trays_have_three_components_to_spare(make: type[TrayEnv]) -> No
     assert len(tasks) <= 24
     assert {task.direction for task in tasks} == {"forward", "backward"}
     assert {len(task.tray) - task.n for task in tasks} == {3}
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"tasks": [TASK | {"tray": ("NSNS",) * 5}]}, "tray: .* must have 6 components or more"),
-        ({"tasks": [TASK | {"tray": ("NS-S",) * 9}]}, "tray: 'NS-S' is not .*four letters N or S"),
-        ({"tasks": [TASK | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not allowed; must be"),
-        ({"tasks": [TASK | {"strengths": SOUND[1:]}]}, "strengths: .* must be 9 times four numb"),
-        ({"tasks": [TASK, TASK | {"tray": TASK["tray"][1:]}]}, "trays of .8, 9. components are no"),
-        ({"scene": "tube-built"}, "scene.feed.loading: 'preloaded' is not allowed; must be 'at_m"),
-    ],
-)
-def test_wrong_tasks_and_scenes_are_named(options: dict, message: str) -> None:
-    with pytest.raises((ValueError, SceneError), match=message):
-        TrayEnv(**options)

@@ -66,9 +66,3 @@ def test_the_observation_does_not_show_the_goal() -> None:
     np.testing.assert_array_equal(seen[0]["observation"], seen[1]["observation"])
     assert seen[0]["observation"].shape == (14 * 6 - 1,)
     np.testing.assert_allclose(seen[0]["desired_goal"], goal("LRLLL"))
-
-
-@pytest.mark.parametrize("key", ["reward", "shaping", "gamma", "baseline"])
-def test_options_of_other_rewards_are_refused(key: str) -> None:
-    with pytest.raises(ValueError, match=f"{key}: must be left out"):
-        TubeFeedGoalEnv(**{key: None})  # pyright: ignore[reportArgumentType]

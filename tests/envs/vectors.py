@@ -7,10 +7,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 from magfold_env.envs.spaces.actions import ActionKind, TrayKind
-
-TRAYS = ("MagFold/Tray-v0", "MagFold/Anchor-v0")
-TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0", *TRAYS)
-"""Ids in which the chain, or its components, are given."""
+from magfold_env.scoring.track import TRAYS
 
 
 def kinds_of(env_id: str) -> tuple[str, ...]:

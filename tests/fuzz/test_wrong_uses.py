@@ -16,8 +16,7 @@ from pydantic import BaseModel
 import magfold_env as mf
 from agents.settings import TrainSettings, checked
 from magfold_env.cli import app
-from magfold_env.envs.tasks.feed_tasks import FeedOptions
-from magfold_env.envs.tasks.world import ChainOptions, FoldOptions
+from magfold_env.envs.tasks.world import ChainOptions, FeedOptions, FoldOptions
 from tests.command_line import fails_in_one_line, run
 
 NO_NUMBERS = ("x?", "nan", "")

@@ -109,7 +109,7 @@ def held(scene: mf.Scene, chains: Chains, row: int, force: Any) -> mf.Fold:
 @pytest.mark.parametrize("direction", [0.0, 2.0, 4.5])
 def test_a_pull_opens_a_fold_where_no_forces_balance_it_any_more(direction: float) -> None:
     scene, chains, rows = held_folds(40)
-    unit, begun, looked_at = np.array([np.cos(direction), np.sin(direction)]), chains.contents(), 0
+    unit, begun, looked_at = np.array([np.cos(direction), np.sin(direction)]), chains.get_state(), 0
     for row in rows.tolist():
         pose, least, most = chains.q[row, :4].copy(), 0.01, 5.0
         while most > 1.02 * least:
@@ -117,7 +117,7 @@ def test_a_pull_opens_a_fold_where_no_forces_balance_it_any_more(direction: floa
             chains.pull(np.array([row]), force * unit[None], 0.3)
             opened = np.abs(chains.q[row, :4] - pose).max() > 0.01
             least, most = (least, force) if opened else (force, most)
-            chains.refill(begun)
+            chains.set_state(begun)
         if least > 0.01 and most < 5.0:
             looked_at += 1
             mf.holding(held(scene, chains, row, 0.98 * least * unit))

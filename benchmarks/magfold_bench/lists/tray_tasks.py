@@ -26,7 +26,7 @@ from magfold_env.envs.anchor import AnchorEnv, AnchorEpisodes
 from magfold_env.envs.baselines.tray_order import TrayDesigns, always
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.tray_tasks import AnchorTask, TrayTask
+from magfold_env.envs.tasks.feed_tasks import AnchorTask, TrayTask
 from magfold_env.envs.tray import TrayEnv, TrayEpisodes
 from magfold_env.scene import load_scene
 from magfold_env.shapes import folded_words

@@ -23,7 +23,7 @@ from platformdirs import user_cache_path
 
 from magfold_env.designer.exhaustive import LONGEST, gap_designs
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST
-from magfold_env.envs.tasks.goals import Goal, Match, goal_of
+from magfold_env.envs.tasks.goals import Match, judged
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words
@@ -38,36 +38,24 @@ SCORING_DRAWS = 64
 
 @dataclass(frozen=True)
 class Baseline:
-    """The energy minimiser's result for a target, or the best constant speed of a given chain.
-
-    Attributes
-    ----------
-    target : str
-        The word, or several words in order, joined by hyphens.
-    sequence : tuple of str or None
-        The design or the given chain; None if there is no design.
-    speed : float or None
-        Feed speed at which the chain scores best [m/s].
-    score : float
-        b, its mean score; 0 without a design.
-    success : float
-        Share of the draws that ended in success; 0 without a design.
-    direction : str or None
-        Direction of feed of a given chain, where only the speed is free.
-    later : tuple of float
-        The speeds after `speed` of a chain that is pulled in and pushed out again [m/s].
-    tray : tuple of str
-        The components that `sequence` is taken from.
-    """
+    """The energy minimiser's result for a target, or the best constant speed of a given chain."""
 
     target: str
+    """The word, or several words in order, joined by hyphens."""
     sequence: tuple[str, ...] | None
+    """The design or the given chain; None if there is no design."""
     speed: float | None
+    """Feed speed at which the chain scores best [m/s]."""
     score: float
+    """b, its mean score; 0 without a design."""
     success: float
+    """Share of the draws that ended in success; 0 without a design."""
     direction: str | None = None
+    """Direction of feed of a given chain, where only the speed is free."""
     later: tuple[float, ...] = ()
+    """The speeds after `speed` of a chain that is pulled in and pushed out again [m/s]."""
     tray: tuple[str, ...] = ()
+    """The components that `sequence` is taken from."""
 
     @property
     def name(self) -> str:
@@ -108,42 +96,29 @@ def designs(scene: Scene) -> dict[str, tuple[str, ...] | None]:
 def evaluate_design(
     scene: Scene, target: str, sequence: tuple[str, ...] | None, match: Match = "word"
 ) -> Baseline:
-    """Return the baseline that the design `sequence` sets for `target`.
+    """Return the baseline that a design sets for `target`; a missing design flags it.
 
-    Parameters
-    ----------
-    scene : Scene
-        Tube scene with its spreads; its sequence and feed speeds are replaced.
-    target : str
-        The word.
-    sequence : tuple of str or None
-        The design; None gives the flagged baseline.
-    match : {"word", "outline"}
-        What counts as a success.
+    The sequence and feed speeds of `scene` are replaced; its spreads count.
     """
     if sequence is None:
         return unknown_baseline(target)
-    goal = goal_of(target, match)
     designed = scene.replace(sequence=sequence)
-    trials = [
-        _trial(designed, goal, speed, "selection", SELECTION_DRAWS) for speed in CANDIDATE_SPEEDS
-    ]
+
+    def trial(speed: float, stream: str, draws: int) -> tuple[float, float]:
+        """Return mean score and share of successes over the fixed draws of a stream."""
+        at_speed = designed.replace(feed={"speed": speed})
+        folds = [
+            simulate(at_speed.draw(draw_generator(stream, index)))
+            for index in range(draws if _draws_anything(designed) else 1)
+        ]
+        _, score, success = judged(target, match, folds)
+        return float(score.mean()), float(success.mean())
+
+    trials = [trial(speed, "selection", SELECTION_DRAWS) for speed in CANDIDATE_SPEEDS]
     # argmax returns the first, and so the slowest, of equally good speeds.
     speed = CANDIDATE_SPEEDS[int(np.argmax([mean for mean, _ in trials]))]
-    mean, success = _trial(designed, goal, speed, "scoring", SCORING_DRAWS)
+    mean, success = trial(speed, "scoring", SCORING_DRAWS)
     return Baseline(target, sequence, speed, mean, success)
-
-
-def _trial(scene: Scene, goal: Goal, speed: float, stream: str, draws: int) -> tuple[float, float]:
-    """Return mean score and share of successes over the fixed draws of the stream `stream`."""
-    at_speed = scene.replace(feed={"speed": speed})
-    folds = [
-        simulate(at_speed.draw(draw_generator(stream, index)))
-        for index in range(draws if _draws_anything(scene) else 1)
-    ]
-    ends = [goal.judged(fold.status, fold.joint_angles) for fold in folds]
-    mean, success = (float(np.mean(each)) for each in list(zip(*ends, strict=True))[1:])
-    return mean, success
 
 
 def draw_generator(stream: str, index: int) -> np.random.Generator:
@@ -170,10 +145,7 @@ _log = logging.getLogger(__name__)
 class Store:
     """Looks up baselines; computes and caches those that are missing.
 
-    Parameters
-    ----------
-    key : str
-        A hash of everything that the baselines depend on besides their names.
+    `key` is a hash of everything that the baselines depend on besides their names.
     """
 
     def __init__(self, key: str) -> None:
@@ -203,15 +175,7 @@ class Store:
 
 
 class BaselineStore(Store):
-    """The baselines of one scene's targets.
-
-    Parameters
-    ----------
-    scene : Scene
-        Tube scene with its spreads.
-    match : {"word", "outline"}
-        What counts as a success.
-    """
+    """The baselines of one scene's targets, under its spreads."""
 
     def __init__(self, scene: Scene, match: Match = "word") -> None:
         super().__init__(baseline_key(scene, match))
@@ -234,10 +198,7 @@ DESIGN_PROTOCOL = (CANDIDATE_SPEEDS, SELECTION_DRAWS, SCORING_DRAWS)
 def baseline_key(
     scene: Scene, match: Match = "word", protocol: Sequence[Any] = DESIGN_PROTOCOL
 ) -> str:
-    """Return a hash of everything that a baseline depends on besides its name.
-
-    ``protocol`` describes how the baseline is computed.
-    """
+    """Return a hash of a scene, what counts as a success, and how baselines are computed."""
     content = scene.model_dump(mode="json")
     if match != "word":
         content["match"] = match

@@ -23,8 +23,8 @@ from magfold_env.envs.baselines.baseline import (
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST_LEVEL
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.feed_tasks import TaskWorld
 from magfold_env.envs.tasks.reward import RewardRule
+from magfold_env.envs.tasks.world import TaskWorld
 
 SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, 13), 12).tolist())
 """Candidate speeds [m/s]."""
@@ -37,16 +37,8 @@ class TaskStore(Store):
     """The baselines of a world's tasks: the best of some schedules each.
 
     It is chosen on the draws of the stream ``selection``, the first of equally good ones, and b is
-    its mean score on those of the stream ``scoring``.
-
-    Parameters
-    ----------
-    make_episodes : callable
-        Makes a given number of episodes of the world.
-    world : TaskWorld
-        What the episodes share; task names are unique.
-    protocol : sequence
-        What else the baselines depend on.
+    its mean score on those of the stream ``scoring``. `make_episodes` makes a number of episodes of
+    the world, and `protocol` is what else the baselines depend on.
     """
 
     draws: ClassVar[tuple[int, int]] = (64, 128)

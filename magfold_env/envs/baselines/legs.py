@@ -34,18 +34,7 @@ class Leg(NamedTuple):
 
 
 class Following:
-    """Plays legs in order in every row of episodes, and continues with the last.
-
-    Parameters
-    ----------
-    ways : sequence of sequence of Leg
-        The legs of each row.
-
-    Attributes
-    ----------
-    at : array of int, shape (m,)
-        Index of the current leg of every row.
-    """
+    """Plays the legs of each row of episodes in order, and continues with the last."""
 
     def __init__(self, ways: Sequence[Sequence[Leg]]) -> None:
         self._last: Ints = np.array([len(each) - 1 for each in ways])
@@ -53,6 +42,7 @@ class Following:
         padded = [[*each, *[each[-1]] * (longest - len(each))] for each in ways]
         self._legs: Floats = np.array(padded, dtype=np.float64)  # (m, legs, 4)
         self.at: Ints = np.zeros(len(ways), dtype=np.int64)
+        """Index of the current leg of every row, (m,)."""
         self._taken: Ints = np.zeros(len(ways), dtype=np.int64)
 
     def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:

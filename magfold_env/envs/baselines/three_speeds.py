@@ -14,7 +14,7 @@ from typing import Any
 from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.baselines.legs import BRAKE, Following, Leg
-from magfold_env.envs.tasks.feed_tasks import TaskWorld
+from magfold_env.envs.tasks.world import TaskWorld
 from magfold_env.scene import Scene
 
 PUSHES = (0.05, 0.15, 0.45)

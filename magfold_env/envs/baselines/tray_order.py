@@ -17,8 +17,8 @@ from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chains.arrays import Bools, Floats, Ints
 from magfold_env.envs.spaces.actions import AHEAD, LYING, PATTERNS
-from magfold_env.envs.tasks.feed_tasks import TaskWorld
-from magfold_env.envs.tasks.tray_tasks import Order, TrayTask
+from magfold_env.envs.tasks.feed_tasks import Order, TrayTask
+from magfold_env.envs.tasks.world import TaskWorld
 from magfold_env.minimiser import sequence_of
 from magfold_env.scene import Scene
 
@@ -26,15 +26,7 @@ _KINDS = LYING.min(axis=1).astype(np.int8)  # the same number for patterns that 
 
 
 class TrayDesigns:
-    """Sequences that trays allow, for one target.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene; only its casing, magnets and number of components count.
-    target : str
-        The word.
-    """
+    """Sequences that trays allow, for one target and the casing, magnets and length of a scene."""
 
     def __init__(self, scene: Scene, target: str) -> None:
         self.n = scene.n

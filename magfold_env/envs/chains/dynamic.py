@@ -1,12 +1,17 @@
-"""Simulated chains, side by side, for environments."""
+"""Simulated chains, side by side, for environments, each with its own draws.
+
+Draws are `Scene.draw` as arrays, without a scene for each chain: its numbers in its order. The
+results equal those of `magfold_env.simulation.pack.pack` for the drawn scene, bit for bit.
+"""
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
 from magfold_env.engine.compile.by_pointer import pointer
 from magfold_env.engine.compile.jit import kernel
@@ -21,13 +26,18 @@ from magfold_env.envs.chains.arrays import (
     clear,
     component,
 )
-from magfold_env.envs.chains.draws import DrawnChains
-from magfold_env.envs.spaces.actions import SIGNS, letters_of
+from magfold_env.envs.spaces.actions import PATTERNS, SIGNS, letters_of
 from magfold_env.fold import Trajectory
 from magfold_env.scene import Scene
+from magfold_env.scene.numbers import square_inertia
+from magfold_env.simulation.chains import Chains
 from magfold_env.simulation.endings import ending, work_cap
-from magfold_env.simulation.pack import TURNED
+from magfold_env.simulation.pack import TURNED, Values, numbers, pack, reversed_inside
+from magfold_env.simulation.start import inner_offsets
 from magfold_env.simulation.view import Orientation, advances, public_states
+
+REFERENCE_SPEED = 0.1
+"""Speed [m/s] that the scene's draw is applied to, to find the drawn factors."""
 
 _TURNED = tuple(TURNED)
 _AS_DRAWN = np.ones(4)
@@ -39,14 +49,50 @@ class DynamicChains:
 
     Parameters
     ----------
-    drawn : DrawnChains
-        The drawn chains.
+    templates : sequence of Scene
+        Tube scenes that chains are drawn from, each run from one of them. They may differ in the
+        direction of feed; their feed speeds and sequences do not count.
+    count : int
+        Number of chains.
+    threads : int
+        Number of threads that feed them.
+    frame_rate : float, optional
+        Frames recorded per simulated second [1/s], for a single chain; they do not change results.
+    endless : bool
+        Whether chains that are completely out may take longer to settle than the scenes allow.
     """
 
-    def __init__(self, drawn: DrawnChains) -> None:
-        self.drawn, self._chains = drawn, drawn.chains
-        count, n = drawn.factors.shape
-        self._length = self._chains.models[0].bodies.length
+    def __init__(
+        self,
+        templates: Sequence[Scene],
+        count: int,
+        threads: int = 1,
+        frame_rate: float | None = None,
+        *,
+        endless: bool = False,
+    ) -> None:
+        fed = {"speed": (REFERENCE_SPEED,) * templates[0].n, "schedule": None}
+        self.templates = [template.replace(feed=fed) for template in templates]
+        template = self.templates[0]
+        n, spreads = template.n, template.spreads
+        packed = [pack(_nothing_drawn(each)) for each in self.templates]
+        if endless:
+            packed = [model._replace(duration=math.inf) for model in packed]
+        given = template.start_angles is not None or template.start_offsets is not None
+        self._given = [inner_offsets(each) for each in self.templates] if given else None
+        self.engine = Chains(packed, count, threads, frame_rate)
+        """The chains in the engine's order of components."""
+        self._first = 0 if template.is_concrete else 2 * n + 4 + 5 * n * spreads.one_by_one
+        last = 2 * (spreads.moves_obstacles + (spreads.tilt > 0.0))
+        self._numbers = np.zeros((count, self._first + last))
+        self.strengths = np.empty((count, n, 4))
+        """Charge of every pole face [A·m], component 1 first."""
+        self.strengths[:] = template.magnets.charges(n) if template.magnets else np.ones(4)
+        self.factors = np.ones((count, n))
+        """Factors of the feed speeds, component 1 first."""
+        self._length = self.engine.models[0].bodies.length
+        # Whether the engine counts the components of a template, or a chain, from its end.
+        self._flips = [reversed_inside(each) for each in templates]
         self._flip: Bools = np.zeros(count, dtype=np.bool_)
         self._messages = [""] * count
         self.arrays = ChainArrays.empty(count, n)
@@ -54,11 +100,22 @@ class DynamicChains:
         """`arrays` in the form that kernels accept fastest."""
 
     def begin(self, rows: Ints, rngs: Sequence[np.random.Generator], kind: int = 0) -> None:
-        """Put chains into their tubes; everything random is drawn here, row k from ``rngs[k]``."""
-        self.drawn.draw(rows, rngs, kind)
-        self._flip[rows] = flip = bool(self.drawn.flips[kind])
-        clear(rows, flip, self.seen)
+        """Put chains of a template into their tubes; all is drawn here, row k from ``rngs[k]``."""
+        if self._first:
+            for row in rows.tolist():
+                cast("Any", rngs[row]).random(out=self._numbers[row])
+        self._put_in(rows, kind)
+        self._flip[rows] = self._flips[kind]
+        clear(rows, self._flips[kind], self.seen)
         self._sync_from_engine(rows)
+
+    def _put_in(self, rows: Ints, kind: int) -> None:
+        """Put some chains of a template into the tube, using the numbers drawn for them."""
+        self.engine.clear(rows, kind)
+        if self._first:
+            self._apply_draws(rows, kind)
+        self.engine.charge[rows] = self.engine.waiting[rows] = 0.0
+        self.engine.start(rows, self._offsets(rows, kind))
 
     def feed(
         self,
@@ -71,18 +128,12 @@ class DynamicChains:
     ) -> None:
         """Feed the next component of each chain, or all components; a complete chain settles.
 
-        Parameters
-        ----------
-        patterns : array of int, shape (rows, components)
-            Numbers of the patterns of one component or of all, component 1 first.
-        speeds, scaled : array, shape (rows,)
-            Feed speeds [m/s], and the same on the log scale from −1 to 1.
-        grades : array, shape (rows, 4), optional
-            Factors of the strengths of the next components' magnets.
-        until : float or array, shape (rows,)
-            Time at which the feeds pause [s] if they have not finished.
+        `patterns` (rows, components) are numbers, component 1 first; `speeds` [m/s], and the same
+        `scaled` on the log scale from −1 to 1, are one each. `grades` (rows, 4) are factors of the
+        strengths of the next components' magnets. Feeds that have not finished pause at the time
+        `until` [s].
         """
-        drawn, chains = self.drawn, self._chains
+        chains = self.engine
         signs, whole = SIGNS.take(patterns, axis=0), patterns.shape[1] > 1
         if whole:
             self.load(rows, signs)
@@ -91,7 +142,7 @@ class DynamicChains:
         else:
             _choose(
                 rows, signs, speeds, scaled, np.broadcast_to(grades, (len(rows), 4)), self.seen,
-                drawn.strengths, drawn.factors, chains.waiting, chains.speeds,
+                self.strengths, self.factors, chains.waiting, chains.speeds,
             )  # fmt: skip
         until = np.broadcast_to(until, len(rows))
         again = chains.released[rows] >= self.arrays.fed[rows]
@@ -104,22 +155,19 @@ class DynamicChains:
         """Set the magnets of whole chains, fed in one direction: outward poles (rows, n, 4)."""
         self.arrays.signs[rows] = signs
         self.arrays.fed[rows] = signs.shape[1]
-        charges = signs * self.drawn.strengths[rows]
+        charges = signs * self.strengths[rows]
         if self._flip[rows[0]]:
             charges = charges[:, ::-1, TURNED]
-        self._chains.waiting[rows] = charges
-        if self.drawn.built:
-            self._chains.charge[rows] = charges
+        self.engine.waiting[rows] = charges
+        if self.templates[0].feed.loading == "preloaded":
+            self.engine.charge[rows] = charges
 
     def push(self, rows: Ints, speeds: Floats, seconds: float) -> Floats:
         """Feed chains at given speeds [m/s], negative to pull back, for a time [s].
 
-        Returns
-        -------
-        array, shape (rows,)
-            The mean force of the drive over that time [N].
+        Returns the mean forces of the drives over that time [N], (rows,).
         """
-        chains = self._chains
+        chains = self.engine
         self._set_speeds(rows, speeds)
         before = chains.impulses[rows]
         chains.push(rows, seconds)
@@ -132,10 +180,10 @@ class DynamicChains:
 
         The feeds do not move.
         """
-        chosen = self._chains.speeds[rows]
+        chosen = self.engine.speeds[rows]
         self._set_speeds(rows, np.zeros(len(rows)))
-        self._chains.pull(rows, forces, seconds)
-        self._chains.speeds[rows] = chosen
+        self.engine.pull(rows, forces, seconds)
+        self.engine.speeds[rows] = chosen
         self._sync_from_engine(rows)
 
     def draw_back(self, rows: Ints, speeds: Floats, until: float) -> None:
@@ -144,7 +192,7 @@ class DynamicChains:
         It then has no magnets and may be chosen again, whether or not the tube holds it. Chains may
         end earlier, or reach the time ``until`` [s].
         """
-        arrays, chains, n = self.arrays, self._chains, self.arrays.angles.shape[1]
+        arrays, chains, n = self.arrays, self.engine, self.arrays.angles.shape[1]
         arrays.fed[rows] -= 1
         fed = arrays.fed[rows]
         last = np.where(arrays.forward[rows], fed, n - 1 - fed)
@@ -156,16 +204,16 @@ class DynamicChains:
 
     def _set_speeds(self, rows: Ints, speeds: Floats) -> None:
         """Choose a feed speed [m/s] for each of some chains, (rows,)."""
-        factors = speeds[:, None] * self.drawn.factors[rows]
+        factors = speeds[:, None] * self.factors[rows]
         flips = self._flip[rows][:, None]
-        self._chains.speeds[rows] = np.where(flips, factors[:, ::-1], factors)
+        self.engine.speeds[rows] = np.where(flips, factors[:, ::-1], factors)
 
     def _move(self, rows: Ints, speeds: Floats, excess: float, until: Floats) -> None:
         """Feed chains until all chosen components are out, then for a further time [s].
 
         Feeding stops where the next component reaches the mouth, or at the time ``until`` [s].
         """
-        chains, n, pitch, left = self._chains, self.arrays.angles.shape[1], self._length[0], rows
+        chains, n, pitch, left = self.engine, self.arrays.angles.shape[1], self._length[0], rows
         chosen = chains.speeds[rows]
         self._set_speeds(rows, speeds)
         while len(left):
@@ -181,21 +229,21 @@ class DynamicChains:
 
     def times(self, rows: Ints) -> Floats:
         """Return simulated times [s], (rows,)."""
-        return self._chains.times[rows]
+        return self.engine.times[rows]
 
     def impulses(self, rows: Ints) -> Floats:
         """Return the impulses of the drives so far [N·s], (rows,)."""
-        return self._chains.impulses[rows]
+        return self.engine.impulses[rows]
 
     def advances(self) -> Floats:
         """Return the advance of the feeds [m], (m,): the length of the chain if it is out."""
-        chains, out = self._chains, np.empty(self._flip.size)
+        chains, out = self.engine, np.empty(self._flip.size)
         advances(self._length, chains.counters, chains.q, chains.depths, out)
         return out
 
     def acting(self, row: int) -> int:
         """Return the number of components of a chain whose magnets act now."""
-        return int(self._chains.charge[row].any(axis=1).sum())
+        return int(self.engine.charge[row].any(axis=1).sum())
 
     def stop(self, rows: Ints, message: str, status: int = UNSETTLED) -> None:
         """End some chains in their present state, by default with the status unsettled."""
@@ -205,7 +253,7 @@ class DynamicChains:
 
     def energies(self, rows: Ints) -> Floats:
         """Return the magnetic energies [J]; NaN where a simulation failed."""
-        chains, going = self._chains, rows[self._chains.outcomes[rows] == outcomes.REACHED]
+        chains, going = self.engine, rows[self.engine.outcomes[rows] == outcomes.REACHED]
         # Energies of ended chains are known: all threads computed them.
         chains.find_energies(going)
         failed = self.arrays.status[rows] == FAILED
@@ -217,32 +265,44 @@ class DynamicChains:
 
     def held(self, row: int) -> NDArray[np.bool_]:
         """Return which components of a chain friction holds in place, (n,), component 1 first."""
-        held = self._chains.stuck[row] == 1
+        held = self.engine.stuck[row] == 1
         return held[::-1] if self._flip[row] else held
 
     def motion(self) -> Trajectory | None:
         """Return the recording of a single chain so far; None if nothing is recorded."""
-        found = self._chains.motion(Orientation(bool(self._flip[0]), self._length))
+        found = self.engine.motion(Orientation(bool(self._flip[0]), self._length))
         return found.finite() if found else found
 
     def scene(self, row: int) -> Scene:
         """Return the drawn scene of a chain with the magnets and speeds of the fed components."""
-        scene, speeds = self.drawn.scene(row), self._chains.speeds[row]
+        scene, speeds = self.drawn(row), self.engine.speeds[row]
         sequence, chosen = list(scene.sequence), scene.speeds
         for index in self.arrays.order(row)[: self.arrays.fed[row]]:
             sequence[index] = letters_of(self.arrays.signs[row, index])
             chosen[index] = speeds[scene.n - 1 - index if self._flip[row] else index]
         return scene.replace(sequence=sequence, feed={"speed": chosen})
 
-    def contents(self) -> tuple[Any, ...]:
+    def drawn(self, row: int) -> Scene:
+        """Return the drawn scene of a chain; its sequence is the template's."""
+        again = cast("np.random.Generator", _Again(self._numbers[row]))
+        return self.templates[int(self.engine.kind[row])].draw(again)
+
+    def drive_as(self, scene: Scene) -> None:
+        """Take the factors of the feed speeds from a scene that was drawn before."""
+        self.factors[:] = scene.speeds / REFERENCE_SPEED
+
+    def get_state(self) -> tuple[Any, ...]:
         """Return the complete state of the chains."""
         arrays = [array.copy() for array in self.arrays]
-        return arrays, list(self._messages), self.drawn.contents()
+        drawn = self.engine.kind.copy(), self._numbers.copy()
+        return arrays, list(self._messages), *drawn, self.engine.get_state()
 
-    def refill(self, contents: tuple[Any, ...]) -> None:
-        """Restore a state that `contents` returned; the earlier motion is discarded."""
-        arrays, messages, drawn = contents
-        self.drawn.refill(drawn)
+    def set_state(self, state: tuple[Any, ...]) -> None:
+        """Restore a state that `get_state` returned; the earlier motion is discarded."""
+        arrays, messages, kinds, self._numbers[:], engine = state
+        for kind in np.unique(kinds).tolist():
+            self._put_in(np.flatnonzero(kinds == kind), kind)
+        self.engine.set_state(engine)
         for array, values in zip(self.arrays, arrays, strict=True):
             array[:] = values
         self._flip[:] = self.arrays.forward
@@ -250,11 +310,51 @@ class DynamicChains:
 
     def close(self) -> None:
         """End the threads, if there are any."""
-        self._chains.queue.close()
+        self.engine.queue.close()
+
+    def _apply_draws(self, rows: Ints, kind: int) -> None:
+        """Convert numbers drawn from [0, 1) to physical values."""
+        scene, chains = self.templates[kind], self.engine
+        n, spreads = scene.n, scene.spreads
+        unit = 2.0 * self._numbers[rows] - 1.0
+        factors = spreads.factors(n, unit[:, : self._first])
+        if max(spreads.feed_speed, spreads.feed_jitter) > 0.0:
+            speed = factors.speed.reshape(len(rows), -1)
+            self.factors[rows] = REFERENCE_SPEED * speed / REFERENCE_SPEED
+        if scene.magnets is not None:
+            strength = factors.strength.reshape(len(rows), *(factors.strength.shape[1:] or (1, 1)))
+            self.strengths[rows] = scene.magnets.charges(n, strength)
+        if spreads.moves_obstacles:
+            y = np.array([obstacle.position[1] for obstacle in scene.obstacles])
+            places = spreads.obstacle_places(y, unit[:, self._first : self._first + 2])
+            first = chains.obstacles.shape[1] - y.size
+            chains.obstacles[rows, first:, at.Y] = places
+        normal = np.full(len(rows), scene.gravity.normal)
+        pull = np.full((len(rows), 2), scene.gravity.in_plane)
+        if spreads.tilt > 0.0:
+            normal, pull = spreads.tilted(scene.gravity, unit[:, -2:])
+        mass = scene.masses * factors.mass
+        inertia = square_inertia(mass, scene.casing.side)
+        if scene.casing.inertia is not None:
+            inertia = scene.inertias * factors.mass
+        friction = scene.frictions * factors.friction[:, None]
+        charge = self.strengths[rows].max(axis=(1, 2))
+        values = Values(mass, inertia, friction, charge, normal, pull)
+        chains.put(rows, numbers(scene, values))
+
+    def _offsets(self, rows: Ints, kind: int) -> Floats:
+        """Return the initial offsets of hinges from the axis [m], (rows, n + 1), inner first."""
+        scene, n = self.templates[0], self.templates[0].n
+        if self._given is not None:
+            given = self._given[kind]
+            return np.repeat(given[None], len(rows), axis=0)
+        unit = 2.0 * self._numbers[rows, n + 3 : 2 * n + 4] - 1.0
+        offsets = scene.start_offset_spread * unit + 0.0
+        return np.ascontiguousarray(offsets[:, ::-1]) if self._flips[kind] else offsets
 
     def _sync_from_engine(self, rows: Ints) -> None:
         """Update the arrays from the engine, and mark chains that have ended."""
-        chains, arrays = self._chains, self.arrays
+        chains, arrays = self.engine, self.arrays
         public_states(
             rows, self._flip, self._length, chains.counters, chains.q, chains.v, arrays.angles,
             arrays.rates, arrays.base, arrays.base_velocity,
@@ -268,6 +368,27 @@ class DynamicChains:
                 work_cap(chains.models[0], int(chains.steps[row])),
             )
             arrays.status[row] = STATUSES.index(status)
+
+
+class _Again:
+    """A source that returns numbers drawn earlier, so that `Scene.draw` repeats them."""
+
+    def __init__(self, numbers: Floats) -> None:
+        self._left = numbers
+
+    def random(self, size: int | tuple[int, ...]) -> Floats:
+        """Return the next numbers."""
+        count = int(np.prod(size))
+        numbers, self._left = self._left[:count], self._left[count:]
+        return numbers.reshape(size)
+
+
+def _nothing_drawn(template: Scene) -> Scene:
+    """Return a concrete scene with a magnet behind every face."""
+    spreads = dict.fromkeys(type(template.spreads).model_fields, 0.0)
+    sequence = (PATTERNS[0],) * template.n
+    straight = (0.0,) * (template.n - 1)
+    return template.replace(spreads=spreads, start_angles=straight, sequence=sequence)
 
 
 @kernel

@@ -2,7 +2,7 @@
 
 The rule is that of `magfold_env.minimise` in the modes `forward` and `backward`: a joint takes the
 letter S, L or R of least energy that causes no overlap, with the components beyond it straight. All
-of these components have magnets if the chain was built beforehand; none has if a component gets its
+of these components have magnets if the chain is preloaded; none has if a component gets its
 magnets as it leaves the tube.
 
 Rows are components in the order in which they leave the tube. Cells and quarter turns are those
@@ -38,7 +38,7 @@ DEAD_END = 2
 class LatticeRules(NamedTuple):
     """The values of a scene that kernels use."""
 
-    built: bool  # all magnets act from the start
+    preloaded: bool  # all magnets act from the start
     pitch: float  # distance of a component's hinges [m]
     turn: int  # 1 in forward and −1 in backward feed
     tie: float  # energies [J] closer than this are equal
@@ -47,17 +47,9 @@ class LatticeRules(NamedTuple):
 
 
 class LatticeFeed:
-    """The rules by which the minimiser folds chains of a scene, for any sequence and speeds.
+    """The rules by which the minimiser folds chains of a tube scene, for any sequence and speeds.
 
-    Parameters
-    ----------
-    scene : Scene
-        A tube scene.
-
-    Raises
-    ------
-    ValueError
-        If the scene has an external field, which energy minimisation does not include.
+    A scene with an external field, which energy minimisation does not include, is refused.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -66,7 +58,7 @@ class LatticeFeed:
         self.n = scene.n
         self.forward = scene.feed.direction == "forward"
         self.packed = LatticeRules(
-            built=scene.feed.loading == "preloaded",
+            preloaded=scene.feed.loading == "preloaded",
             pitch=scene.casing.diagonal,
             turn=1 if self.forward else -1,
             tie=TIE * energy_unit(scene),
@@ -84,16 +76,10 @@ class LatticeFeed:
         return float(energy_of(turns, self.turn, self.packed.table, poles))
 
     def energy_as(self, word: str, signs: Floats, count: int) -> float:
-        """Return the energy [J] of the first `count` components in the order of feed, in a shape.
+        """Return the energy [J] of the first `count` components in the order of feed.
 
-        Parameters
-        ----------
-        word : str
-            The shape of the whole chain.
-        signs : array, shape (n, 4)
-            The outward poles of its components, component 1 first.
-        count : int
-            Number of components with magnets.
+        The whole chain has the shape `word` and the outward poles `signs`, (n, 4), component 1
+        first.
         """
         turns = np.array([TURNS[letter] for letter in word], dtype=np.int64)
         poles = signs * self.packed.strengths
@@ -107,12 +93,9 @@ class LatticeFeed:
 def pose_table(table: Couplings, n: int) -> Floats:
     """Return the couplings of two components of a chain of `n` in every pose [J].
 
-    Returns
-    -------
-    (4 n − 3, 4 n − 3, 4, 4, 4) array
-        Indexed by the cell of the second component as seen from the first (both numbers shifted by
-        2 (n − 1)), its quarter turns, the face of the first and the face of the second. Zero where
-        no chain reaches.
+    The axes of the array, (4 n − 3, 4 n − 3, 4, 4, 4), are the cell of the second component as seen
+    from the first (both numbers shifted by 2 (n − 1)), its quarter turns, the face of the first and
+    the face of the second. Entries are zero where no chain reaches.
     """
     reach = 2 * (n - 1)
     span = np.arange(-reach, reach + 1)
@@ -194,30 +177,10 @@ def lay(
 ) -> int:
     """Decide the joint before a row, place the row, and place the rows beyond it straight.
 
-    Parameters
-    ----------
-    row : int
-        The row that leaves the tube, 1 or more; earlier rows do not move.
-    acting : int
-        Number of rows that have magnets, more than `row`; only they are placed.
-    turn : int
-        1 in forward and −1 in backward feed.
-    tie : float
-        Energies closer than this are equal [J].
-    table : array
-        `pose_table`.
-    poles : array, shape (n, 4)
-        Pole charges in units of the strongest, N positive.
-    cells : array of int, shape (n, 2)
-        Centres, in half hinge-to-hinge lengths.
-    quarters : array of int, shape (n,)
-        Headings in quarter turns.
-
-    Returns
-    -------
-    int
-        The quarter turns of the joint: 0, 1 or −1 for S, L or R; `DEAD_END` where every
-        letter overlaps.
+    Earlier rows do not move, and only ``acting`` rows, those with magnets, are placed: their
+    ``cells`` (n, 2) in half hinge-to-hinge lengths and ``quarters`` (n,), headings in quarter
+    turns. ``poles`` (n, 4) are charges in units of the strongest, N positive. Returns the joint's
+    quarter turns: 0, 1 or −1 for S, L or R, or `DEAD_END` where every letter overlaps.
     """
     best, least = DEAD_END, np.inf
     for option in range(3):

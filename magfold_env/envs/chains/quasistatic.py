@@ -58,20 +58,7 @@ class _Chains(NamedTuple):
 
 
 class QuasistaticChains:
-    """Chains of one scene; nothing is drawn, and one thread is enough.
-
-    Parameters
-    ----------
-    rules : LatticeFeed
-        The scene's.
-    count : int
-        How many.
-
-    Attributes
-    ----------
-    arrays : ChainArrays
-        The visible state of the chains.
-    """
+    """Chains of one scene; nothing is drawn, and one thread is enough."""
 
     def __init__(self, rules: LatticeFeed, count: int) -> None:
         n = rules.n
@@ -96,12 +83,7 @@ class QuasistaticChains:
     def feed(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
         """Feed the next components of each chain and decide a joint for each of them.
 
-        Parameters
-        ----------
-        patterns : array of int, shape (rows, components)
-            Numbers of the patterns of one component or of all, component 1 first.
-        speeds, scaled : array, shape (rows,)
-            Feed speeds [m/s], which have no effect, and the same on the log scale from −1 to 1.
+        Arguments are those of `DynamicChains.feed`; speeds have no effect.
         """
         ordered = patterns if self._rules.forward else patterns[:, ::-1]
         _feed(rows, SIGNS.take(ordered, axis=0), speeds, scaled, self._chains)
@@ -147,13 +129,13 @@ class QuasistaticChains:
             speeds[index] = self._lattice.speeds[row, index]
         return scene.replace(sequence=sequence, feed={"speed": speeds})
 
-    def contents(self) -> tuple[Any, ...]:
+    def get_state(self) -> tuple[Any, ...]:
         """Return the complete state of the chains."""
         return tuple([each.copy() for each in group] for group in (self.arrays, self._lattice))
 
-    def refill(self, contents: tuple[Any, ...]) -> None:
-        """Restore a state that `contents` returned."""
-        for group, values in zip((self.arrays, self._lattice), contents, strict=True):
+    def set_state(self, state: tuple[Any, ...]) -> None:
+        """Restore a state that `get_state` returned."""
+        for group, values in zip((self.arrays, self._lattice), state, strict=True):
             for array, value in zip(group, values, strict=True):
                 array[:] = value
 
@@ -180,14 +162,9 @@ class QuasistaticFold(NamedTuple):
 
 
 def predict(rules: LatticeFeed, signs: Floats) -> QuasistaticFold:
-    """Return the result of a chain after some components are fed.
+    """Return the result of a chain after some components are fed, in that order.
 
-    Parameters
-    ----------
-    rules : LatticeFeed
-        The rules of the scene.
-    signs : array, shape (count, 4)
-        Outward poles of the fed components, in the order of feed.
+    `signs` are their outward poles, (count, 4).
     """
     chains, row = QuasistaticChains(rules, 1), np.array([0])
     chains.begin(row)
@@ -258,7 +235,7 @@ def _come_out(rows: Ints, until: int, chains: _Chains) -> None:
             arrays.released[k, component(forward, row, n)] = True
             if row > 0:
                 # Components that get their magnets at the mouth have none before it.
-                acting = arrays.fed[k] if rules.built else row + 1
+                acting = arrays.fed[k] if rules.preloaded else row + 1
                 taken = lay(row, acting, rules.turn, rules.tie, rules.table, poles, cells, quarters)
                 if taken == DEAD_END:
                     arrays.status[k] = MISFOLDED

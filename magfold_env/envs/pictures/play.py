@@ -29,19 +29,8 @@ _OTHER = {"N": "S", "S": "N"}
 class Game:
     """A chain, the choice for its next component, and a window that accepts keys.
 
-    Parameters
-    ----------
-    env : TubeFeedEnv
-        With ``render_mode="human"``.
-    seed : int
-        Of the first chain.
-    target : str, optional
-        The word to fold; drawn if not given.
-
-    Raises
-    ------
-    ValueError
-        If the environment has no window.
+    `env` has ``render_mode="human"``, `seed` is that of the first chain, and `target` is the word
+    to fold, drawn if not given.
     """
 
     def __init__(self, env: TubeFeedEnv, seed: int = 0, target: str | None = None) -> None:

@@ -21,20 +21,7 @@ _ROW = np.array([0])
 
 
 def recording(episodes: Episodes[Any], choices: Sequence[Any]) -> Recording:
-    """Play a single episode that has just begun, and return its recording.
-
-    Parameters
-    ----------
-    episodes
-        One episode, which records frames.
-    choices
-        The choice in each step, as an argument of `Episodes.step`.
-
-    Raises
-    ------
-    ValueError
-        If nothing moves in the episode.
-    """
+    """Play a single episode, which records frames, by the choices of its steps."""
     arrays, chains = episodes.arrays, cast("DynamicChains", episodes.chains)
     if chains.motion() is None:
         raise ValueError("fidelity: 'quasistatic' is not allowed; there is no motion to play")

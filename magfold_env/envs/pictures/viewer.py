@@ -41,15 +41,7 @@ FILM_FPS = 30
 
 
 class Viewer:
-    """Shows an environment.
-
-    Parameters
-    ----------
-    mode : str or None
-        The render mode.
-    fps : float
-        Largest number of steps per second that a window shows [1/s].
-    """
+    """Shows an environment in a render mode, in a window at most `fps` steps per second."""
 
     def __init__(self, mode: str | None, fps: float) -> None:
         self.mode = one_of("render_mode", mode, (None, *RENDER_MODES))

@@ -75,13 +75,7 @@ def scaled_speeds(speeds: Any) -> Any:
 
 
 def read_catalogue(catalogue: Sequence[str] | None) -> tuple[int, ...]:
-    """Return the numbers of the patterns in `catalogue`, ascending; None means all 16.
-
-    Raises
-    ------
-    ValueError
-        If it is empty or contains anything but patterns.
-    """
+    """Return the numbers of the patterns in `catalogue`, ascending; None means all 16."""
     if catalogue is None:
         return tuple(range(len(PATTERNS)))
     given: Any = catalogue
@@ -179,13 +173,7 @@ class Actions:
         return spaces.Box(-1.0, 1.0, shape=(self.width,), dtype=np.float32)
 
     def read_one(self, action: Any) -> Any:
-        """Return the result of `read` for a single action.
-
-        Raises
-        ------
-        ValueError
-            If `action` is not in the space.
-        """
+        """Return the result of `read` for a single action."""
         try:
             # A plain list is converted as NumPy does, so that [3, 2] works as an action.
             return self.read(np.asarray(action)[None], 1)
@@ -252,27 +240,21 @@ def _is_within(value: int, size: int) -> bool:
 class ActionTable(Actions):
     """Actions that choose magnets and a speed.
 
+    ``multidiscrete``: the patterns, then the speed level. ``discrete``: the same as one number, the
+    speed level the last digit. ``box``: four numbers from −1 to 1 a component, above 0 is N, and
+    the speed on a log scale from −1 to 1.
+
     A component that cannot be built is replaced by the nearest one that can, which differs in the
     fewest faces; `masks` returns the actions that need no replacement.
-
-    Attributes
-    ----------
-    levels : int
-        Number of speed levels, log-spaced from 0.01 to 0.6 m/s, both included.
-    components : int
-        Number of components that one action sets.
-    kind : {"multidiscrete", "discrete", "box"}
-        ``multidiscrete``: the patterns, then the speed level. ``discrete``: the same as one
-        number, the speed level the last digit. ``box``: four numbers from −1 to 1 a component,
-        above 0 is N, and the speed on a log scale from −1 to 1.
-    catalogue : tuple of int
-        The patterns that can be built, ascending; all 16 by default.
     """
 
     levels: int
+    """Number of speed levels, log-spaced from 0.01 to 0.6 m/s, both included."""
     components: int = 1
+    """Number of components that one action sets."""
     kind: ActionKind = "multidiscrete"
     catalogue: tuple[int, ...] = tuple(range(len(PATTERNS)))
+    """The patterns that can be built, ascending; all 16 by default."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -298,32 +280,13 @@ class ActionTable(Actions):
         return speeds_at(np.linspace(-1.0, 1.0, self.levels))
 
     def decode(self, action: Any) -> tuple[tuple[str, ...], float]:
-        """Return the faces of each component, and the speed [m/s].
-
-        Raises
-        ------
-        ValueError
-            If `action` is not in the space.
-        """
+        """Return the faces of each component, and the speed [m/s]."""
         patterns, speeds, _ = self.read_one(action)
         numbers: list[int] = patterns[0].tolist()
         return tuple(PATTERNS[number] for number in numbers), float(speeds[0])
 
     def read(self, actions: Any, count: int) -> Choice:
-        """Decode `count` actions in Gymnasium's batched form.
-
-        Returns
-        -------
-        patterns : array of int, shape (count, components)
-            Numbers of the patterns, which can be built.
-        speeds, scaled : array, shape (count,)
-            Feed speeds [m/s], and the same on the log scale from −1 to 1.
-
-        Raises
-        ------
-        ValueError
-            If one of `actions` is not in the space, or their number is not `count`.
-        """
+        """Decode `count` actions in Gymnasium's batched form."""
         if self.kind != "box":
             digits = self._digits(actions, count)
             levels = digits[:, -1]
@@ -335,14 +298,9 @@ class ActionTable(Actions):
         return self._built[patterns], speeds, scaled_speeds(speeds)
 
     def encode(self, faces: str | Sequence[str], speed: float) -> Any:
-        """Return the action nearest to the faces of each component and a speed [m/s].
+        """Return the action for the faces of each component, or of one, and a speed [m/s].
 
-        Parameters
-        ----------
-        faces : str or sequence of str
-            Four letters for each component, or one string for a single component.
-        speed : float
-            The feed speed [m/s]; the action uses the nearest level on the log scale.
+        It has the nearest level on the log scale.
         """
         each = [faces] if isinstance(faces, str) else faces
         patterns = np.array([PATTERNS.index(letters) for letters in each], dtype=np.int64)
@@ -354,16 +312,8 @@ class ActionTable(Actions):
     def masks(self) -> NDArray[np.bool_]:
         """Return which actions request only components that can be built.
 
-        Returns
-        -------
-        array of bool
-            The mask in the form of sb3-contrib's ``MaskablePPO``: one entry per action for
-            ``discrete``, and the concatenated masks of the dimensions for ``multidiscrete``.
-
-        Raises
-        ------
-        ValueError
-            For kinds of actions without masks.
+        The form is that of sb3-contrib's ``MaskablePPO``: an entry per action for ``discrete``, the
+        concatenated masks of the dimensions for ``multidiscrete``; ``box`` has none.
         """
         patterns = np.zeros(len(PATTERNS), dtype=np.bool_)
         patterns[list(self.catalogue)] = True
@@ -409,17 +359,13 @@ def _level(speeds: Floats, speed: float) -> int:
 class SpeedTable(Actions):
     """Actions that choose the speed of a two-way feed, including standstill.
 
-    Attributes
-    ----------
-    levels : int
-        Number of speed levels in each direction, log-spaced from `SLOWEST_LEVEL` to `FASTEST`.
-    kind : {"box", "discrete", "multidiscrete"}
-        ``box``: one number x from −1 to 1, for the speed 0.6 m/s · x |x|, or standstill where that
-        is slower than `DEAD_BAND`. ``discrete``: a number among the speeds of the table, ascending
-        from −0.6 m/s; ``levels`` is standstill. ``multidiscrete``: the same as a list of one.
+    ``box``: one number x from −1 to 1, for the speed 0.6 m/s · x |x|, or standstill where that is
+    slower than `DEAD_BAND`. ``discrete``: a number among the speeds of the table, ascending from
+    −0.6 m/s; ``levels`` is standstill. ``multidiscrete``: the same as a list of one.
     """
 
     levels: int
+    """Number of speed levels in each direction, log-spaced from `SLOWEST_LEVEL` to `FASTEST`."""
     kind: ActionKind = "box"
 
     per_level: ClassVar[int] = 2
@@ -455,13 +401,7 @@ class SpeedTable(Actions):
         return (np.sign(shares) * np.sqrt(np.abs(shares))).astype(np.float32)[:, None]
 
     def read(self, actions: Any, count: int) -> tuple[Floats]:
-        """Return the speeds [m/s] that `count` actions in Gymnasium's batched form request.
-
-        Raises
-        ------
-        ValueError
-            If one of `actions` is not in the space, or their number is not `count`.
-        """
+        """Return the speeds [m/s] that `count` actions in Gymnasium's batched form request."""
         if self.kind != "box":
             return (self.speeds[self._digits(actions, count)[:, 0]],)
         shares = self._numbers(actions, count)[:, 0]
@@ -477,24 +417,18 @@ class SpeedTable(Actions):
 class TrayTable(Actions):
     """Actions that choose a component of a tray, its orientation and a speed.
 
-    Attributes
-    ----------
-    parts : int
-        Initial number of components on the tray.
-    levels : int
-        Number of speed levels, log-spaced from 0.03 to 0.6 m/s, both included.
-    kind : {"multidiscrete", "discrete"}
-        ``multidiscrete``: the component, the orientation, the speed level, and 1 to draw back at
-        that speed instead. ``discrete``: the same as one number, the last digit 1 to draw back.
-    ways : int
-        Number of kinds of steps: 2, to feed and to draw back, or 3, where the last number or digit
-        may also be 2, to pull the chain.
+    ``multidiscrete``: the component, the orientation, the speed level, and 1 to draw back at that
+    speed instead. ``discrete``: the same as one number, the last digit 1 to draw back.
     """
 
     parts: int
+    """Initial number of components on the tray."""
     levels: int
+    """Number of speed levels, log-spaced from 0.03 to 0.6 m/s, both included."""
     kind: ActionKind = "multidiscrete"
     ways: int = 2
+    """Number of kinds of steps: 2, to feed and to draw back, or 3, where the last number or digit
+    may also be 2, to pull the chain."""
     kinds = TrayKind
 
     @cached_property
@@ -513,13 +447,7 @@ class TrayTable(Actions):
         return self.count // self.levels
 
     def read(self, actions: Any, count: int) -> TrayChoice:
-        """Decode `count` actions in Gymnasium's batched form.
-
-        Raises
-        ------
-        ValueError
-            If one of `actions` is not in the space, or their number is not `count`.
-        """
+        """Decode `count` actions in Gymnasium's batched form."""
         part, lie, level, way = self._digits(actions, count).T
         return part, lie, self.speeds[level], way
 
@@ -540,20 +468,10 @@ class TrayTable(Actions):
         return self._written(np.stack([part, lie, level, way], axis=1))
 
     def masks(self, there: NDArray[np.bool_], back: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return which actions are possible, in the form of sb3-contrib's ``MaskablePPO``.
+        """Return which actions are possible, (m, …), in the form of `ActionTable.masks`.
 
-        Parameters
-        ----------
-        there : array of bool, shape (m, parts)
-            Which components are on the trays.
-        back : array of bool, shape (m,)
-            Whether a component can be drawn back.
-
-        Returns
-        -------
-        array of bool, shape (m, …)
-            One entry per action for ``discrete``, and the concatenated masks of the dimensions for
-            ``multidiscrete``.
+        `there` are the components on the trays, (m, parts); `back` is true where one can be drawn
+        back, (m,).
         """
         count = len(back)
         go = np.ones((count, self.ways), dtype=np.bool_)

@@ -1,8 +1,7 @@
 """Flat observations of a chain that is being fed: their layouts and how they are filled."""
 
-from abc import abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -33,23 +32,14 @@ MEASURED = ("joint", "heading", "rate", "position", "velocity", "seen", "force",
 
 @dataclass(frozen=True)
 class Layout:
-    """The position of each group of entries in the observation of a chain of `n` components.
-
-    Attributes
-    ----------
-    n : int
-        Number of components.
-    side : float
-        Edge length of a casing [m].
-    """
+    """The position of each group of entries in the observation of a chain."""
 
     n: int
+    """Number of components."""
     side: float
-
-    @property
-    @abstractmethod
-    def sizes(self) -> dict[str, int]:
-        """Number of entries of each group, by name, in the order of the observation."""
+    """Edge length of a casing [m]."""
+    sizes: Mapping[str, int]
+    """Number of entries of each group, by name, in the order of the observation."""
 
     @property
     def measured(self) -> tuple[str, ...]:
@@ -68,7 +58,12 @@ class Layout:
     @cached_property
     def size(self) -> int:
         """Number of entries."""
-        return max(group.stop for group in self.slices.values())
+        return sum(self.sizes.values())
+
+    @cached_property
+    def frame(self) -> slice:
+        """The slice of a camera's frame; see `take_frames`."""
+        return slice(self.slices["seen"].start, self.slices["position"].stop)
 
     @property
     def space(self) -> spaces.Box:
@@ -76,82 +71,32 @@ class Layout:
         return spaces.Box(-1.0, 1.0, shape=(self.size,), dtype=np.float32)
 
 
-@dataclass(frozen=True)
-class ObservationLayout(Layout):
-    """The layout for a fully visible chain whose components are chosen; see `fill`.
+def chain_layout(n: int, side: float, words: Sequence[str] = ("target",)) -> Layout:
+    """Return the layout for a fully visible chain whose components are chosen; see `fill`.
 
-    Attributes
-    ----------
-    words : tuple of str
-        Groups of 3 (n − 1) entries that come first, each a word, one-hot over L, S, R.
+    `words` are groups of 3 (n − 1) entries that come first, each a word, one-hot over L, S, R.
     """
-
-    words: tuple[str, ...] = ("target",)
-
-    @property
-    def sizes(self) -> dict[str, int]:
-        """Number of entries of each group, by name, in the order of the observation."""
-        n = self.n
-        return {
-            **dict.fromkeys(self.words, 3 * (n - 1)),
-            "released": n,
-            "magnets": 4 * n,
-            "speed": n,
-            "joint": n - 1,
-            "heading": 2 * n,
-            "rate": n,
-            "position": 2 * n,
-            "velocity": 2 * n,
-        }
+    sizes = {"released": n, "magnets": 4 * n, "speed": n, "joint": n - 1, "heading": 2 * n}
+    sizes |= {"rate": n, "position": 2 * n, "velocity": 2 * n}
+    return Layout(n, side, {**dict.fromkeys(words, 3 * (n - 1)), **sizes})
 
 
-@dataclass(frozen=True)
-class CameraLayout(Layout):
-    """The layout for a chain that a camera sees outside the tube; see `take_frames`.
-
-    Attributes
-    ----------
-    before, after : mapping
-        Number of entries of the groups before and after the camera's frame, by name.
-    """
-
-    before: Mapping[str, int] = field(default_factory=dict[str, int])
-    after: Mapping[str, int] = field(default_factory=dict[str, int])
-
-    @property
-    def sizes(self) -> dict[str, int]:
-        """Number of entries of each group, by name, in the order of the observation."""
-        return {**self.before, **self.frame_sizes, **self.after}
-
-    @property
-    def frame_sizes(self) -> dict[str, int]:
-        """The groups that a frame of the camera contains."""
-        return {"seen": self.n, "heading": 2 * self.n, "position": 2 * self.n}
-
-    @cached_property
-    def frame(self) -> slice:
-        """The slice of a frame."""
-        return slice(self.slices["seen"].start, self.slices["position"].stop)
+def camera_layout(
+    n: int, side: float, before: Mapping[str, int], after: Mapping[str, int]
+) -> Layout:
+    """Return the layout for a chain seen by a camera, with groups before and after its frame."""
+    frame = {"seen": n, "heading": 2 * n, "position": 2 * n}
+    return Layout(n, side, {**before, **frame, **after})
 
 
 @kernel
 def take_frames(
     side: float, rows: Ints, arrays: ChainArrays, noise: Floats, frames: Floats
 ) -> None:
-    """Take frames of some chains.
+    """Take frames of some chains, with rows of ``frames`` (m, 5 n).
 
-    Parameters
-    ----------
-    side : float
-        Edge length of a casing [m].
-    rows : array of int
-        Which chains.
-    arrays : ChainArrays
-        All chains.
-    noise : array, shape (rows, 3 n)
-        Standard normal numbers: for each component its heading, x and y.
-    frames : array, shape (m, 5 n)
-        Frames of all chains; the function fills those of `rows`.
+    ``side`` is the edge length of a casing [m]; ``noise`` (rows, 3 n) are standard normal numbers:
+    for each component its heading, x and y.
     """
     n = arrays.angles.shape[1]
     pitch = np.sqrt(2.0) * side
@@ -182,7 +127,7 @@ def take_frames(
 
 @kernel
 def fill(side: float, arrays: ChainArrays, words: Singles, out: Singles) -> None:
-    """Fill in observations (m, size) of an `ObservationLayout`.
+    """Fill in observations (m, size) of a `chain_layout`.
 
     ``side`` is the edge length of a casing [m], ``words`` are the entries of the words (m, words).
     """

@@ -67,13 +67,7 @@ def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | 
 
 
 def mask_of(options: Mapping[str, Any], count: int) -> NDArray[np.bool_]:
-    """Return which environments `reset` is to reset; a mask that is no array of bool is an error.
-
-    Raises
-    ------
-    TypeError
-        For such a mask.
-    """
+    """Return which environments `reset` is to reset; a wrong type of mask is a `TypeError`."""
     key, mask = "options['reset_mask']", cast("Any", options.get("reset_mask"))
     if mask is None:
         return np.ones(count, dtype=np.bool_)
@@ -88,18 +82,9 @@ def mask_of(options: Mapping[str, Any], count: int) -> NDArray[np.bool_]:
 def given_for_each(
     options: Mapping[str, Any], keys: Sequence[str], count: int, kind: type
 ) -> list[Any] | None:
-    """Return the value that the options of `reset` set for each environment; None to draw it.
+    """Return what the first of the allowed `keys` sets for each environment; None to draw it.
 
-    Parameters
-    ----------
-    options : mapping
-        The options of `reset`.
-    keys : sequence of str
-        The allowed options; the first one is read.
-    count : int
-        Number of environments.
-    kind : type
-        Of a single value, which counts for all; else there must be one for each.
+    A single value, which is of a `kind`, counts for all.
     """
     for key in options:
         one_of("options", key, keys)

@@ -22,17 +22,7 @@ _RESERVED = 1 << 64
 
 
 def episode_seeds(stream: str, count: int) -> list[int]:
-    """Return the fixed seeds of the named stream.
-
-    The first seeds of a long list are the seeds of a short one.
-
-    Parameters
-    ----------
-    stream : str
-        Purpose, such as ``evaluation`` or ``validation``.
-    count : int
-        How many.
-    """
+    """Return the first seeds of a stream, named by its purpose, such as ``validation``."""
     seeds: list[int] = []
     for index in range(count):
         key = (crc32(stream.encode()), index)
@@ -60,15 +50,7 @@ bore leaves room for it. Feed jitter varies the speed at which each component le
 
 
 def randomised(scene: Scene, randomisation: Randomisation) -> Scene:
-    """Return `scene` with the spreads of `randomisation`.
-
-    Raises
-    ------
-    ValueError
-        If `randomisation` is not one of the names.
-    SceneError
-        If the scene has a random quantity that episodes do not draw.
-    """
+    """Return `scene` with the spreads of `randomisation`."""
     allowed = "environments draw no {}; must be {}"
     if scene.bumps is not None and scene.bumps.seed is None:
         refuse([Problem("bumps.seed", None, allowed.format("trains of bumps", "given"))])

@@ -10,17 +10,17 @@ reward. It is 1 only for the target. The mean error of the joint angles has the 
 it gives a wrong joint in the middle, which moves half the chain, the same weight as one at the end.
 """
 
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import Literal, NamedTuple
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.envs.chains.arrays import FAILED, FOLDED, STATUSES, Floats, Ints
-from magfold_env.fold import FoldStatus
-from magfold_env.shapes import headings, outline, word_to_angles, words_of_outline
+from magfold_env.fold import Fold
+from magfold_env.shapes import LETTERS, headings, outline, word_to_angles, words_of_outline
 
 Match = Literal["word", "outline"]
 
@@ -28,75 +28,85 @@ SUCCESS_TOLERANCE = 0.05
 """Largest deviation of a joint from its target angle that counts as a success [rad]."""
 
 
-class Verdict(NamedTuple):
-    """How near a chain is to a goal."""
+class Goals:
+    """Goals of `count` chains side by side, each one of the `words`, which are of one length.
 
-    potential: float
-    """Half the similarity of the chain to the likest of the words: the score if the episode ended
-    here without a success."""
-    score: float
-    """1 for a success, 0 for a failed simulation, else the potential. A miss scores at most one
-    half, so no amount of similarity is worth as much as the fold itself."""
-    is_reached: bool
-    """Whether the chain settled as wanted, every joint within `SUCCESS_TOLERANCE`."""
-
-
-@dataclass(frozen=True)
-class Goal:
-    """A target fold.
-
-    Attributes
-    ----------
-    word : str
-        Word over L, S and R, one letter a joint.
-    match : {"word", "outline"}
-        Whether only `word` counts, or every fully folded word that covers the same cells.
+    Only the word counts, or, if `match` is ``outline``, every fully folded word that covers the
+    same cells.
     """
 
-    word: str
-    match: Match = "word"
+    def __init__(self, words: Sequence[str], match: Match, count: int) -> None:
+        joints = len(words[0])
+        self._words, self._match = words, match
+        self._all_names = np.array(words, dtype=object)
+        letters = np.array([list(word) for word in words]).reshape(len(words), joints)
+        self._one_hots = (letters[:, :, None] == list(LETTERS)).reshape(len(words), -1)
+        self._counts = np.ones(count, dtype=np.int64)
+        self._angles = np.zeros((count, 1, joints))
+        self._folds = np.zeros((count, 1, joints + 1))
+        self._scratch = np.zeros((5, joints + 1))
+        self.names = np.full(count, None, dtype=object)
+        """The target words, (m,)."""
+        self.one_hot = np.zeros((count, 3 * joints), dtype=np.float32)
+        """The same words as entries of an observation, (m, 3 (n − 1))."""
 
-    @cached_property
-    def words(self) -> tuple[str, ...]:
-        """The words that count as reached; `word` is the first."""
-        if self.match == "word":
-            return (self.word,)
-        others = words_of_outline(outline(self.word))
-        return (self.word, *(word for word in others if word != self.word))
+    @property
+    def turns(self) -> Floats:
+        """Joint angles of the target words [rad], (m, n − 1)."""
+        return self._angles[:, 0]
 
-    @cached_property
-    def angles(self) -> Floats:
-        """Joint angles of `words` [rad], shape (words, n - 1)."""
-        return np.array([word_to_angles(word) for word in self.words])
+    def want(self, rows: Ints, numbers: Ints) -> None:
+        """Set the goals of some chains by the numbers of the words."""
+        self.names[rows] = self._all_names[numbers]
+        self.one_hot[rows] = self._one_hots[numbers]
+        for row, number in zip(rows.tolist(), numbers.tolist(), strict=True):
+            angles, folds = _shapes_of(self._words[number], self._match)
+            count = len(angles)
+            if count > self._angles.shape[1]:
+                more = ((0, 0), (0, count - self._angles.shape[1]), (0, 0))
+                self._angles, self._folds = np.pad(self._angles, more), np.pad(self._folds, more)
+            self._counts[row] = count
+            self._angles[row, :count], self._folds[row, :count] = angles, folds
 
-    @cached_property
-    def headings(self) -> Floats:
-        """Headings of `words` [rad], shape (words, n); that of component 1 is 0."""
-        return np.array([headings(angles) for angles in self.angles])
+    def judge(self, rows: Ints, status: Ints, angles: Floats) -> Floats:
+        """Return potential, score and success of some chains, (3, rows).
 
-    def judged(self, status: FoldStatus | None, joint_angles: Floats) -> Verdict:
-        """Return how near a chain is to the goal.
+        The potential is half the similarity to the likest of the words. The score is 1 for a
+        success, 0 for a failed simulation, else the potential, so that no amount of similarity is
+        worth as much as the fold itself. A success is 1, else 0: the chain settled with every joint
+        within `SUCCESS_TOLERANCE`.
 
-        Parameters
-        ----------
-        status : FoldStatus or None
-            How the fold ended.
-        joint_angles : array, shape (n - 1,)
-            Relative angles at the end [rad]; joints that are still in the tube count as straight.
+        `status` (m,) are numbers of `STATUSES`, and `angles` (m, n) the headings [rad], of all
+        chains.
         """
-        out = np.empty((3, 1))
-        scratch = np.empty((5, joint_angles.size + 1))
-        row, code = np.zeros(1, dtype=np.int64), np.array([STATUSES.index(status)])
-        angles, folds = self.angles[None], self.headings[None]
-        count = np.array([len(self.words)])
-        judge(row, code, joint_angles[None], count, angles, folds, scratch, out)
-        return Verdict(float(out[0, 0]), float(out[1, 0]), bool(out[2, 0]))
+        out = np.empty((3, len(rows)))
+        headings = angles[rows]
+        joints = headings[:, 1:] - headings[:, :-1]
+        judge(rows, status, joints, self._counts, self._angles, self._folds, self._scratch, out)
+        return out
+
+
+def judged(target: str, match: Match, folds: Sequence[Fold]) -> Floats:
+    """Return what `Goals.judge` returns for folds with one target, (3, folds)."""
+    goals, rows = Goals((target,), match, len(folds)), np.arange(len(folds))
+    goals.want(rows, np.zeros_like(rows))
+    status = np.array([STATUSES.index(fold.status) for fold in folds])
+    return goals.judge(rows, status, np.array([fold.angles for fold in folds]))
 
 
 @lru_cache(maxsize=4096)
-def goal_of(word: str, match: Match) -> Goal:
-    """Return the goal; all callers share its cached results."""
-    return Goal(word, match)
+def goal_words(word: str, match: Match) -> tuple[str, ...]:
+    """Return the words that count as reached; `word` is the first."""
+    if match == "word":
+        return (word,)
+    return (word, *(other for other in words_of_outline(outline(word)) if other != word))
+
+
+@lru_cache(maxsize=4096)
+def _shapes_of(word: str, match: Match) -> tuple[Floats, Floats]:
+    """Return the joint angles and headings [rad] of `goal_words`; component 1 heads to 0."""
+    angles = np.array([word_to_angles(each) for each in goal_words(word, match)])
+    return angles, np.array([headings(each) for each in angles])
 
 
 @kernel
@@ -110,7 +120,7 @@ def judge(
     scratch: Floats,
     out: Floats,
 ) -> None:
-    """See `magfold_env.envs.episodes.Goals.judge`; a chain has ``counts`` words."""
+    """See `Goals.judge`; a chain has ``counts`` words."""
     n = joints.shape[1] + 1
     turned = scratch[4]
     for j in range(rows.size):

@@ -34,31 +34,18 @@ Shaping = Literal["similarity", "energy"]
 
 @dataclass(frozen=True)
 class RewardRule:
-    """How an episode is rewarded.
-
-    Attributes
-    ----------
-    kind : {"relative", "score", "sparse"}
-        The last step's reward.
-    shaping : {"similarity", "energy"} or None
-        The additional reward of every step.
-    gamma : float
-        Discount of the shaping.
-    """
+    """How an episode is rewarded."""
 
     kind: RewardKind = "relative"
+    """The last step's reward."""
     shaping: Shaping | None = None
+    """The additional reward of every step."""
     gamma: float = 1.0
+    """Discount of the shaping."""
 
     @classmethod
     def of(cls, kind: RewardKind, shaping: bool | Shaping, gamma: float) -> "RewardRule":
-        """Return the rule for the options of an environment.
-
-        Raises
-        ------
-        ValueError
-            If one of them is not allowed.
-        """
+        """Return the rule for the options of an environment."""
         one_of("reward", kind, RewardKind)
         one_of("shaping", shaping, (True, False, *get_args(Shaping)))
         right = isinstance(cast("object", gamma), (int, float)) and 0.0 <= gamma <= 1.0

@@ -27,20 +27,7 @@ give three times as many."""
 
 
 def resolve_targets(targets: Sequence[str] | None, n: int) -> tuple[str, ...]:
-    """Return the target words of a chain of `n` components.
-
-    Parameters
-    ----------
-    targets : sequence of str or None
-        Words to draw from; None means every fully folded word of the chain.
-    n : int
-        Number of components.
-
-    Raises
-    ------
-    ValueError
-        If a word is not a fully folded word of the chain, or none is given.
-    """
+    """Return the target words of a chain of `n` components, by default all fully folded words."""
     if targets is None:
         if n > LONGEST_LISTED:
             raise ValueError(
@@ -73,13 +60,7 @@ def is_target(word: object, n: int) -> bool:
 
 
 def pick_target(word: object, targets: Sequence[str]) -> str:
-    """Return `word` if it is one of `targets`.
-
-    Raises
-    ------
-    ValueError
-        If it is not.
-    """
+    """Return `word` if it is one of `targets`."""
     if word not in targets:
         allowed = f"must be one of {_listed(targets)}{nearest(str(word), targets)}"
         refuse([Problem("options['target']", word, allowed)])
@@ -99,12 +80,7 @@ POPULATION = 4096
 def difficulties(scene: Scene, words: tuple[str, ...]) -> dict[str, float]:
     """Return the difficulty of each word; infinite where no chain of a population gets there.
 
-    Parameters
-    ----------
-    scene : Scene
-        A tube scene; its sequence does not count. Every component gets its magnets as it leaves.
-    words : tuple of str
-        Fold words of the scene's chain.
+    Every component gets its magnets as it leaves, whatever the scene's sequence.
     """
     lattice = LatticeFeed(scene)
     strength = lattice.packed.strengths
@@ -116,13 +92,7 @@ def difficulties(scene: Scene, words: tuple[str, ...]) -> dict[str, float]:
 
 
 def easiest(scene: Scene, words: tuple[str, ...], share: float) -> tuple[str, ...]:
-    """Return the easiest `share` of `words`, at least one, in the order given.
-
-    Raises
-    ------
-    ValueError
-        If `share` is not above 0 and at most 1.
-    """
+    """Return the easiest `share` of `words`, at least one, in the order given."""
     count = math.ceil(share_of("difficulty", share) * len(words) - 1e-9)
     if count == len(words):
         return words

@@ -1,17 +1,30 @@
 """What all episodes of an environment share, and the options that set it."""
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any, ClassVar, Literal, TypedDict
+from itertools import cycle, islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypedDict, Unpack
 
+import numpy as np
+from numpy.typing import NDArray
+
+from magfold_env.designer.suites import Suite, load_suite, suite_names
+from magfold_env.envs.baselines.baseline import Baseline, BaselineStore, unknown_baseline
 from magfold_env.envs.chains.lattice import LatticeFeed
-from magfold_env.envs.spaces.actions import ActionKind
-from magfold_env.envs.tasks.checks import one_of
+from magfold_env.envs.spaces.actions import PATTERNS, ActionKind, ActionTable, read_catalogue
+from magfold_env.envs.spaces.observation import Layout, chain_layout
+from magfold_env.envs.tasks.checks import one_of, refuse_unknown, require, share_of, whole
 from magfold_env.envs.tasks.draws import Randomisation, randomised
+from magfold_env.envs.tasks.feed_tasks import Task, read_tasks
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardKind, RewardRule, Shaping
-from magfold_env.envs.tasks.targets import pick_target
-from magfold_env.scene import Scene
+from magfold_env.envs.tasks.targets import easiest, pick_target, resolve_targets
+from magfold_env.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    from magfold_env.envs.camera_track import CameraEpisodes
 
 Fidelity = Literal["dynamics", "quasistatic"]
 
@@ -19,42 +32,19 @@ Fidelity = Literal["dynamics", "quasistatic"]
 class World:
     """Scene, targets, actions, observations and rewards, without a chain.
 
-    Parameters
-    ----------
-    scene : Scene
-        A tube scene.
-    options : mapping
-        Options of the environment. Of these, ``fidelity``, ``match``, ``randomisation``,
-        ``reward``, ``shaping`` and ``gamma`` are read here; see `FoldOptions`.
-    randomisation, reward : str
-        Defaults of these two options.
-
-    Attributes
-    ----------
-    scene : Scene
-        The template of episodes, including the randomisation.
-    words : tuple of str
-        The words that `reset` draws from, or those of its tasks.
-    match : {"word", "outline"}
-        What counts as reaching a word.
-    randomisation : {"none", "nominal", "strong", "scene"}
-        Extent of the random draws.
-    fidelity : {"dynamics", "quasistatic"}
-        Whether chains are simulated.
-    actions : ActionTable or SpeedTable
-        Encoding and decoding of actions.
-    layout : ObservationLayout or CameraLayout
-        The slice of each group of entries in an observation.
-    rule : RewardRule
-        How episodes are rewarded.
+    Of the options, ``fidelity``, ``match``, ``randomisation`` and those of `RewardOptions` are read
+    here; `randomisation` and `reward` are the defaults of these two.
     """
 
     option: ClassVar[tuple[str, type]] = ("target", str)
     """The option of `reset` that fixes what is drawn, and the type of its value."""
 
     words: tuple[str, ...]
+    """The words that `reset` draws from, or those of its tasks."""
     actions: Any
-    layout: Any
+    """Encoding and decoding of actions: an `ActionTable`, `SpeedTable` or `TrayTable`."""
+    layout: Layout
+    """The slice of each group of entries in an observation."""
 
     def __init__(
         self,
@@ -67,6 +57,7 @@ class World:
         self.match: Match = one_of("match", options.get("match", "word"), Match)
         self.randomisation: Randomisation = options.get("randomisation", randomisation)
         self.scene = randomised(scene, self.randomisation)
+        """The template of episodes, including the randomisation."""
         self.rule = RewardRule.of(
             options.get("reward", reward), options.get("shaping", False), options.get("gamma", 1.0)
         )
@@ -82,48 +73,35 @@ class World:
         return LatticeFeed(self.scene)
 
     def number_of(self, value: Any) -> int:
-        """Return the number of the target or task that `value` of the option names.
-
-        Raises
-        ------
-        ValueError
-            If there is none.
-        """
+        """Return the number of the target or task that `value` of the option names."""
         return self.words.index(pick_target(value, self.words))
 
 
-class ChainOptions(TypedDict, total=False):
-    """Options for the fold and the choices; all are optional."""
+class SharedOptions(TypedDict, total=False):
+    """Options of all environments; every option may be left out."""
 
-    components: int | None
-    """Chain length; by default that of the suite or the scene."""
-    targets: Sequence[str] | str | None
-    """Words to draw from at reset, or the name or path of a target suite
-    (`magfold_env.designer.suites`), which also sets the chain length; by default every fully
-    folded word of the chain."""
     match: Match
-    """``word``: the fold must be the target. ``outline``: it must cover the same cells, in
-    any order (`magfold_env.shapes.outline`)."""
+    """``word``: the fold must be the target. ``outline``: it must cover the same cells, in any
+    order (`magfold_env.shapes.outline`)."""
     difficulty: float
-    """Share of the targets to draw from, the easiest first (`magfold_env.envs.tasks.targets`);
-    above 0, and 1 by default."""
+    """Share of the targets or tasks to draw from, the easiest first; above 0, and 1 by default."""
     fidelity: Fidelity
-    """``dynamics``: the chain is simulated. ``quasistatic``: energy alone decides one joint after
-    another, without speed, friction, randomisation or baseline."""
+    """``dynamics``: the chain is simulated. ``quasistatic``, where magnets are chosen: energy alone
+    decides one joint after another, without speed, friction, randomisation or baseline."""
     randomisation: Randomisation
-    """Physics drawn at reset. ``none``: no draws, a straight chain. ``nominal`` (default):
-    friction ±10 %, remanence ±5 %, speed of each component ±5 %, release angles ±0.03 rad.
-    ``strong``: ±30 %, ±10 %, ±20 %, and ±0.1 rad or the tube's clearance. ``scene``: the scene's
-    own spreads."""
+    """Physics drawn at reset. ``none``: no draws, a straight chain, sound magnets. ``nominal``
+    (default where magnets are chosen): friction ±10 %, remanence ±5 %, speed of each component
+    ±5 %, release angles ±0.03 rad. ``strong``: ±30 %, ±10 %, ±20 %, and ±0.1 rad or the tube's
+    clearance. ``scene`` (default where tasks are given): the scene's own spreads."""
     speeds: int
-    """Number of speed levels. The default, 9, includes the baseline's five speeds."""
+    """Number of speed levels. The default is 9 where magnets are chosen, which includes the
+    baseline's five speeds, and 5 where tasks are given. Where the agent sets only the speed: each
+    way, besides standstill."""
     actions: ActionKind
-    """How actions are written. ``multidiscrete`` (default): the patterns of magnets, then the speed
-    level. ``discrete``: these as one number, up to a million. ``box``: four numbers from −1 to 1 a
-    component, above 0 is N, then the speed on a log scale from −1 to 1."""
-    catalogue: Sequence[str] | None
-    """Components that can be built, such as ``["NSNS", "NNSS"]``; all 16 by default. The nearest
-    of them replaces any other, and `action_masks` excludes the others."""
+    """How actions are written. ``multidiscrete``: whole numbers, such as patterns of magnets and
+    speed level. ``discrete``: these as one number, up to a million. ``box``: numbers from −1 to 1,
+    four a component, above 0 is N, and the speed. The default is ``box`` where the agent sets only
+    the speed, else ``multidiscrete``; trays have no ``box``."""
 
 
 class RewardOptions(TypedDict, total=False):
@@ -138,9 +116,175 @@ class RewardOptions(TypedDict, total=False):
     """Discount of the shaping, 1 by default; must be the agent's own."""
 
 
+class ChainOptions(SharedOptions, total=False):
+    """Options where magnets are chosen, without those of the reward."""
+
+    components: int | None
+    """Chain length; by default that of the suite or the scene."""
+    targets: Sequence[str] | str | None
+    """Words to draw from at reset, or the name or path of a target suite
+    (`magfold_env.designer.suites`), which also sets the chain length; by default every fully
+    folded word of the chain."""
+    catalogue: Sequence[str] | None
+    """Components that can be built, such as ``["NSNS", "NNSS"]``; all 16 by default. The nearest
+    of them replaces any other, and `action_masks` excludes the others."""
+
+
 class FoldOptions(ChainOptions, RewardOptions, total=False):
-    """What is folded, how it is chosen, and how it is rewarded."""
+    """Options where magnets are chosen."""
 
     baseline: Literal["auto"] | None
     """``auto`` (default): take b from the package data or the disk cache, or compute it. None: b is
     0."""
+
+
+class FeedOptions(SharedOptions, RewardOptions, total=False):
+    """Options where tasks are given."""
+
+    tasks: str | Path | Sequence[Task | Mapping[str, Any]]
+    """Name of a shipped list of tasks, path of a YAML file, or the tasks themselves; by default the
+    environment's own list."""
+
+
+class FoldTask(World):
+    """A folding task in which magnets are chosen, for a component or a chain at a time.
+
+    Without a `scene` it takes the shipped one named `usual`, or the scene that the target suite is
+    meant for, with the feed of `usual`.
+    """
+
+    def __init__(
+        self,
+        scene: str | Path | Scene | None,
+        usual: str,
+        action_scope: Literal["component", "chain"],
+        **options: Unpack[FoldOptions],
+    ) -> None:
+        refuse_unknown(options, FoldOptions)
+        targets, components = options.get("targets"), options.get("components")
+        if isinstance(targets, str):
+            suite = _suite(targets)
+            targets, components = suite.targets, components or suite.n
+            if scene is None:
+                feed = load_scene(usual)
+                scene = suite.scene().replace(
+                    mount="tube",
+                    feed={"loading": feed.feed.loading},
+                    solver={"max_steps": feed.solver.max_steps},
+                )
+        scene = usual if scene is None else scene
+        given = scene if isinstance(scene, Scene) else load_scene(scene)
+        given = feedable(lengthened(given, components), action_scope)
+        super().__init__(given, options, reward="relative")
+        self.words = easiest(
+            self.scene, resolve_targets(targets, given.n), options.get("difficulty", 1.0)
+        )
+        self.actions = ActionTable(
+            options.get("speeds", 9),
+            1 if action_scope == "component" else given.n,
+            options.get("actions", "multidiscrete"),
+            read_catalogue(options.get("catalogue")),
+        )
+        self.layout = chain_layout(given.n, given.casing.side)
+        baseline = options.get("baseline", "auto")
+        require(baseline in ("auto", None), "baseline", baseline, "must be 'auto' or None")
+        self._baselines = None
+        wanted = baseline == "auto" and self.rule.kind == "relative"
+        if wanted and self.fidelity == "dynamics":
+            if self.in_field:
+                raise ValueError(
+                    "baseline: 'auto' is not allowed with scene.field; energy minimisation does "
+                    "not know of external fields, must be None"
+                )
+            self._baselines = BaselineStore(self.scene, self.match)
+        if self.fidelity == "quasistatic" or self.rule.shaping == "energy":
+            _ = self.lattice
+
+    def baseline_of(self, target: str) -> Baseline:
+        """Return the energy minimiser's result for `target`; see `FoldEnv.baseline_of`."""
+        if self._baselines is None:
+            return unknown_baseline(target)
+        return self._baselines.get(target)
+
+
+def lengthened(scene: Scene, components: int | None) -> Scene:
+    """Return `scene` with a chain of another length, its components repeated as needed."""
+    if components is None or whole("components", components, 2) == scene.n:
+        return scene
+    sequence = tuple(islice(cycle(scene.sequence), components))
+    return scene.replace(sequence=sequence, start_angles=None)
+
+
+def feedable(scene: Scene, action_scope: Literal["component", "chain"]) -> Scene:
+    """Return `scene`; refuse one whose magnets cannot be chosen or whose chain cannot be fed."""
+    loading = scene.feed.loading
+    late = action_scope == "chain" or loading == "at_mouth"
+    allowed = "must be 'at_mouth', or magnets would act before they are chosen"
+    require(scene.mount == "tube", "scene.mount", scene.mount, "must be 'tube'")
+    require(late, "scene.feed.loading", loading, allowed)
+    require(scene.magnets is not None, "scene.magnets", None, "must be given")
+    require(scene.n > 1, "scene.sequence", scene.sequence, "must have two components or more")
+    return scene
+
+
+def _suite(name: str) -> Suite:
+    """Return the suite that the option `targets` names."""
+    names = suite_names()
+    allowed = "must be a list of fold words, the path of a suite or one of the suites "
+    right = name in names or Path(name).is_file()
+    require(right, "targets", name, allowed + ", ".join(names))
+    return load_suite(name)
+
+
+class TaskWorld(World):
+    """A world of given tasks; the class of its episodes defines actions and observations.
+
+    Sequence, direction and speeds of `scene` are ignored; the option ``tasks`` must be given.
+    """
+
+    option = ("task", int)
+
+    def __init__(
+        self,
+        episodes: "type[CameraEpisodes]",
+        scene: str | Path | Scene,
+        **options: Unpack[FeedOptions],
+    ) -> None:
+        refuse_unknown(options, FeedOptions)
+        fidelity = options.get("fidelity", "dynamics")
+        allowed = "must be 'dynamics', energy minimisation knows of no speed"
+        require(fidelity == "dynamics", "fidelity", fidelity, allowed)
+        scene = scene if isinstance(scene, Scene) else load_scene(scene)
+        require(scene.mount == "tube", "scene.mount", scene.mount, "must be 'tube'")
+        found = read_tasks(options.get("tasks", ()), episodes.task_kind)
+        share = share_of("difficulty", options.get("difficulty", 1.0))
+        self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
+        self.words = tuple(task.target for task in self.tasks)
+        scene = scene.replace(sequence=found[0].parts[: found[0].n], start_angles=None)
+        super().__init__(scene, options, randomisation="scene")
+        directions = dict.fromkeys(task.direction for task in self.tasks)
+        self.templates: tuple[Scene, ...] = tuple(
+            self.scene.replace(feed={"direction": direction}) for direction in directions
+        )
+        """The templates of episodes: a scene for each direction of feed."""
+        self.kinds: tuple[int, ...] = tuple(
+            list(directions).index(task.direction) for task in self.tasks
+        )
+        """Which of the templates each task has."""
+        self.actions, self.layout = episodes.spaces(self, options)
+
+    @cached_property
+    def patterns(self) -> NDArray[np.int64]:
+        """Pattern numbers of the available components, (tasks, parts)."""
+        return np.array([[PATTERNS.index(faces) for faces in task.parts] for task in self.tasks])
+
+    @cached_property
+    def lattices(self) -> tuple[LatticeFeed, ...]:
+        """What energy minimisation needs to know of the chains of each template."""
+        return tuple(map(LatticeFeed, self.templates))
+
+    def number_of(self, value: int) -> int:
+        """Return the number of a task; see `World.number_of`."""
+        last = len(self.tasks) - 1
+        require(value in range(last + 1), "options['task']", value, f"must be 0..{last}")
+        return int(value)

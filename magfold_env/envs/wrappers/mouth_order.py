@@ -14,7 +14,7 @@ from gymnasium import spaces
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
-from magfold_env.envs.spaces.observation import Layout, ObservationLayout
+from magfold_env.envs.spaces.observation import Layout, chain_layout
 
 WIDTHS = {"magnets": 4, "speed": 1, "heading": 2, "rate": 1, "position": 2, "velocity": 2}
 """Groups of the observation that list components, and their entries for each."""
@@ -29,7 +29,7 @@ def mouth_order(n: int, width: int, backward: bool) -> NDArray[np.int64]:
     The target comes first, with `width` entries per joint, then the chain of `n` components. The
     index of a missing entry is one beyond the last. `backward`: component ``n`` leaves first.
     """
-    layout = ObservationLayout(n, side=1.0, words=())
+    layout = chain_layout(n, side=1.0, words=())
     target = slice(0, width * (n - 1))
     missing = target.stop + layout.size
 
@@ -59,23 +59,13 @@ def mouth_order(n: int, width: int, backward: bool) -> NDArray[np.int64]:
 
 
 class MouthOrder:
-    """Reorders observations of ``MagFold/TubeFeed-v0``, one or many.
+    """Reorders observations of ``MagFold/TubeFeed-v0``, one or many; refuses other layouts.
 
-    Parameters
-    ----------
-    layout : Layout
-        The layout of the environment.
-    backward : bool
-        Whether component ``n`` leaves the tube first.
-
-    Raises
-    ------
-    ValueError
-        If the layout is that of another environment.
+    `backward`: component ``n`` leaves the tube first.
     """
 
     def __init__(self, layout: Layout, backward: bool) -> None:
-        if not isinstance(layout, ObservationLayout) or layout.words != ("target",):
+        if layout != chain_layout(layout.n, layout.side):
             raise ValueError(
                 f"env: observations of {', '.join(layout.slices)} are not allowed; "
                 "must be those of MagFold/TubeFeed-v0"

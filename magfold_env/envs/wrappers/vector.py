@@ -1,6 +1,6 @@
 """Wrappers of vector environments; like Gymnasium's, they are named like those of single ones."""
 
-from abc import abstractmethod
+from collections.abc import Callable
 from typing import Any, cast
 
 import numpy as np
@@ -14,29 +14,28 @@ from magfold_env.envs.tasks.checks import whole
 from magfold_env.envs.vector_env import Infos
 from magfold_env.envs.wrappers.mouth_order import MouthOrder
 
-Singles = NDArray[np.float32]
-
 
 class _Observation(VectorWrapper[Any, Any, Any, Any, Any]):
     """Changes the form of array observations, in every autoreset mode.
 
-    Gymnasium's base class for such wrappers refuses SAME_STEP.
+    Gymnasium's base class for such wrappers refuses SAME_STEP. `shown` returns all observations in
+    the new form, given which environments have begun and which have made a step; `last` returns an
+    episode's last observation, given its row, when another episode follows.
     """
 
-    def __init__(self, env: VectorEnv[Any, Any, Any], space: spaces.Box) -> None:
+    def __init__(
+        self,
+        env: VectorEnv[Any, Any, Any],
+        space: spaces.Box,
+        shown: Callable[[NDArray[Any], Bools, Bools], NDArray[Any]],
+        last: Callable[[NDArray[Any], int], NDArray[Any]],
+    ) -> None:
         super().__init__(env)
         self._mode = env.metadata["autoreset_mode"]
         self.single_observation_space = space
         self.observation_space = batch_space(space, env.num_envs)
         self._over = np.zeros(env.num_envs, dtype=np.bool_)
-
-    @abstractmethod
-    def _shown(self, observations: Any, begun: Bools, stepped: Bools) -> Any:
-        """Return all observations in the new form; some environments began or made a step."""
-
-    @abstractmethod
-    def _last(self, observation: Any, row: int) -> Any:
-        """Return an episode's last observation in the new form, when another episode follows."""
+        self._shown, self._last = shown, last
 
     def reset(
         self, *, seed: Any = None, options: dict[str, Any] | None = None
@@ -72,15 +71,8 @@ class MouthOrderObservation(_Observation):
             native = hasattr(inner, "template")
             return getattr(inner.template, name) if native else inner.get_attr(name)[0]
 
-        backward = of_one("scene").feed.direction == "backward"
-        self._ordered = MouthOrder(of_one("layout"), backward)
-        super().__init__(env, self._ordered.space)
-
-    def _shown(self, observations: Singles, begun: Bools, stepped: Bools) -> Singles:
-        return self._ordered(observations)
-
-    def _last(self, observation: Singles, row: int) -> Singles:
-        return self._ordered(observation)
+        order = MouthOrder(of_one("layout"), of_one("scene").feed.direction == "backward")
+        super().__init__(env, order.space, lambda seen, *_: order(seen), lambda one, _: order(one))
 
 
 class FrameStackObservation(_Observation):
@@ -106,39 +98,18 @@ class FrameStackObservation(_Observation):
         space = cast("Any", env).single_observation_space
         if not isinstance(space, spaces.Box):
             raise ValueError(f"env: observations {space} are not allowed; must be a Box")
-        self._frames = Frames(cast("spaces.Box", space), stack_size, env.num_envs)
-        super().__init__(env, self._frames.space)
-
-    def _shown(self, observations: NDArray[Any], begun: Bools, stepped: Bools) -> NDArray[Any]:
-        return self._frames.push(observations, begun, stepped)
-
-    def _last(self, observation: NDArray[Any], row: int) -> NDArray[Any]:
-        return self._frames.last(observation, row)
+        frames = Frames(cast("spaces.Box", space), stack_size, env.num_envs)
+        super().__init__(env, frames.space, frames.push, frames.last)
 
 
 class Frames:
-    """The last observations of many environments, the newest last.
-
-    Parameters
-    ----------
-    space : gymnasium.spaces.Box
-        Space of one observation.
-    stack_size : int
-        Number of observations kept per environment.
-    count : int
-        Number of environments.
-
-    Attributes
-    ----------
-    space : gymnasium.spaces.Box
-        Space of the stack of one environment, (stack_size, ...).
-    kept : array
-        The stacks, (count, stack_size, ...).
-    """
+    """The last observations of `count` environments, the newest last, `stack_size` for each."""
 
     def __init__(self, space: spaces.Box, stack_size: int, count: int) -> None:
         self.space = cast("spaces.Box", batch_space(space, stack_size))
+        """Space of the stack of one environment, (stack_size, ...)."""
         self.kept = cast("NDArray[Any]", create_empty_array(self.space, count))
+        """The stacks, (count, stack_size, ...)."""
 
     def push(self, observations: NDArray[Any], begun: Bools, stepped: Bools) -> NDArray[Any]:
         """Add observations of environments that began or made a step; return a copy of all stacks.

@@ -66,7 +66,7 @@ def test_one_that_is_computed_is_what_its_schedule_scores(
             before, (time,) = time, episodes.times(row)
         scores.append(ends["score"][0])
         assert ends["baseline"] == found.score
-        assert not ends["baseline_flagged"]
+        assert not ends["baseline_missing"]
         cost = TIME_COST * (time - before)
         assert rewards == pytest.approx(scores[-1] - found.score - cost)
     assert found.score == pytest.approx(np.mean(scores))

@@ -15,7 +15,7 @@ from magfold_env.envs.spaces.actions import BACK, LYING, SIGNS, letters_of
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from tests.envs.pictures.test_rendering import QUICK, VARIANTS
 
-MOVING = [each for each in VARIANTS if each.id != "quasistatic"]
+MOVING = [each for each in VARIANTS if "quasistatic" not in str(each.id)]
 
 
 def page_of(env: Any, folder: Path) -> dict[str, Any]:

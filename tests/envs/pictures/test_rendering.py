@@ -20,29 +20,26 @@ from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.wrappers import record_video
 from magfold_env.render import style
 from magfold_env.render.snapshot import snapshot_picture
+from magfold_env.scoring.track import TRACKS
 from tests.envs import contract
 from tests.envs.vectors import same
 
 QUICK: dict[str, Any] = {"components": 3, "baseline": None}
 VARIANTS = [
-    pytest.param("MagFold/TubeFeed-v0", QUICK, id="tube-feed"),
-    pytest.param("MagFold/TubeFeed-v0", QUICK | {"fidelity": "quasistatic"}, id="quasistatic"),
-    pytest.param("MagFold/SequenceDesign-v0", QUICK, id="sequence-design"),
-    pytest.param("MagFold/TubeFeedGoal-v0", {"components": 3}, id="tube-feed-goal"),
-    pytest.param("MagFold/UnknownFloor-v0", {}, id="unknown-floor"),
-    pytest.param("MagFold/Reprogram-v0", {}, id="reprogram"),
-    pytest.param("MagFold/Lumen-v0", {}, id="lumen"),
-    pytest.param("MagFold/Tray-v0", {}, id="tray"),
-    pytest.param("MagFold/Anchor-v0", {}, id="anchor"),
+    pytest.param(env_id, options, id=f"{env_id[8:-3]}{options.get('fidelity', '')}")
+    for env_id, options in (
+        ("MagFold/TubeFeed-v0", QUICK),
+        ("MagFold/TubeFeed-v0", QUICK | {"fidelity": "quasistatic"}),
+        ("MagFold/SequenceDesign-v0", QUICK),
+        ("MagFold/TubeFeedGoal-v0", {"components": 3}),
+        *((env_id, {}) for env_id in TRACKS),
+    )
 ]
 # A track has hundreds of steps, each of which is drawn.
-TRACKS = VARIANTS[4:]
 every_variant_slowly = pytest.mark.parametrize(
     ("env_id", "options"),
-    [
-        *VARIANTS[:4],
-        *(pytest.param(*each.values, id=each.id, marks=pytest.mark.slow) for each in TRACKS),
-    ],
+    VARIANTS[:4]
+    + [pytest.param(*each.values, id=each.id, marks=pytest.mark.slow) for each in VARIANTS[4:]],
 )
 
 
@@ -190,18 +187,6 @@ def test_what_is_drawn_back_is_shown_as_it_was() -> None:
     assert len(passing) > 2
     assert set(passing) == {fed}
     assert last != fed
-
-
-@pytest.mark.medium
-@pytest.mark.parametrize("env_id", ["MagFold/UnknownFloor-v0", "MagFold/Tray-v0"])
-def test_films_of_every_step_are_whole(env_id: str) -> None:
-    env = made(env_id, "rgb_array_list", {})
-    env.reset(seed=0)
-    env.action_space.seed(0)
-    for _ in range(5):
-        env.step(env.action_space.sample())
-    seconds = float(env.episodes.chains.times(np.array([0]))[0])
-    assert len(env.render()) - 6 == pytest.approx(viewer.FILM_RATE * seconds, abs=1.0)
 
 
 def test_steps_that_are_a_film_by_themselves_are_played_as_they_come() -> None:

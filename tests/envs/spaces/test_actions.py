@@ -1,3 +1,5 @@
+"""What actions stand for, and how they are written."""
+
 from typing import Any
 
 import numpy as np
@@ -6,19 +8,25 @@ import pytest
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS
 from magfold_env.envs.spaces.actions import (
     DEAD_BAND,
+    FACES,
     FASTEST,
+    LYING,
     PATTERNS,
+    PULL,
     SIGNS,
     SLOWEST,
     ActionKind,
     ActionTable,
     SpeedTable,
+    TrayTable,
     read_catalogue,
     scaled_speeds,
     speeds_at,
 )
 
 KINDS: tuple[ActionKind, ...] = ("multidiscrete", "discrete", "box")
+every_kind = pytest.mark.parametrize("kind", KINDS)
+whole_kind = pytest.mark.parametrize("kind", KINDS[:2])
 
 
 def test_patterns_are_the_sixteen_and_read_as_bits() -> None:
@@ -29,39 +37,29 @@ def test_patterns_are_the_sixteen_and_read_as_bits() -> None:
         np.testing.assert_array_equal(SIGNS[index], [1 if face == "N" else -1 for face in faces])
 
 
-@pytest.mark.parametrize("levels", [2, 5, 9])
-def test_speeds_are_log_spaced_between_the_limits(levels: int) -> None:
-    speeds = ActionTable(levels).speeds
-    assert speeds[0] == pytest.approx(SLOWEST)
-    assert speeds[-1] == pytest.approx(FASTEST)
-    ratios = speeds[1:] / speeds[:-1]
-    np.testing.assert_allclose(ratios, ratios[0])
-
-
-def test_the_log_scale_goes_from_the_slowest_to_the_fastest_and_back() -> None:
+def test_speeds_are_log_spaced_between_the_limits() -> None:
+    for levels in (2, 5, 9):
+        speeds = ActionTable(levels).speeds
+        np.testing.assert_allclose(speeds[[0, -1]], [SLOWEST, FASTEST])
+        ratios = speeds[1:] / speeds[:-1]
+        np.testing.assert_allclose(ratios, ratios[0])
     scaled = np.linspace(-1, 1, 11)
-    speeds = speeds_at(scaled)
-    np.testing.assert_allclose(speeds[[0, -1]], [SLOWEST, FASTEST])
-    assert (np.diff(speeds) > 0.0).all()
-    np.testing.assert_allclose(scaled_speeds(speeds), scaled, atol=1e-9)
+    np.testing.assert_allclose(scaled_speeds(speeds_at(scaled)), scaled, atol=1e-9)
+    np.testing.assert_allclose(ActionTable(9).speeds[::2], CANDIDATE_SPEEDS)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_every_choice_is_written_and_read_back(kind: ActionKind) -> None:
-    table = ActionTable(5, kind=kind)
-    for faces in PATTERNS:
+@every_kind
+@pytest.mark.parametrize("components", [1, 3])
+def test_choices_are_written_and_read_back(kind: ActionKind, components: int) -> None:
+    table = ActionTable(9, components, kind)
+    for k, faces in enumerate(PATTERNS):
         for speed in table.speeds.tolist():
-            action = table.encode([faces], speed)
+            sequence = [faces, PATTERNS[k - 5], PATTERNS[k - 3]][:components]
+            action = table.encode(sequence, speed)
             assert action in table.space
             read, at = table.decode(action)
-            assert read == (faces,)
+            assert read == tuple(sequence)
             assert at == pytest.approx(speed, rel=1e-6)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("components", [1, 3])
-def test_every_action_of_the_space_can_be_read(kind: ActionKind, components: int) -> None:
-    table = ActionTable(9, components, kind)
     table.space.seed(0)
     for _ in range(100):
         sequence, speed = table.decode(table.space.sample())
@@ -69,36 +67,28 @@ def test_every_action_of_the_space_can_be_read(kind: ActionKind, components: int
         assert SLOWEST * (1 - 1e-9) <= speed <= FASTEST * (1 + 1e-9)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_sequence_is_written_and_read_back(kind: ActionKind) -> None:
-    table = ActionTable(9, 3, kind)
-    sequence = ("NSNN", "SSSS", "NNSN")
-    assert table.decode(table.encode(sequence, 0.6))[0] == sequence
+PAIR = r"two integers, pattern 0\.\.15 and speed level 0\.\.8"
+TRAY = r"four integers, component 0\.\.8, orientation 0\.\.7, speed level 0\.\.4 and 0 or 1"
+PULLED = r"four integers, .* and 0, 1, to draw back, or 2, to pull"
+WRONG: list[tuple[Any, str, tuple[Any, ...]]] = [
+    (ActionTable(9), PAIR, ([16, 0], [0, 9], [-1, 0], [0], [0] * 3, 3, [0.5, 1.0], "NS", None)),
+    (ActionTable(9, kind="discrete"), r"an integer, 0\.\.143", (144, -1, 0.5, [1], None)),
+    (ActionTable(9, kind="box"), "5 numbers from -1 to 1", ([0] * 4, [2.0] * 5, [np.nan] * 5, 1)),
+    (SpeedTable(5), "one number from -1 to 1", (11, [2.0], {"speed": [0.5]}, None, "fast")),
+    (SpeedTable(5, "discrete"), r"an integer, 0\.\.10", (11, -1, [2.0], None, "fast")),
+    (SpeedTable(5, "multidiscrete"), r"a list of an integer, 0\.\.10", (11, [11], [2.0], None)),
+    (TrayTable(9, 5), TRAY, ([9, 0, 0, 0], [0, 8, 0, 0], [0, 0, 0, 2], [0] * 3)),
+    (TrayTable(9, 5, "discrete"), r"an integer, 0\.\.719", (720, -1)),
+    (TrayTable(3, 2, ways=3), PULLED, ([0, 0, 0, 3],)),
+    (TrayTable(3, 2, "discrete", ways=3), r"an integer, 0\.\.143", (144,)),
+]
 
 
-def test_default_levels_offer_the_speeds_of_the_baseline() -> None:
-    np.testing.assert_allclose(ActionTable(9).speeds[::2], CANDIDATE_SPEEDS)
-
-
-@pytest.mark.parametrize(
-    ("kind", "action", "allowed"),
-    [
-        *(
-            ("multidiscrete", action, r"two integers, pattern 0\.\.15 and speed level 0\.\.8")
-            for action in ([16, 0], [0, 9], [-1, 0], [0], [0, 0, 0], 3, [0.5, 1.0], "NS", None)
-        ),
-        *(("discrete", action, r"an integer, 0\.\.143") for action in (144, -1, 0.5, [1], None)),
-        *(
-            ("box", action, "5 numbers from -1 to 1")
-            for action in ([0] * 4, [2.0] * 5, [np.nan] * 5, 1)
-        ),
-    ],
-)
-def test_a_wrong_action_is_an_error_that_says_what_is_allowed(
-    kind: ActionKind, action: object, allowed: str
-) -> None:
-    with pytest.raises(ValueError, match=rf"action: .* is not allowed; must be {allowed}"):
-        ActionTable(9, kind=kind).decode(action)
+@pytest.mark.parametrize(("table", "allowed", "actions"), WRONG)
+def test_a_wrong_action_is_named(table: Any, allowed: str, actions: tuple[Any, ...]) -> None:
+    for action in actions:
+        with pytest.raises(ValueError, match=rf"action: .* is not allowed; must be {allowed}"):
+            table.read_one(action)
 
 
 @pytest.mark.parametrize("bound", [-1.0, 1.0])
@@ -120,6 +110,8 @@ def test_wrong_tables_are_refused() -> None:
             table(9, kind="dict")  # pyright: ignore[reportArgumentType]
     with pytest.raises(ValueError, match="actions: 'discrete' is not allowed for 6 components"):
         ActionTable(9, 6, "discrete")
+    with pytest.raises(ValueError, match="'box' is not allowed; must be one of multidiscrete, dis"):
+        TrayTable(9, 5, "box")
 
 
 def test_masks_leave_out_what_cannot_be_built_and_nothing_else() -> None:
@@ -139,7 +131,7 @@ def test_masks_leave_out_what_cannot_be_built_and_nothing_else() -> None:
         ActionTable(3, kind="box").masks()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@every_kind
 def test_what_cannot_be_built_becomes_the_nearest_that_can(kind: ActionKind) -> None:
     built = ["NSNS", "NNNN", "SSNN"]
     table = ActionTable(3, kind=kind, catalogue=read_catalogue(built))
@@ -160,7 +152,7 @@ def speed_of(table: SpeedTable, action: Any) -> float:
     return float(table.read_one(action)[0][0])
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@every_kind
 def test_the_feed_speed_reaches_as_far_back_as_ahead(kind: ActionKind) -> None:
     table = SpeedTable(5, kind)
     lowest = {"discrete": 0, "multidiscrete": [0], "box": [-1.0]}[kind]
@@ -171,14 +163,6 @@ def test_the_feed_speed_reaches_as_far_back_as_ahead(kind: ActionKind) -> None:
     for _ in range(50):
         speed = abs(speed_of(table, table.space.sample()))
         assert speed == 0.0 or DEAD_BAND <= speed <= FASTEST
-    for wrong in (11, -1, [2.0], {"speed": [0.5]}, None, "fast"):
-        with pytest.raises(ValueError, match=r"action: .* is not allowed; must be"):
-            speed_of(table, wrong)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_speeds_of_the_table_are_what_their_actions_ask_for(kind: ActionKind) -> None:
-    table = SpeedTable(4, kind)
     for speed in table.speeds.tolist():
         assert speed_of(table, table.encode(speed)) == pytest.approx(speed, rel=1e-6)
     np.testing.assert_array_equal(table.speeds, -table.speeds[::-1])
@@ -192,3 +176,53 @@ def test_a_feed_that_hardly_moves_stands_still() -> None:
     for sign in (-1.0, 1.0):
         assert speed_of(table, [sign * (edge - 1e-6)]) == 0.0
         assert speed_of(table, [sign * (edge + 1e-6)]) == pytest.approx(sign * DEAD_BAND, rel=1e-4)
+
+
+CORNERS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+"""Where front-left, back-left, back-right and front-right are: along the chain, and to the left."""
+
+
+@pytest.mark.parametrize("lie", range(8))
+def test_to_lie_otherwise_is_to_turn_and_to_turn_over(lie: int) -> None:
+    moved = CORNERS * ([1, -1] if lie >= 4 else [1, 1])
+    for _ in range(lie % 4):
+        moved = moved @ [[0, 1], [-1, 0]]
+    for place, face in enumerate(FACES[lie]):
+        np.testing.assert_array_equal(moved[face], CORNERS[place])
+    for pattern, faces in enumerate(PATTERNS):
+        assert PATTERNS[LYING[pattern, lie]] == "".join(faces[place] for place in FACES[lie])
+
+
+@whole_kind
+def test_choices_from_a_tray_are_read_as_they_were_written(kind: ActionKind) -> None:
+    table = TrayTable(9, 5, kind)
+    table.space.seed(0)
+    actions = np.array([table.space.sample() for _ in range(50)])
+    for action in actions:
+        (part,), (lie,), (speed,), (back,) = table.read_one(action)
+        np.testing.assert_array_equal(table.encode(part, lie, speed, back=back), action)
+    np.testing.assert_array_equal(table.write(table.read(actions, 50)), actions)
+
+
+@whole_kind
+def test_masks_leave_out_what_cannot_be_done(kind: ActionKind) -> None:
+    table = TrayTable(3, 2, kind)
+    there = np.array([[True, False, True], [False, True, True]])
+    masks = table.masks(there, np.array([False, True]))
+    if kind == "discrete":
+        for mask, on, back in zip(masks, there, (False, True), strict=True):
+            for number, allowed in enumerate(mask):
+                part, _, _, wants = (each[0] for each in table.read_one(number))
+                assert allowed == (back if wants else on[part])
+        return
+    np.testing.assert_array_equal(masks[:, :3], there)
+    assert masks[:, 3:-1].all()
+    assert masks[:, -1].tolist() == [False, True]
+
+
+@whole_kind
+def test_an_anchor_can_always_be_pulled_at(kind: ActionKind) -> None:
+    table = TrayTable(3, 2, kind, ways=3)
+    assert table.read_one(table.pull)[3] == [PULL]
+    mask = table.masks(np.array([[False, False, True]]), np.array([False]))[0]
+    assert mask[table.pull if kind == "discrete" else -1]

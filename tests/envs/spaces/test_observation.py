@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 
 from magfold_env.envs.chains.arrays import ChainArrays
-from magfold_env.envs.episodes import Goals
 from magfold_env.envs.spaces.actions import scaled_speeds, signs_of
 from magfold_env.envs.spaces.observation import (
-    CameraLayout,
-    ObservationLayout,
+    Layout,
+    camera_layout,
+    chain_layout,
     fill,
     squash,
     take_frames,
 )
+from magfold_env.envs.tasks.goals import Goals
 from magfold_env.simulation.view import ChainState
 
 SIDE = 0.0125
@@ -29,9 +30,7 @@ def random_state(rng: np.random.Generator, n: int, scale: float = 1.0) -> ChainS
     )
 
 
-def seen(
-    layout: ObservationLayout, state: ChainState, arrays: ChainArrays, *words: str
-) -> np.ndarray:
+def seen(layout: Layout, state: ChainState, arrays: ChainArrays, *words: str) -> np.ndarray:
     """Return the observation of a chain in a state."""
     for name, values in vars(state).items():
         getattr(arrays, name)[0] = values
@@ -51,7 +50,7 @@ def choose(arrays: ChainArrays, index: int, faces: str, speed: float) -> None:
 
 def test_the_groups_fill_the_observation_without_gaps() -> None:
     for n in (2, 6, 11):
-        layout = ObservationLayout(n, SIDE)
+        layout = chain_layout(n, SIDE)
         edges = [(group.start, group.stop) for group in layout.slices.values()]
         assert edges[0][0] == 0
         assert all(stop == start for (_, stop), (start, _) in pairwise(edges))
@@ -75,18 +74,27 @@ def test_velocities_are_the_derivatives_of_the_centres() -> None:
 
 
 @pytest.mark.parametrize("scale", [0.0, 1.0, 1e6])
-def test_any_finite_state_lies_in_the_space(scale: float) -> None:
-    layout = ObservationLayout(6, SIDE)
+def test_any_finite_state_lies_in_the_space_as_squashed(scale: float) -> None:
+    layout, length = chain_layout(6, SIDE), 6 * np.sqrt(2.0) * SIDE
     rng = np.random.default_rng(1)
     for _ in range(50):
-        arrays = ChainArrays.empty(1, 6)
+        arrays, state = ChainArrays.empty(1, 6), random_state(rng, 6, scale)
         choose(arrays, 0, "NSNS", 0.6)
-        observation = seen(layout, random_state(rng, 6, scale), arrays, "LRLLL")
+        observation = seen(layout, state, arrays, "LRLLL")
         assert observation in layout.space
+        for name, values in (
+            ("position", state.centres(SIDE) / length),
+            ("velocity", state.velocities(SIDE)),
+            ("rate", state.rates / 100),
+        ):
+            expected = values / (1 + np.abs(values))
+            np.testing.assert_allclose(
+                observation[layout.slices[name]], expected.ravel(), atol=1e-6
+            )
 
 
 def test_entries_mean_what_the_table_says() -> None:
-    layout = ObservationLayout(3, SIDE)
+    layout = chain_layout(3, SIDE)
     state = ChainState(np.array([np.pi, np.pi / 2, np.pi]), np.zeros(3), np.zeros(2), np.zeros(2))
     arrays = ChainArrays.empty(1, 3)
     choose(arrays, 0, "NSSN", 0.6)
@@ -102,21 +110,7 @@ def test_entries_mean_what_the_table_says() -> None:
     assert part["heading"] == pytest.approx([0, -1, 1, 0, 0, -1], abs=1e-7)
 
 
-def test_positions_and_velocities_are_those_of_the_centres() -> None:
-    layout = ObservationLayout(6, SIDE)
-    state = random_state(np.random.default_rng(2), 6)
-    observation = seen(layout, state, ChainArrays.empty(1, 6), "LRLLL")
-    length = 6 * np.sqrt(2.0) * SIDE
-    for name, values in (
-        ("position", state.centres(SIDE) / length),
-        ("velocity", state.velocities(SIDE)),
-        ("rate", state.rates / 100),
-    ):
-        expected = values / (1 + np.abs(values))
-        np.testing.assert_allclose(observation[layout.slices[name]], expected.ravel(), atol=1e-6)
-
-
-def framed(layout: CameraLayout, state: ChainState, arrays: ChainArrays, noise: Any) -> dict:
+def framed(layout: Layout, state: ChainState, arrays: ChainArrays, noise: Any) -> dict:
     """Return the groups of a frame of a chain in a state."""
     for name, values in vars(state).items():
         getattr(arrays, name)[0] = values
@@ -125,12 +119,12 @@ def framed(layout: CameraLayout, state: ChainState, arrays: ChainArrays, noise: 
     first = layout.frame.start
     return {
         name: frames[0, layout.slices[name].start - first : layout.slices[name].stop - first]
-        for name in layout.frame_sizes
+        for name in layout.sizes
     }
 
 
 def test_a_camera_sees_what_is_free_and_outside() -> None:
-    layout, arrays = CameraLayout(4, SIDE), ChainArrays.empty(1, 4)
+    layout, arrays = camera_layout(4, SIDE, {}, {}), ChainArrays.empty(1, 4)
     pitch = np.sqrt(2.0) * SIDE
     # Fed backward: component 4 leads, component 1 is held, 2 was drawn in again and is free.
     state = ChainState(
@@ -152,7 +146,7 @@ def test_a_camera_sees_what_is_free_and_outside() -> None:
 
 
 def test_a_camera_sees_no_motion() -> None:
-    layout = CameraLayout(3, SIDE)
+    layout = camera_layout(3, SIDE, {}, {})
     rng, noise = np.random.default_rng(1), np.zeros(9)
     still = ChainState(rng.normal(size=3), np.zeros(3), np.array([0.1, 0.0]), np.zeros(2))
     moving = replace(still, rates=rng.normal(size=3), base_velocity=rng.normal(size=2))

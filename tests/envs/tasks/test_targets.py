@@ -15,15 +15,6 @@ from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.shapes import folded_words, mirror
 
 
-def test_all_fully_folded_words_by_default() -> None:
-    assert resolve_targets(None, 6) == tuple(folded_words(6))
-    assert len(resolve_targets(None, 6)) == 26
-
-
-def test_a_list_is_kept_in_its_order() -> None:
-    assert resolve_targets(["RRRLR", "LRLLL"], 6) == ("RRRLR", "LRLLL")
-
-
 @pytest.mark.parametrize(
     ("targets", "named"),
     [
@@ -47,7 +38,9 @@ def test_a_wrong_option_is_named_with_what_is_allowed() -> None:
         pick_target("lrlrl", ("LRLLL", "LRLRL"))
 
 
-def test_long_chains_need_a_list() -> None:
+def test_targets_are_all_words_or_a_list_in_its_order_which_long_chains_need() -> None:
+    assert resolve_targets(None, 6) == tuple(folded_words(6))
+    assert resolve_targets(["RRRLR", "LRLLL"], 6) == ("RRRLR", "LRLLL")
     word = ("LR" * 20)[:29]
     assert resolve_targets([word], 30) == (word,)
     with pytest.raises(ValueError, match="targets: None is not allowed with 30 components"):

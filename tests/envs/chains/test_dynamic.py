@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.envs.chains.draws import REFERENCE_SPEED, DrawnChains
+from magfold_env.envs.chains.dynamic import REFERENCE_SPEED, DynamicChains
 from magfold_env.simulation.pack import pack
 from magfold_env.simulation.session import Session
 
@@ -44,16 +44,16 @@ CASES: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES.keys())
 def test_draws_are_those_of_the_scene(case: dict[str, Any]) -> None:
-    drawn = DrawnChains([mf.load_scene("tube-feed").replace(**case)], 3)
+    drawn = DynamicChains([mf.load_scene("tube-feed").replace(**case)], 3)
     (template,) = drawn.templates
     rngs, others = ([np.random.default_rng(seed) for seed in range(3)] for _ in range(2))
     for rows in (np.array([0, 1, 2]), np.array([2, 0])):
-        drawn.draw(rows, rngs)
+        drawn.begin(rows, rngs)
         for row in rows.tolist():
             scene = template.draw(others[row])
-            assert drawn.scene(row) == scene
+            assert drawn.drawn(row) == scene
             assert scene.magnets is not None
-            model, chains = pack(scene), drawn.chains
+            model, chains = pack(scene), drawn.engine
             np.testing.assert_array_equal(chains.mass[row], model.bodies.mass)
             np.testing.assert_array_equal(chains.inertia[row], model.bodies.inertia)
             np.testing.assert_array_equal(chains.grip[row], model.grip)
@@ -71,8 +71,8 @@ def test_draws_are_those_of_the_scene(case: dict[str, Any]) -> None:
 
 def test_what_chains_share_is_what_packing_a_drawn_scene_gives() -> None:
     """Only the arrays and numbers that chains have of their own depend on what is drawn."""
-    drawn = DrawnChains([mf.load_scene("tube-feed").replace(spreads=EVERY, obstacles=WALLS)], 1)
-    (template,), (model,) = drawn.templates, drawn.chains.models
+    drawn = DynamicChains([mf.load_scene("tube-feed").replace(spreads=EVERY, obstacles=WALLS)], 1)
+    (template,), (model,) = drawn.templates, drawn.engine.models
     other = pack(template.draw(np.random.default_rng(5)))
     own = {"bodies", "charge", "grip", "obstacles", "rate_scale", "light_rate"}
     own |= {"gravity_x", "gravity_y"}

@@ -17,7 +17,7 @@ LINE = 8  # words of a cache line: arrays begin with one
 _PLACES: dict[tuple[type, str], int] = {}  # of numbers among the words
 
 
-class Stack(Generic[T]):
+class BatchedArrays(Generic[T]):
     """Copies of originals, with the arrays of each copy in one row of a block.
 
     Parameters
@@ -104,21 +104,21 @@ class Stack(Generic[T]):
         else:
             self.references.restore(rows, original)
 
-    def contents(self) -> Array:
+    def get_state(self) -> Array:
         """Return the contents of the arrays of all copies, (count, size), without numbers."""
         return self._block.copy()
 
-    def refill(self, contents: Array) -> None:
-        """Restore all arrays from the result of `contents`."""
-        self._block[:] = contents
+    def set_state(self, state: Array) -> None:
+        """Restore all arrays from the result of `get_state`."""
+        self._block[:] = state
 
 
 class Rows:
-    """The copies of a stack as tuples, for kernels that take no addresses."""
+    """The copies as tuples, for kernels that take no addresses."""
 
-    def __init__(self, stack: Stack[Any], count: int) -> None:
-        self._stack = stack
-        self._rows = [stack.row(k) for k in range(count)]
+    def __init__(self, batched: BatchedArrays[Any], count: int) -> None:
+        self._batched = batched
+        self._rows = [batched.row(k) for k in range(count)]
         self._numbers: dict[str, Array] = {}
 
     def __getitem__(self, k: int) -> Any:
@@ -136,7 +136,7 @@ class Rows:
     def restore(self, rows: IntArray, original: int) -> None:
         """Reset some copies to an original."""
         for k in rows.tolist():
-            self._rows[k] = self._stack.row(k, original)
+            self._rows[k] = self._batched.row(k, original)
             for name, values in self._numbers.items():
                 values[k] = getattr(self._rows[k], name)
 

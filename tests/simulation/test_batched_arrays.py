@@ -18,7 +18,7 @@ from magfold_env.engine.compile.by_pointer import (
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.state import Array, IntArray
 from magfold_env.simulation.banded import solve_banded
-from magfold_env.simulation.stack import Stack
+from magfold_env.simulation.batched_arrays import BatchedArrays
 from magfold_env.simulation.work_queue import WorkQueue
 from tests.engine.compile.test_by_pointer import Inner, Outer, an_outer
 
@@ -45,62 +45,62 @@ def digests(code: Any, references: Any, counter: IntArray, out: Array) -> int:
 
 def test_kernels_read_every_copy() -> None:
     original = an_outer()
-    stack = Stack([original], 5, own=["cube", "inner.numbers"])
+    batched = BatchedArrays([original], 5, own=["cube", "inner.numbers"])
     rng = np.random.default_rng(2)
-    stack["cube"][:] = rng.random((5, 2, 3, 4))
-    stack["inner.numbers"][:, 1] = np.arange(5)
+    batched["cube"][:] = rng.random((5, 2, 3, 4))
+    batched["inner.numbers"][:, 1] = np.arange(5)
     if POINTERS:
-        stack.number("inner").fill(3.0)  # the first word of `inner` is `scale`
+        batched.number("inner").fill(3.0)  # the first word of `inner` is `scale`
     out, counter = np.zeros(5), np.zeros(1, dtype=np.int64)
     code = code_of(digest, original, original, original, 2.0)
-    assert digests(code, stack.references, counter, out) == 5
+    assert digests(code, batched.references, counter, out) == 5
     for k in range(5):
         own = original._replace(
-            cube=stack["cube"][k].copy(),
-            inner=Inner(3.0 if POINTERS else 0.5, stack["inner.numbers"][k].copy()),
+            cube=batched["cube"][k].copy(),
+            inner=Inner(3.0 if POINTERS else 0.5, batched["inner.numbers"][k].copy()),
         )
         assert out[k] == digest(own, own, own, 2.0)
-    assert digests(code, stack.references, counter, out) == 0
+    assert digests(code, batched.references, counter, out) == 0
 
 
 def test_copies_become_what_the_original_was() -> None:
     original = an_outer()
-    stack = Stack([original], 4)
-    stack["cube"][:] = 7.0
-    stack["inner.numbers"][:] = 7
-    stack.restore(np.array([1, 3]))
-    assert (stack["cube"][[0, 2]] == 7.0).all()
+    batched = BatchedArrays([original], 4)
+    batched["cube"][:] = 7.0
+    batched["inner.numbers"][:] = 7
+    batched.restore(np.array([1, 3]))
+    assert (batched["cube"][[0, 2]] == 7.0).all()
     for k in (1, 3):
-        np.testing.assert_array_equal(stack["cube"][k], original.cube)
-        np.testing.assert_array_equal(stack["inner.numbers"][k], original.inner.numbers)
-    assert stack["cube"].ctypes.data % 64 == 0
+        np.testing.assert_array_equal(batched["cube"][k], original.cube)
+        np.testing.assert_array_equal(batched["inner.numbers"][k], original.inner.numbers)
+    assert batched["cube"].ctypes.data % 64 == 0
 
 
 def test_a_copy_may_be_of_another_original() -> None:
     first, second = an_outer(), an_outer()._replace(size=9, cube=np.full((2, 3, 4), 2.0))
-    stack = Stack([first, second], 3)
-    stack.restore(np.array([1]), 1)
-    kept = stack.contents()
+    batched = BatchedArrays([first, second], 3)
+    batched.restore(np.array([1]), 1)
+    kept = batched.get_state()
     out, counter = np.zeros(3), np.zeros(1, dtype=np.int64)
     code = code_of(digest, first, first, first, 2.0)
-    digests(code, stack.references, counter, out)
+    digests(code, batched.references, counter, out)
     for k, original in enumerate((first, second, first)):
         assert out[k] == digest(original, original, original, 2.0)
-        np.testing.assert_array_equal(stack.row(k, k % 2).cube, original.cube)
-    stack["cube"][:] = 0.0
-    stack.refill(kept)
-    np.testing.assert_array_equal(stack["cube"][1], second.cube)
+        np.testing.assert_array_equal(batched.row(k, k % 2).cube, original.cube)
+    batched["cube"][:] = 0.0
+    batched.set_state(kept)
+    np.testing.assert_array_equal(batched["cube"][1], second.cube)
 
 
 def test_copies_become_another_original() -> None:
     first, second = an_outer(), an_outer()._replace(size=9, cube=np.full((2, 3, 4), 2.0))
     second = second._replace(row=np.full(6, 0.5), inner=second.inner._replace(scale=0.25))
-    stack = Stack([first], 2, own=["cube"])
-    stack.become(second)
+    batched = BatchedArrays([first], 2, own=["cube"])
+    batched.become(second)
     out, counter = np.zeros(2), np.zeros(1, dtype=np.int64)
-    digests(code_of(digest, first, first, first, 2.0), stack.references, counter, out)
+    digests(code_of(digest, first, first, first, 2.0), batched.references, counter, out)
     assert (out == digest(second, second, second, 2.0)).all()
-    stack["cube"][:] = 0.0
+    batched["cube"][:] = 0.0
     assert (second.cube == 2.0).all()
 
 

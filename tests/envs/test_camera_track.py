@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from magfold_env.envs.feed_track import FeedTrackEnv, replay
+from magfold_env.envs.camera_track import FeedTrackEnv, replay
 from magfold_env.envs.lumen import LumenEnv
 from magfold_env.envs.unknown_floor import UnknownFloorEnv
 
