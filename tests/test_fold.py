@@ -95,7 +95,7 @@ SCENE = mf.load_scene("paper/sequence-3")
     ("result", "begin"),
     [
         (mf.minimise(SCENE), "<Minimum: LRLLL -11.39 mJ, SRLLL"),
-        (mf.ground_state(SCENE), "<GroundStates: LRLLL -11.39 mJ>"),
+        (mf.ground_state(SCENE), "<Minimum: LRLLL -11.39 mJ>"),
         (mf.ensemble(SCENE, 3), "<Ensemble, runs=3: LRLLL folded 100 % (44–100)>"),
         (
             mf.sweep(SCENE, {"friction": [0.1, 0.2]}, runs=1),

@@ -179,7 +179,7 @@ def _deepest(scene: mf.Scene, target: str) -> tuple[str, ...]:
 @lru_cache(maxsize=4)
 def _all_deepest(scene: mf.Scene) -> dict[str, tuple[str, ...]]:
     found = designer.gap_designs(scene, folded_words(scene.n))
-    return {word: each.sequence for word, each in found.items() if each is not None}
+    return {word: sequence for word, sequence in found.items() if sequence is not None}
 
 
 class _Partial(NamedTuple):

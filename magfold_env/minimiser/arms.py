@@ -311,16 +311,6 @@ def lowest_in_field(arm: Arm, field: Array, lowest: Array) -> float:
 
 
 @allocating_kernel
-def least_cross_energy(cross: Array, near: Arm, far: Arm) -> float:
-    """Return a lower bound of the energy between the arms of any state [J]."""
-    far_lowest, near_lowest = np.empty(far.x.size + 1), np.empty(near.x.size + 1)
-    field = np.empty(near.x.size)
-    for u in range(near.x.size):
-        field[u] = lowest_in_field(far, cross[u], far_lowest)
-    return lowest_in_field(near, field, near_lowest)
-
-
-@allocating_kernel
 def bound_prefixes(
     cross: Array, near: Arm, far: Arm, words: ArmWords, begin: int, end: int, bound: Array
 ) -> None:

@@ -7,7 +7,7 @@ relative pose. The lattice has few poses, and the pairs of single faces determin
 
 from collections.abc import Hashable
 from functools import lru_cache
-from typing import NamedTuple, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from magfold_env import scene as scenes
 from magfold_env.engine.compile.jit import allocating_kernel, inlined
 from magfold_env.engine.magnets import pairs
-from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Pose
+from magfold_env.engine.state import Array, Magnets, Nodes, Pose
 from magfold_env.engine.workspace import new_nodes
-from magfold_env.minimiser.lattice import HEADINGS, Ints, Lattice
+from magfold_env.minimiser.lattice import HEADINGS, Ints
 from magfold_env.simulation.pack import pack_magnets
 
 FACES = 4
@@ -108,38 +108,6 @@ def _fill_energies(magnets: Magnets, places: Pose, charge: Array, nodes: Nodes, 
                 out[p, a, b] = pairs.energy(0, magnets, charge[a, b], pose, nodes)
 
 
-class PairPoses(NamedTuple):
-    """The poses of the pairs of components in many words.
-
-    Each pose of a pair is listed once, so that words share its results.
-    """
-
-    first: IntArray
-    """The pair's first component for each pose, 0-based, shape (poses,)."""
-    second: IntArray
-    """Its second component, shape (poses,)."""
-    pose: IntArray
-    """Second seen from first, shape (poses, 3), see `Lattice.poses`."""
-    row: NDArray[np.int32]
-    """Which pose each pair has in each word, shape (pairs, words)."""
-
-
-def pair_poses(lattice: Lattice) -> PairPoses:
-    """Return the poses of all pairs of components in some words."""
-    none = np.zeros(0, dtype=np.int64)
-    first, second, found = [none], [none], [np.zeros((0, 3), dtype=np.int64)]
-    index = np.zeros((lattice.n * (lattice.n - 1) // 2, len(lattice)), dtype=np.int32)
-    count = 0
-    for pair, (i, j, poses) in enumerate(lattice.pairs()):
-        rows, inverse = _distinct(poses)
-        index[pair] = count + inverse
-        count += len(rows)
-        first.append(np.full(len(rows), i))
-        second.append(np.full(len(rows), j))
-        found.append(poses[rows])
-    return PairPoses(np.concatenate(first), np.concatenate(second), np.concatenate(found), index)
-
-
 def _distinct(poses: Ints) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return the distinct poses, and the index of every pose among them."""
     # Packed into one integer each: np.unique is far slower on rows.
@@ -147,26 +115,6 @@ def _distinct(poses: Ints) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     codes = ((poses[:, 0] + span) * (2 * span + 1) + poses[:, 1] + span) * 4 + poses[:, 2]
     _, rows, inverse = np.unique(codes, return_index=True, return_inverse=True)
     return rows, inverse
-
-
-@allocating_kernel
-def sum_over_pairs(coupling: Array, poses: PairPoses, strength: Array, out: Array) -> None:
-    """Fill the sums over pairs of a bilinear quantity for many sequences and words.
-
-    ``coupling`` (poses, 4, 4) is its matrix at every pose, ``strength`` (sequences, n, 4) contains
-    the signs of the faces, and ``out`` has shape (sequences, words).
-    """
-    value = np.empty(coupling.shape[0])
-    for k in range(out.shape[0]):
-        signs = strength[k]
-        for p in range(value.size):
-            value[p] = bilinear(coupling[p], signs[poses.first[p]], signs[poses.second[p]])
-        total = out[k]
-        total[:] = 0.0
-        for pair in range(poses.row.shape[0]):
-            row = poses.row[pair]
-            for w in range(total.size):
-                total[w] += value[row[w]]
 
 
 @inlined
