@@ -102,15 +102,7 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
     goal: float,
     runs: int,
 ) -> Task:
-    """Check the arguments and fill in defaults.
-
-    Raises
-    ------
-    SceneError
-        If an argument is not allowed.
-    ValueError
-        If the target is not a word, or the scene has an external field.
-    """
+    """Check the arguments of `design`, refuse what is not allowed, and fill in defaults."""
     n = len(parse_word(target, key="target")) + 1
     problems = [
         *errors.unless_one_of("objective", objective, get_args(Objective)),

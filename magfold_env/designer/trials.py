@@ -218,7 +218,7 @@ class Trials:
     ) -> None:
         self._release = partial(_score, scene, target, seed)
         self._workers, self._kept, self._report = workers, kept, report
-        self._known: dict[Key, float] = dict(kept.read(_release_of))
+        self._known: dict[Key, float] = dict(kept.load(_release_of))
         self._asked: set[Key] = set()
 
     @property

@@ -65,13 +65,7 @@ class Run(NamedTuple):
 
     @classmethod
     def from_record(cls, record: list[Any], n: int) -> Run:
-        """Return the run of a chain of ``n`` components from the result of `to_record`.
-
-        Raises
-        ------
-        ValueError
-            If it is not such a result.
-        """
+        """Return the run of a chain of n components that `to_record` wrote, or refuse it."""
         number, word, status, *values = record
         energy, time, *angles = (math.nan if x is None else float(x) for x in values)
         if not isinstance(number, int) or number < 0 or len(angles) != n:
@@ -356,29 +350,8 @@ def released(
     """Return an ensemble for each of several scenes with equal numbers of components.
 
     Run i of every scene uses ``generator(seed, i)``. Its number among all runs is i times the
-    number of scenes, plus the index of its scene.
-
-    Parameters
-    ----------
-    scenes
-        The scenes to release, at least one.
-    runs
-        Number of releases of each scene.
-    seed
-        Seed of all draws.
-    workers
-        The workers that make the runs.
-    key
-        Everything that the scenes depend on, for `state`.
-    state
-        Folder that stores the runs; see `ensemble`.
-    progress
-        Called with the number of completed runs and the number of all runs.
-
-    Raises
-    ------
-    SceneError, CheckpointError, ImportError
-        As `ensemble` does.
+    number of scenes, plus the index of its scene. ``key`` is everything that the scenes depend on,
+    for `state`. The other arguments and the errors are those of `ensemble`.
     """
     problems = [
         *errors.unless_whole("runs", runs, 1, MOST_RUNS),
@@ -389,7 +362,7 @@ def released(
     count = len(scenes)
     total = count * runs
     with Checkpoint(state, {"physics": physics_digest(), "seed": seed, **key}) as kept:
-        found = kept.read(partial(Run.from_record, n=scenes[0].n))
+        found: list[Run] = kept.load(partial(Run.from_record, n=scenes[0].n))
         made = {run.number: run for run in found if run.number < total}
         missing = [number for number in range(total) if number not in made]
         # Runs are ordered by scene, because the first run of a geometry makes its tables. Threads

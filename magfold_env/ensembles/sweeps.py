@@ -48,13 +48,7 @@ class Outcome(NamedTuple):
 
     @classmethod
     def parse(cls, text: str, n: int) -> Outcome:
-        """Return the outcome that a text names for `n` components.
-
-        Raises
-        ------
-        SceneError
-            If it is neither a word, nor a status, nor a word and a status.
-        """
+        """Return the outcome that a text names for `n` components, or refuse it as a SceneError."""
         try:
             first, *more = text.split()
             if first in [*FoldStatus] and not more:
@@ -237,13 +231,10 @@ def points(over: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
 
 
 def scenes(scene: Scene, over: Mapping[str, Sequence[float]]) -> list[Scene]:
-    """Return a scene for each of the `points`.
+    """Return a scene for each of the `points`; an error names the point.
 
-    Raises
-    ------
-    SceneError
-        If a scene is not valid (the message names the point), or if a key has several numbers in
-        the scene, such as magnets of different strengths, which one number would replace.
+    A key is refused if it has several numbers in the scene, such as magnets of different strengths,
+    which one number would replace.
     """
     for key, values in over.items():
         given: Any = scene

@@ -12,7 +12,7 @@ the far arm's own energy and overlaps; it is a lower bound for the far arm's con
 """
 
 from functools import lru_cache
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,30 +52,6 @@ class Arm(NamedTuple):
     """
     end: int
     """First of the nodes of the component at the arm's end."""
-
-
-class Poses(Protocol):
-    """Components on the lattice in some order, like those of an `Arm` by node."""
-
-    @property
-    def x(self) -> IntArray:
-        """Cells, as `Arm.x`."""
-        ...
-
-    @property
-    def y(self) -> IntArray:
-        """Cells, as `Arm.y`."""
-        ...
-
-    @property
-    def quarter(self) -> IntArray:
-        """Headings in quarter turns."""
-        ...
-
-    @property
-    def component(self) -> IntArray:
-        """Components, 0-based."""
-        ...
 
 
 class PairTable(NamedTuple):
@@ -180,10 +156,11 @@ def _beside(x: int, y: int) -> int:
 
 
 @inlined
-def pair_energy(table: PairTable, one: Poses, u: int, other: Poses, v: int) -> float:
+def pair_energy(table: PairTable, one: Any, u: int, other: Any, v: int) -> float:
     """Energy of the components at u and v, nodes of two arms or of one [J].
 
-    Infinite if they overlap, or if equal poles touch and that is excluded.
+    Infinite if they overlap, or if equal poles touch and that is excluded. Anything with an arm's
+    cells, headings and components serves as an arm.
     """
     turn = one.quarter[u]
     dx, dy = other.x[v] - one.x[u], other.y[v] - one.y[u]

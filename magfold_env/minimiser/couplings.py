@@ -26,13 +26,8 @@ FACES = 4
 class Couplings:
     """The matrices K of one kind of component, computed on first use of a pose.
 
-    Parameters
-    ----------
-    magnets
-        The four magnets of a component; couplings are for faces with the charge of the strongest,
-        `Magnets.charge`. None makes every coupling zero.
-    side
-        Edge length of a casing [m].
+    K is for faces with the charge of the strongest, `Magnets.charge`; without magnets it is zero.
+    ``side`` is the edge length of a casing [m].
     """
 
     def __init__(self, magnets: scenes.Magnets | None, side: float) -> None:

@@ -146,10 +146,8 @@ class Scene(base.Part):
         if self.solver.method == "paper" and self.mount != "pinned":
             allowed = f"the paper's solver needs mount 'pinned', the mount is {self.mount!r}"
             problems.append(Problem("solver.method", self.solver.method, allowed))
-        if not problems and max(self.spreads.side, self.spreads.inset) > 0.0:
-            problems += self._misfits_of_spreads()
-        if not problems and self.spreads.moves_obstacles:
-            problems += self._misfits_of_obstacles()
+        if not problems:
+            problems += self._misfits_of_draws()
         if self.spreads.any:
             problems += self._too_strong_or_fast_draws()
         refuse(problems)
@@ -163,24 +161,24 @@ class Scene(base.Part):
     @property
     def masses(self) -> Array:
         """Masses [kg], shape (n,)."""
-        return self._each(self.casing.mass)
+        return np.full(self.n, self.casing.mass, dtype=np.float64)
 
     @property
     def inertias(self) -> Array:
         """Moments of inertia about the centres [kg m²], shape (n,)."""
         if self.casing.inertia is None:
             return square_inertia(self.masses, self.casing.side)
-        return self._each(self.casing.inertia)
+        return np.full(self.n, self.casing.inertia, dtype=np.float64)
 
     @property
     def frictions(self) -> Array:
         """Friction coefficients, shape (n,)."""
-        return self._each(self.friction)
+        return np.full(self.n, self.friction, dtype=np.float64)
 
     @property
     def speeds(self) -> Array:
         """Feed speeds [m/s], component 1 first, shape (n,)."""
-        return self._each(self.feed.speed)
+        return np.full(self.n, self.feed.speed, dtype=np.float64)
 
     def _grams(self) -> list[Problem]:
         """Return the problem with masses that only a wrong unit explains.
@@ -256,19 +254,24 @@ class Scene(base.Part):
         for k in range(self.n):
             yield square + np.array([(2 * k + 1) * half, 0.0])
 
-    def _misfits_of_spreads(self) -> list[Problem]:
-        """Return the problems of a scene with the largest or the smallest casings."""
-        for factor in (1.0 - self.spreads.side, 1.0 + self.spreads.side):
+    def _misfits_of_draws(self) -> list[Problem]:
+        """Return the problem of a scene at the ends of its draws of sizes or obstacles' places."""
+        spreads = self.spreads
+        ends: list[tuple[str, dict[str, Any]]] = []
+        if max(spreads.side, spreads.inset) > 0.0:
+            name = "side" if spreads.side > 0.0 else "inset"
+            sides = 1.0 - spreads.side, 1.0 + spreads.side
+            ends += [(name, self._sized(side, 1.0 + spreads.inset)) for side in sides]
+        if spreads.moves_obstacles:
+            name = "obstacle_offset" if spreads.obstacle_offset > 0.0 else "obstacle_width"
+            units = map(np.array, itertools.product((-1.0, 1.0), repeat=2))
+            ends += [(name, {"obstacles": self._obstacles_at(unit)}) for unit in units]
+        for name, changes in ends:
             try:
-                self.replace(
-                    spreads=parts.Spreads(), **self._sized(factor, 1.0 + self.spreads.inset)
-                )
+                self.replace(spreads=parts.Spreads(), **changes)
             except SceneError as error:
-                key, value = "spreads.side", self.spreads.side
-                if self.spreads.side == 0.0:
-                    key, value = "spreads.inset", self.spreads.inset
-                told = "; ".join(error.lines)
-                return [Problem(key, value, f"a scene at its end: {told}")]
+                allowed = f"a scene at its end: {'; '.join(error.lines)}"
+                return [Problem(f"spreads.{name}", getattr(spreads, name), allowed)]
         return []
 
     def _too_strong_or_fast_draws(self) -> list[Problem]:
@@ -293,18 +296,6 @@ class Scene(base.Part):
                 problems.append(Problem(f"spreads.{name}", getattr(spreads, name), allowed))
         return problems
 
-    def _misfits_of_obstacles(self) -> list[Problem]:
-        """Return the problems of obstacles at the ends of their draws."""
-        for ends in itertools.product((-1.0, 1.0), repeat=2):
-            try:
-                self.replace(spreads=parts.Spreads(), obstacles=self._obstacles_at(np.array(ends)))
-            except SceneError as error:
-                name = "offset" if self.spreads.obstacle_offset > 0.0 else "width"
-                key = f"obstacle_{name}"
-                allowed = f"a scene at its end: {'; '.join(error.lines)}"
-                return [Problem(f"spreads.{key}", getattr(self.spreads, key), allowed)]
-        return []
-
     def _obstacles_at(self, unit: Array) -> tuple[Rectangle, ...]:
         """Return the obstacles at the places given by two numbers from [−1, 1)."""
         y = np.array([each.position[1] for each in self.obstacles])
@@ -320,11 +311,6 @@ class Scene(base.Part):
         if self.magnets is not None:
             changes["magnets"] = {"inset": np.asarray(self.magnets.inset) * inset}
         return changes
-
-    def _each(self, value: float | tuple[float, ...]) -> Array:
-        each = np.empty(self.n)
-        each[:] = value
-        return each
 
     @property
     def charges(self) -> Array:

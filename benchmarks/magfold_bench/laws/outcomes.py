@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from magfold_env.fold import Fold
 from magfold_env.scene import Scene
-from magfold_env.simulation.start import hinge_offsets
+from magfold_env.simulation.pack import hinge_offsets
 
 Floats = npt.NDArray[np.float64]
 

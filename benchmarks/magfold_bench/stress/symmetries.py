@@ -18,8 +18,8 @@ from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import FixedMagnet, Rectangle, Scene
 from magfold_env.scene.base import Part
 from magfold_env.shapes import FloatArray, centres, headings
+from magfold_env.simulation.pack import hinge_offsets
 from magfold_env.simulation.simulate import simulate
-from magfold_env.simulation.start import hinge_offsets
 
 MIRRORED = (3, 2, 1, 0)  # faces: front-left <-> front-right, back-left <-> back-right
 OTHER_END = (2, 3, 0, 1)

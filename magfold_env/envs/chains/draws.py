@@ -16,8 +16,7 @@ from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.scene import Scene
 from magfold_env.scene.numbers import square_inertia
 from magfold_env.simulation.chains import Chains
-from magfold_env.simulation.pack import Values, numbers, pack, reversed_inside
-from magfold_env.simulation.start import inner_offsets
+from magfold_env.simulation.pack import Values, inner_offsets, numbers, pack, reversed_inside
 
 REFERENCE_SPEED = 0.1
 """Speed [m/s] that the scene's draw is applied to, to find the drawn factors."""
