@@ -28,11 +28,6 @@ class Choice(NamedTuple):
         feed = {} if self.speed is None else {"speed": self.speed}
         return scene.replace(sequence=self.sequence, feed=feed)
 
-    def __str__(self) -> str:
-        """Return the sequence and the speed."""
-        text = " ".join(self.sequence)
-        return text if self.speed is None else f"{text} at {self.speed:g} m/s"
-
 
 @dataclass(frozen=True)
 class Task:

@@ -5,6 +5,7 @@ and t contain the charges in units of the strongest one, and the 4×4 matrix K d
 relative pose. The lattice has few poses, and the pairs of single faces determine K at each of them.
 """
 
+import math
 from collections.abc import Hashable
 from functools import lru_cache
 from typing import cast
@@ -53,9 +54,9 @@ class Couplings:
     def _compute(self, keys: list[tuple[int, ...]]) -> Array:
         out = np.zeros((len(keys), FACES, FACES))
         if keys and self._charge:
-            places = _pair_places(np.array(keys), self._side)
+            half = self._side / math.sqrt(2.0)
             nodes = new_nodes(self._magnets, 2)
-            _fill_energies(self._magnets, places, _pair_charges(self._charge), nodes, out)
+            _fill_energies(self._magnets, self._charge, half, np.array(keys), nodes, out)
         return out
 
 
@@ -72,35 +73,24 @@ def couplings(scene: scenes.Scene) -> Couplings:
 _shared = lru_cache(maxsize=16)(Couplings)
 
 
-def _pair_places(poses: Ints, side: float) -> Pose:
-    """Return the places of two components, the first at the origin with heading 0: (m, 2)."""
-    cos, sin, x, y = np.zeros((4, len(poses), 2))
-    cos[:, 0] = 1.0
-    cos[:, 1], sin[:, 1] = HEADINGS[poses[:, 2]].T
-    x[:, 1], y[:, 1] = poses[:, :2].T * (side / np.sqrt(2.0))
-    return Pose(cos, sin, x, y)
-
-
-def _pair_charges(unit: float) -> Array:
-    """Return the charges of two components with one face of charge ``unit`` [A·m] each.
-
-    By the first component's face and the second's, (4, 4, 2, 4).
-    """
-    charge = np.zeros((FACES, FACES, 2, FACES))
-    for face in range(FACES):
-        charge[face, :, 0, face] = unit
-        charge[:, face, 1, face] = unit
-    return charge
-
-
 @allocating_kernel
-def _fill_energies(magnets: Magnets, places: Pose, charge: Array, nodes: Nodes, out: Array) -> None:
-    """Fill ``out`` (m, 4, 4) [J]; see `_pair_places` and `_pair_charges`."""
+def _fill_energies(
+    magnets: Magnets, charge: float, half: float, poses: Ints, nodes: Nodes, out: Array
+) -> None:
+    """Fill ``out`` (m, 4, 4) [J] for two components with one face of ``charge`` [A·m] each.
+
+    ``half`` is the unit of cells [m].
+    """
+    pose = Pose(np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2))
+    pose.cos[0] = 1.0
     for p in range(out.shape[0]):
-        pose = Pose(places.cos[p], places.sin[p], places.x[p], places.y[p])
+        pose.cos[1], pose.sin[1] = HEADINGS[poses[p, 2], 0], HEADINGS[poses[p, 2], 1]
+        pose.x[1], pose.y[1] = poses[p, 0] * half, poses[p, 1] * half
         for a in range(FACES):
             for b in range(FACES):
-                out[p, a, b] = pairs.energy(0, magnets, charge[a, b], pose, nodes)
+                charges = np.zeros((2, FACES))
+                charges[0, a], charges[1, b] = charge, charge
+                out[p, a, b] = pairs.energy(0, magnets, charges, pose, nodes)
 
 
 def _distinct(poses: Ints) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -14,6 +14,7 @@ from magfold_env.minimiser import arms, energies, states
 from magfold_env.minimiser.lattice import ORDER, Ints, all_words, from_words
 from magfold_env.minimiser.states import Among, State
 from magfold_env.scene import Scene, errors, unless_a_scene
+from magfold_env.shapes import overlaps
 
 Mode = Literal["free", "forward", "backward"]
 
@@ -166,23 +167,21 @@ def _one_by_one(scene: Scene, mode: Mode) -> Minimum:
     examined = 0
     for joint in joints if mode == "forward" else reversed(joints):
         words = ["".join([*letters[:joint], x, *letters[joint + 1 :]]) for x in ORDER]
-        lattice = from_words(words)
-        lattice = lattice[~lattice.overlapping()]
-        if not len(lattice):
+        words = [word for word in words if not overlaps(word)]
+        if not words:
             raise ValueError(
                 f"mode: {mode!r} runs into a dead end: every letter of joint {joint + 1} overlaps "
                 f"after {''.join(letters)!r}"
             )
-        energy = energies.word_energies(scene, lattice)
+        energy = energies.word_energies(scene, from_words(words))
         options = tuple(
-            Option(word[joint], each)
-            for word, each in zip(lattice.words, energy.tolist(), strict=True)
+            Option(word[joint], each) for word, each in zip(words, energy.tolist(), strict=True)
         )
         best, *others = states.ranked(scene, energy)[0]
         letters[joint] = options[best].letter
         tied = "".join(options[other].letter for other in others)
         decisions.append(Decision(joint + 1, options, letters[joint], tied))
-        examined += len(lattice)
+        examined += len(words)
     return Minimum(mode, (states.state_of(scene, "".join(letters)),), tuple(decisions), examined)
 
 

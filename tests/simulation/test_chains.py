@@ -11,9 +11,6 @@ from magfold_env.engine.outcomes import REACHED, RESTED
 from magfold_env.simulation.chains import Chains
 from magfold_env.simulation.pack import pack
 from magfold_env.simulation.session import Session
-from tests.folds import lying
-
-FED: Any = {"direction": "backward", "loading": "at_mouth"}
 
 
 def tube(n: int, seed: int, direction: str = "backward") -> mf.Scene:
@@ -74,53 +71,23 @@ def test_a_chain_begins_again_as_if_new() -> None:
     np.testing.assert_array_equal(ends[0][0], ends[0][1])
 
 
-def held_folds(count: int) -> tuple[mf.Scene, Chains, Any]:
-    """Return chains of which the tube holds the last component, and the rows of those folded."""
-    scene = mf.load_scene("reprogram")
-    scene = scene.replace(
-        sequence=scene.sequence[:4], spreads={}, start_angles=(0.0,) * 3, feed=FED
-    )
-    model, rng, rows = pack(scene), np.random.default_rng(0), np.arange(count)
-    chains = Chains([model], count)
-    chains.clear(rows)
-    signs = rng.choice([-1.0, 1.0], (count, 4, 4))
-    chains.waiting[:], chains.charge[:] = signs * np.abs(model.charge), 0.0
-    chains.start(rows, rng.uniform(-1e-4, 1e-4, (count, 5)))
-    for speed, seconds in ((0.1, 3.95 * scene.casing.diagonal / 0.1), (0.0, 0.5)):
-        chains.speeds[:] = speed
-        chains.push(rows, seconds)
-    joints = np.abs(np.diff(chains.q[:, :4], axis=1))
-    return scene, chains, rows[(np.abs(joints - 0.5 * np.pi) < 1e-3).all(axis=1)]
-
-
-def held(scene: mf.Scene, chains: Chains, row: int, force: Any) -> mf.Fold:
-    """Return a held chain as a fold at rest, on which a force [N] acts as gravity would."""
-    angles, hinge = chains.q[row, :4], chains.q[row, 4:]
-    signs = np.sign(chains.waiting[row])
-    scene = scene.replace(
-        sequence=["".join("NS"[int(sign < 0.0)] for sign in faces) for faces in signs],
-        gravity={"in_plane": tuple((force / float(np.sum(scene.masses[1:]))).tolist())},
-    )
-    base = hinge - scene.casing.diagonal * np.array([np.cos(angles[0]), np.sin(angles[0])])
-    ends = {"status": mf.FoldStatus.HELD, "in_tube": 1}
-    return lying(scene, "SSS", angles=angles.copy(), base=base, **ends)
-
-
-@pytest.mark.parametrize("direction", [0.0, 2.0, 4.5])
-def test_a_pull_opens_a_fold_where_no_forces_balance_it_any_more(direction: float) -> None:
-    scene, chains, rows = held_folds(40)
-    unit, begun, looked_at = np.array([np.cos(direction), np.sin(direction)]), chains.contents(), 0
-    for row in rows.tolist():
-        pose, least, most = chains.q[row, :4].copy(), 0.01, 5.0
-        while most > 1.02 * least:
-            force = np.sqrt(least * most)
-            chains.pull(np.array([row]), force * unit[None], 0.3)
-            opened = np.abs(chains.q[row, :4] - pose).max() > 0.01
-            least, most = (least, force) if opened else (force, most)
-            chains.refill(begun)
-        if least > 0.01 and most < 5.0:
-            looked_at += 1
-            mf.holding(held(scene, chains, row, 0.98 * least * unit))
-            with pytest.raises(mf.SceneError, match="nothing balances"):
-                mf.holding(held(scene, chains, row, 1.02 * most * unit))
-    assert looked_at >= 3
+def test_a_pull_acts_as_gravity_on_what_is_outside() -> None:
+    scene = tube(5, 3).replace(friction=0.05)
+    model, force, found = pack(scene), np.array([[0.01, -0.02]]), []
+    for pulled in (True, False):
+        chains, row = Chains([model], 1), np.zeros(1, dtype=np.int64)
+        chains.clear(row)
+        chains.waiting[:], chains.charge[:], chains.speeds[:] = model.charge, 0.0, 0.3
+        chains.start(row, np.array(scene.start_offsets)[None])
+        for _ in range(3):
+            chains.feed(row)
+        chains.speeds[:] = 0.0
+        if pulled:
+            chains.pull(row, force, 0.05)
+        else:
+            for gravity, each in zip(chains.gravity, force[0], strict=True):
+                gravity[:] = each / scene.masses[2:].sum()
+            chains.push(row, 0.05)
+        found.append(chains.q.copy())
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-12, atol=1e-15)
+    assert np.abs(chains.v).max() > 0.0
