@@ -39,7 +39,10 @@ class Task:
     mode: Mode
     objective: Objective
     search: Search
-    seed: int
+    searching_seed: int
+    """Seed of the releases that select choices."""
+    releases_seed: int
+    """Seed of the releases that assess the result."""
     speeds: tuple[float, ...]
     """Feed speeds to choose from [m/s]; empty without a tube or for energy objectives."""
     budget: int
@@ -53,20 +56,6 @@ class Task:
     def enough(self) -> float:
         """Share of successes that ends the search; selected choices do worse later."""
         return 0.5 * (1.0 + self.goal)
-
-    @property
-    def searching_seed(self) -> int:
-        """Seed of the releases that select choices."""
-        return self._seeds[0]
-
-    @property
-    def releases_seed(self) -> int:
-        """Seed of the releases that assess the result."""
-        return self._seeds[1]
-
-    @property
-    def _seeds(self) -> list[int]:
-        return np.random.SeedSequence(self.seed).generate_state(2).tolist()
 
     @property
     def impossible(self) -> str:
@@ -136,7 +125,8 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
     for speed in chosen:
         released.replace(feed={"speed": speed})  # raises if it is not allowed
     search = search or ("exhaustive" if n <= LONGEST_OF_ALL else "annealing")
-    return Task(target, released, mode, objective, search, seed, chosen, budget, goal, runs)
+    one, other = np.random.SeedSequence(seed).generate_state(2).tolist()
+    return Task(target, released, mode, objective, search, one, other, chosen, budget, goal, runs)
 
 
 def default_scene(n: int) -> str:

@@ -68,21 +68,12 @@ class PairTable(NamedTuple):
     """Whether touching equal poles are excluded."""
 
 
-def near_arm(root: int, letters: str) -> Arm:
-    """Return the arm of components ``root`` down to 0 (0-based) by the letters allowed."""
-    arm = _grown(root, -1, letters)
-    return arm._replace(component=root - arm.joints)
-
-
-def far_arm(root: int, n: int, letters: str) -> Arm:
-    """Return the arm of components ``root`` + 1 to n - 1, its root included as node 0."""
-    arm = _grown(n - 1 - root, 1, letters)
-    return arm._replace(component=root + arm.joints)
-
-
 @lru_cache(maxsize=8)
-def _grown(joints: int, direction: int, letters: str) -> Arm:
-    """Grow an arm forwards, to higher components, or with ``direction`` -1 backwards."""
+def grown(root: int, joints: int, direction: int, letters: str) -> Arm:
+    """Return the arm of a root (0-based) and a number of joints, by the letters allowed.
+
+    The far arm grows to higher components, the near arm, with ``direction`` -1, to lower ones.
+    """
     turns = [direction * int(turn) for turn in TURNS]
     allowed = [letter in letters for letter in ORDER]
     heading = [(direction * int(x), direction * int(y)) for x, y in HEADINGS]
@@ -110,7 +101,7 @@ def _grown(joints: int, direction: int, letters: str) -> Arm:
     poses: Ints = np.array([pose for step in steps for pose in step], dtype=np.int64)
     count = np.repeat(np.arange(joints + 1), [len(step) for step in steps])
     x, y, quarter = np.ascontiguousarray(poses.T)
-    return Arm(x, y, quarter, count, np.zeros_like(count), leads_to, begin)
+    return Arm(x, y, quarter, count, root + direction * count, leads_to, begin)
 
 
 def pair_table(scene: Scene, strength: Array, *, clashes_excluded: bool) -> PairTable:

@@ -238,7 +238,8 @@ class _BranchAndBound:
     def __init__(self, scene: Scene, among: Among, top: int, progress: Progress) -> None:
         self._progress = progress
         root, letters = scene.n // 2 - 1, ORDER if among == "all" else "LR"
-        self._near, self._far = arms.near_arm(root, letters), arms.far_arm(root, scene.n, letters)
+        self._near = arms.grown(root, root, -1, letters)
+        self._far = arms.grown(root, scene.n - 1 - root, 1, letters)
         near_count, far_count = (
             arms.count_entries(arm, MOST_ENTRIES) for arm in (self._near, self._far)
         )

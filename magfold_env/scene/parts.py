@@ -234,12 +234,6 @@ class Spreads(Part):
     """How far the floor tilts [degrees]: uniform from 0 to this, in a random direction, one for the
     scene."""
 
-    def friction_factor(self, unit: Array) -> Array:
-        """Return factors of the friction coefficients for numbers drawn uniformly from [−1, 1)."""
-        # Rounded, so that machines whose powers differ in the last bit draw equal values.
-        decades = np.round(10.0 ** (self.friction_decades * unit), 12)
-        return (1.0 + self.friction * unit) * decades
-
     @property
     def one_by_one(self) -> bool:
         """Whether feed speeds or magnets are drawn one by one."""
@@ -259,7 +253,9 @@ class Spreads(Part):
         if self.magnet > 0.0:
             magnets = 1.0 + self.magnet * each[:, n:].reshape(-1, n, 4)
             strength = strength[:, None, None] * magnets
-        friction = self.friction_factor(unit[:, 0])
+        # Rounded, so that machines whose powers differ in the last bit draw equal values.
+        decades = np.round(10.0 ** (self.friction_decades * unit[:, 0]), 12)
+        friction = (1.0 + self.friction * unit[:, 0]) * decades
         return Factors(friction, 1.0 + self.mass * unit[:, 1 : n + 1], strength, speed)
 
     @property

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from magfold_env.designer import gap_designs
+from magfold_env.minimiser.energies import quadratic_forms
+from magfold_env.minimiser.lattice import from_words
 from magfold_env.scene import Scene
 from tests.minimiser import reference
-from tests.minimiser.scenes import MODELS, STRENGTHS, scene_of
+from tests.minimiser.scenes import STRENGTHS, scene_of
 
 
 def scene_for(n: int, model: str) -> Scene:
@@ -16,7 +18,7 @@ def scene_for(n: int, model: str) -> Scene:
 def brute_force(n: int, model: str) -> dict[str, tuple[float, tuple[str, ...]]]:
     """Return the largest gap and the first sequence that has it for every word."""
     words = reference.words(n)
-    form = reference.forms(words, 0.0125, (MODELS | STRENGTHS)[model])
+    form = quadratic_forms(scene_for(n, model), from_words(words))
     numbers = np.arange(16**n)
     bits = (numbers[:, None] >> np.arange(4 * n - 1, -1, -1)) & 1
     sign = 1.0 - 2.0 * bits
