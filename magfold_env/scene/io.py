@@ -7,11 +7,11 @@ from typing import Any, TypeVar, cast
 import yaml
 
 from magfold_env.files import configs_dir, write_text
-from magfold_env.scene.base import Part
+from magfold_env.scene.base import FrozenModel
 from magfold_env.scene.errors import SceneError, nearest, refuse, unless_a
 from magfold_env.scene.scene import Scene, unless_a_scene
 
-PartType = TypeVar("PartType", bound=Part)
+ModelType = TypeVar("ModelType", bound=FrozenModel)
 
 _SUFFIXES = (".yaml", ".yml")
 
@@ -109,8 +109,8 @@ def shipped_names(folder: str) -> list[str]:
 
 
 def read_named(
-    name_or_path: str | Path, folder: str, names: list[str], kind: type[PartType]
-) -> PartType:
+    name_or_path: str | Path, folder: str, names: list[str], kind: type[ModelType]
+) -> ModelType:
     """Read settings of ``kind``: shipped ones by name in a folder, or a file; refuse others."""
     what = kind.__name__.lower()
     refuse(unless_a(what, name_or_path, (str, Path), f"the name of a {what}, or a file's path"))

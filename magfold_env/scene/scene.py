@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Strict, model_validator
 from pydantic import Field as Limits
 
-from magfold_env.scene import base, parts, strip
+from magfold_env.scene import base, sections, strip
 from magfold_env.scene.errors import Problem, SceneError, refuse, unless_a
 from magfold_env.scene.magnets import FACES, ROUNDING, Array, Magnets
 from magfold_env.scene.numbers import square_inertia
@@ -53,7 +53,7 @@ def _some(sequence: tuple[str, ...]) -> tuple[str, ...]:
 Component = Annotated[str, Strict(), AfterValidator(_faces)]
 
 
-class Scene(base.Part):
+class Scene(base.FrozenModel):
     """A chain, its surroundings and how to simulate it.
 
     `magfold scenes --keys` prints all keys, what each may be, its unit, default and meaning; so
@@ -74,20 +74,20 @@ class Scene(base.Part):
     sequence: Annotated[tuple[Component, ...], BeforeValidator(_split), AfterValidator(_some)]
     """Outward poles of each component, component 1 first: N, S or - (none) at the faces front-left,
     back-left, back-right and front-right. One text with spaces, "NSNN NSSN", also works."""
-    casing: parts.Casing = parts.Casing()
+    casing: sections.Casing = sections.Casing()
     """The square bodies."""
     magnets: Magnets | None = Magnets()
     """The magnets, with one value for all faces or one for each; None for no magnets."""
-    field: parts.Field | None = None
+    field: sections.Field | None = None
     """The external magnetic field; None for none."""
     mount: Literal["pinned", "free", "tube"] = "free"
     """`pinned`: component 1's outer hinge is fixed; `tube`: the chain is pushed out of a tube."""
-    feed: parts.Feed = parts.Feed()
+    feed: sections.Feed = sections.Feed()
     """The tube; used only if `mount` is `tube`."""
     friction: base.Each[base.NonNegative] = 0.35
     """Coulomb coefficient between casing and floor, static and kinetic; one number, or one for each
     component."""
-    gravity: parts.Gravity = parts.Gravity()
+    gravity: sections.Gravity = sections.Gravity()
     """Gravity, normal to the plane and in it."""
     contact: base.Flag = True
     """Whether squares collide and joints stop at ±90°."""
@@ -104,11 +104,11 @@ class Scene(base.Part):
     hinge first, instead of start angles; used only if `mount` is `tube`."""
     obstacles: Obstacles = ()
     """Static rectangles outside the tube's bore; used only with `contact`."""
-    bumps: parts.Bumps | None = None
+    bumps: sections.Bumps | None = None
     """Random bumps that disturb the chain; None for none."""
-    spreads: parts.Spreads = parts.Spreads()
+    spreads: sections.Spreads = sections.Spreads()
     """Randomisation: half-widths of uniform draws, relative unless a unit is given; 0: no draw."""
-    solver: parts.Solver = parts.Solver()
+    solver: sections.Solver = sections.Solver()
     """Time stepping."""
     duration: base.Positive = 5.0
     """Longest simulated time [s]; with a tube it counts from the last release."""
@@ -268,7 +268,7 @@ class Scene(base.Part):
             ends += [(name, {"obstacles": self._obstacles_at(unit)}) for unit in units]
         for name, changes in ends:
             try:
-                self.replace(spreads=parts.Spreads(), **changes)
+                self.replace(spreads=sections.Spreads(), **changes)
             except SceneError as error:
                 allowed = f"a scene at its end: {'; '.join(error.lines)}"
                 return [Problem(f"spreads.{name}", getattr(spreads, name), allowed)]
@@ -421,7 +421,7 @@ class Scene(base.Part):
         friction, mass, strength, speed = (each[0] for each in spreads.factors(n, unit[None]))
         changes: dict[str, Any] = {
             "friction": np.asarray(self.friction) * friction,
-            "spreads": parts.Spreads(),
+            "spreads": sections.Spreads(),
         }
         if spreads.mass > 0.0:
             casing: dict[str, Any] = {"mass": self.masses * mass}
@@ -474,11 +474,11 @@ def _box(left: float, low: float, right: float, high: float) -> Array:
 
 def _merged(old: object, new: Mapping[str, Any]) -> dict[str, Any]:
     """Return a group's entries, updated with those of `new`, including nested groups."""
-    old = old.model_dump() if isinstance(old, base.Part) else old
+    old = old.model_dump() if isinstance(old, base.FrozenModel) else old
     merged = dict(cast("dict[str, Any]", old)) if isinstance(old, dict) else {}
     for key, value in new.items():
         if isinstance(value, Mapping):
             merged[key] = _merged(merged.get(key), cast("Mapping[str, Any]", value))
         else:
-            merged[key] = value.model_dump() if isinstance(value, base.Part) else value
+            merged[key] = value.model_dump() if isinstance(value, base.FrozenModel) else value
     return merged

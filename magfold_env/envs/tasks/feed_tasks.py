@@ -21,15 +21,15 @@ from magfold_env.envs.tasks.targets import is_target
 from magfold_env.envs.tasks.world import RewardOptions, World
 from magfold_env.files import configs_dir
 from magfold_env.scene import Problem, Scene, SceneError, load_scene
+from magfold_env.scene.base import FrozenModel
 from magfold_env.scene.io import parse_yaml
-from magfold_env.scene.parts import Part
 from magfold_env.scene.scene import Component
 
 if TYPE_CHECKING:
     from magfold_env.envs.camera_track import CameraEpisodes
 
 
-class Task(Part):
+class Task(FrozenModel):
     """The direction of feed and the fold to reach."""
 
     direction: Literal["forward", "backward"]
