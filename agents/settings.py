@@ -16,7 +16,7 @@ from magfold_env.envs.tasks.reward import RewardKind, Shaping
 from magfold_env.envs.tasks.world import Fidelity
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Problem, SceneError, errors, io
-from magfold_env.scene.base import Part
+from magfold_env.scene.base import FrozenModel
 from magfold_env.scoring.policy_file import Algorithm, Count, Features, LSTMSettings, Shown, Widths
 from magfold_env.scoring.track import FEED_TRACKS, TRACKS
 
@@ -47,7 +47,7 @@ class SettingsError(SceneError):
     """Settings that cannot be used: one line per problem, each naming key, value and remedy."""
 
 
-class Group(Part, frozen=True):  # pyright: ignore[reportGeneralTypeIssues] (it is frozen too)
+class Group(FrozenModel, frozen=True):  # pyright: ignore[reportGeneralTypeIssues] (it is frozen too)
     """Settings that belong together; unknown keys are errors."""
 
 

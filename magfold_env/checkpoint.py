@@ -8,13 +8,11 @@ import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from typing import Any, Self, TypeVar, cast
+from typing import Any, Self, cast
 
 from filelock import FileLock, Timeout
 
 from magfold_env.files import a_path, write_text
-
-T = TypeVar("T")
 
 FILE = "records.sqlite"
 
@@ -33,12 +31,8 @@ class CheckpointError(ValueError):
 def alone_in(folder: Path, wait: bool = False) -> Generator[None]:
     """Lock a folder against other runs; create it first if it does not exist.
 
-    The system releases the lock when the process ends in any way. `wait` waits for another run.
-
-    Raises
-    ------
-    CheckpointError
-        If another run uses it and `wait` is false.
+    The system releases the lock when the process ends in any way. `wait` waits for another run
+    instead of raising a CheckpointError.
     """
     folder.mkdir(parents=True, exist_ok=True)
     lock, holder = FileLock(folder / ".lock"), folder / ".lock.txt"
@@ -59,8 +53,8 @@ def alone_in(folder: Path, wait: bool = False) -> Generator[None]:
 class Checkpoint:
     """Numbered records of a long run, in a database that is written every few seconds.
 
-    No other run may use the folder meanwhile. At the end of the context, remaining records are
-    written and the folder is released.
+    It is used as a context, in which no other run may use the folder. At its end, remaining records
+    are written and the folder is released.
 
     Parameters
     ----------
@@ -70,6 +64,11 @@ class Checkpoint:
         Everything that a record depends on, as JSON values.
     wait
         Whether to wait for another run that uses the folder instead of raising an error.
+
+    Raises
+    ------
+    CheckpointError
+        If the file is damaged or has another key, or if another run uses the folder.
     """
 
     def __init__(
@@ -82,33 +81,31 @@ class Checkpoint:
         self._pending: dict[int, str] = {}
         self._next = 0
         self._saved = 0.0
-        self._stack: ExitStack | None = None
+        self._stack = ExitStack()
 
     def __enter__(self) -> Self:
-        self._open()
+        if self._folder is not None:
+            with ExitStack() as stack:
+                stack.enter_context(alone_in(self._folder, self._wait))
+                rows = self._rows()
+                self._next = rows[-1][0] + 1 if rows else 0
+                self._saved = time.monotonic()
+                self._stack = stack.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._stack is not None:
-            stack, self._stack = self._stack, None
-            with stack:
-                self.save()
+        with self._stack:
+            self.save()
 
-    def load(self) -> list[Any]:
-        """Return the records unchanged; see `read`."""
-        return self.read(lambda record: record)
-
-    def read(self, make: Callable[[Any], T]) -> list[T]:
-        """Return the results of ``make`` for all written records, in the order of their numbers.
+    def load(self, make: Callable[[Any], Any] = lambda record: record) -> list[Any]:
+        """Return all written records in the order of their numbers, or what ``make`` makes of them.
 
         Raises
         ------
         CheckpointError
-            If the file is damaged or has another key, if another run uses the folder, or if
-            ``make`` raises an error such as ValueError or TypeError.
+            If the file is damaged, or ``make`` raises an error such as ValueError or TypeError.
         """
-        self._open()
-        made: list[T] = []
+        made: list[Any] = []
         for number, text in self._rows():
             try:
                 made.append(make(json.loads(text)))
@@ -124,7 +121,6 @@ class Checkpoint:
         """
         if self._folder is None:
             return
-        self._open()
         # Numbered before it is written, so that writing it twice does not duplicate it.
         number = self._next if number is None else number
         self._pending[number] = _text(record)
@@ -151,17 +147,6 @@ class Checkpoint:
             rows = self._pending.items()
             database.executemany("INSERT OR REPLACE INTO records VALUES (?, ?)", rows)
         self._pending = {}
-
-    def _open(self) -> None:
-        """Lock the folder and compare the key on first use."""
-        if self._folder is None or self._stack is not None:
-            return
-        with ExitStack() as stack:
-            stack.enter_context(alone_in(self._folder, self._wait))
-            rows = self._rows()
-            self._next = rows[-1][0] + 1 if rows else 0
-            self._saved = time.monotonic()
-            self._stack = stack.pop_all()
 
     def _rows(self) -> list[tuple[int, str]]:
         """Return the number and text of every written record."""

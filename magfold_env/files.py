@@ -66,13 +66,7 @@ def _code(source: str) -> str:
 
 
 def a_path(key: str, value: str | os.PathLike[str]) -> Path:
-    """Return a path, or refuse a value that is not one.
-
-    Raises
-    ------
-    ValueError
-        If it is not a path; the message names ``key``.
-    """
+    """Return a path, or refuse a value that is not one; the message names ``key``."""
     given = cast("object", value)
     if not isinstance(given, str | os.PathLike):
         raise ValueError(f"{key}: {given!r} is not allowed; must be a path")
@@ -83,17 +77,7 @@ def a_path(key: str, value: str | os.PathLike[str]) -> Path:
 def replacing(path: str | Path) -> Generator[Path]:
     """Yield a temporary name beside `path` and move the file into place on success.
 
-    Parameters
-    ----------
-    path
-        Final path of the file, whose folder must exist. The temporary name keeps the suffix.
-
-    Raises
-    ------
-    FileNotFoundError
-        If the folder does not exist.
-    OSError
-        If it cannot be written; the message names `path`.
+    The folder must exist. The temporary name keeps the suffix; an OSError names `path`.
     """
     path = a_path("path", path)
     if not path.parent.is_dir():
@@ -132,22 +116,10 @@ def write_json(path: str | Path, data: Mapping[str, Any], listed: str) -> None:
 
 @contextmanager
 def reading_json(path: str | Path, what: str, form: str) -> Generator[dict[str, Any]]:
-    """Yield the content of a JSON file; all errors in it name its path.
+    """Yield the content of a JSON file, an object whose key ``format`` is `form`.
 
-    Parameters
-    ----------
-    path
-        The file: an object whose key ``format`` is `form`.
-    what
-        Description of the content for messages: "a design".
-    form
-        Name and version of the format.
-
-    Raises
-    ------
-    ValueError
-        If the file is not such an object, or if its use raises a `ValueError`, `KeyError` or
-        `TypeError`.
+    A file that is not such an object, or a ValueError, KeyError or TypeError in its use, raises a
+    ValueError that names the path and ``what`` was expected: "a design".
     """
     path = a_path("path", path)
     try:

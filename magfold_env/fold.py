@@ -159,25 +159,16 @@ class Fold:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fold as JSON values; numbers that are not finite become None."""
+        left_out = {"scene", "trajectory", "magnetic_energy"}
         data: dict[str, Any] = {
             "format": FORMAT,
-            "status": self.status.value,
-            "message": self.message,
-            "word": self.word,
-            "angles": self.angles,
+            **{name: value for name, value in vars(self).items() if name not in left_out},
             "joint_angles": self.joint_angles,
-            "base": self.base,
             "centres": self.centres(),
-            "energy": self.energy,
-            "time": self.time,
-            "steps": self.steps,
-            "evaluations": self.evaluations,
-            "push_peak": self.push_peak,
-            "in_tube": self.in_tube,
             "scene": self.scene.model_dump(mode="json"),
         }
         if self.trajectory is not None:
-            data["trajectory"] = dict(vars(self.trajectory))
+            data["trajectory"] = vars(self.trajectory)
         return from_json(to_json(data, inf_nan_mode="null", fallback=np.ndarray.tolist))
 
     def to_json(self, path: str | Path) -> None:
@@ -227,10 +218,7 @@ class Fold:
 def recording(fold: Fold) -> Recording:
     """Return the data that a page needs to play a fold, including energies over time.
 
-    Raises
-    ------
-    ValueError
-        If the fold was not recorded, or failed at once.
+    A fold that was not recorded, or failed at once, raises a ValueError.
     """
     if fold.trajectory is None:
         raise ValueError(
@@ -271,16 +259,9 @@ def loaded(
     """Return which components have their magnets in m states, component 1 first, shape (m, n).
 
     All have them, unless the scene loads them at the mouth. Then those have them whose leading
-    hinge would be outside if all components between it and the tube were in line.
-
-    Parameters
-    ----------
-    scene
-        The scene of the states.
-    angles, base
-        Headings [rad], (m, n), and outer hinges of component 1 [m], (m, 2).
-    released
-        Numbers of components out of the tube, (m,).
+    hinge would be outside if all components between it and the tube were in line. A state has
+    headings (m, n) [rad], the outer hinge of component 1 (m, 2) [m] and a number of components out
+    of the tube (m,).
     """
     n, diagonal = scene.n, scene.casing.diagonal
     if scene.mount != "tube" or scene.feed.loading == "preloaded":
@@ -305,14 +286,8 @@ def turns(scene: Scene) -> IntArray:
 def kinetic_energy(scene: Scene, motion: Trajectory) -> FloatArray:
     """Return the kinetic energies of a recorded motion [J], shape (m,).
 
-    They include all components, also those in the tube.
-
-    Parameters
-    ----------
-    scene
-        The simulated scene, which must be concrete.
-    motion
-        Its trajectory, which must be finite.
+    They include all components, also those in the tube. The scene must be concrete, and the motion
+    finite.
     """
     lever = scene.casing.diagonal * motion.rates
     turning = np.stack([-lever * np.sin(motion.angles), lever * np.cos(motion.angles)], axis=-1)

@@ -33,13 +33,7 @@ _WAVE = 2.0
 
 @dataclass(frozen=True)
 class Workers:
-    """The workers: their number, kind and place.
-
-    Raises
-    ------
-    SceneError
-        If an entry is not allowed.
-    """
+    """The workers: their number, kind and place; an entry that is not allowed is refused."""
 
     count: int | None = None
     """Number of parallel workers; None uses all cores, or all CPUs of a cluster."""
@@ -77,23 +71,9 @@ def finished(
 ) -> Generator[tuple[int, R]]:
     """Yield the index and the result of every task, in the order of completion.
 
-    Tasks of a lost worker are run again. An error in `function` ends the work.
-
-    Parameters
-    ----------
-    function
-        The function must depend only on its task, and be picklable unless it runs on threads.
-    tasks
-        Arguments of the calls.
-    workers
-        The workers that make the calls.
-
-    Raises
-    ------
-    ImportError
-        If Ray is selected and not installed.
-    RuntimeError
-        If workers are lost `LOSSES` times in a row before a result comes.
+    ``function`` must depend only on its task, and be picklable unless it runs on threads. An error
+    in it ends the work. Tasks of a lost worker are run again; a RuntimeError follows `LOSSES`
+    losses in a row without a result.
     """
     left = dict(enumerate(tasks))
     backend = workers.kind(len(left))
@@ -123,13 +103,7 @@ def finished(
 
 @contextmanager
 def connected(workers: Workers) -> Generator[None]:
-    """Stay connected to a Ray cluster from one call of `finished` to the next.
-
-    Raises
-    ------
-    ImportError
-        If Ray is selected and not installed.
-    """
+    """Stay connected to a Ray cluster from one call of `finished` to the next."""
     if workers.backend != "ray":
         yield
         return

@@ -4,40 +4,34 @@
 copy of the tree. Its tests must pass without it; with it, an assertion of one of them must fail.
 An error in a fixture, at collection or in the code under test does not count. ``PART`` is a part
 of the names of mutants, or of files, and selects those. The exit code is 1 unless all are killed.
-
-A server that has loaded the libraries is forked for each mutant, which saves most of the time.
 Errors of kernels are tried without compiling where the table says ``interpreted``.
+This module is the plugin of pytest that looks for the assertion.
 """
 
 import argparse
-import importlib
-import multiprocessing
 import os
 import shutil
+import subprocess
 import sys
 import tempfile
 import time
-import traceback
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import redirect_stderr, redirect_stdout
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import platformdirs
+import pytest
 import yaml
 
 ROOT = Path(__file__).parents[1]
 TABLE = Path(__file__).with_suffix(".yaml")
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "runs", ".*_cache", ".hypothesis")
-LIBRARIES = ["gymnasium", "numba", "pydantic", "pytest", "scipy.stats", "yaml"]
 LIMIT = 1800.0
 """Longest time that the tests of a mutant may take [s]: some errors make loops endless."""
 
-INTERNAL_ERROR = 3  # of pytest
-NOTICED = 32  # none of pytest's codes
-ANSWER = 64  # added to its codes: a process that dies otherwise says nothing of a mutant
+NOTICED = 32  # none of pytest's exit codes
 tell = partial(print, flush=True)
 
 Fate = Literal["killed", "survived", "broken"]
@@ -80,69 +74,39 @@ def plant(mutant: Mutant, tree: Path) -> None:
     path.write_text(text.replace(mutant.old, mutant.new), encoding="utf-8")
 
 
-class Notices:
-    """A plugin of pytest that ends a run at the first assertion of a test that fails."""
-
-    noticed = False
-
-    def pytest_exception_interact(self, node: Any, call: Any, report: Any) -> None:
-        """Look at an exception, wherever it was raised."""
-        if report.when == "call" and _is_failed_assertion(call.excinfo.value):
-            self.noticed, node.session.shouldstop = True, "an assertion failed"
+def pytest_exception_interact(call: Any, report: Any) -> None:
+    """End a run of pytest at the first assertion of a test that fails."""
+    if report.when == "call" and _is_failed_assertion(call.excinfo.value):
+        pytest.exit("an assertion failed", returncode=NOTICED)
 
 
 def _is_failed_assertion(error: BaseException) -> bool:
     if isinstance(error, BaseExceptionGroup):  # hypothesis raises several at once
         return any(map(_is_failed_assertion, error.exceptions))
-    return isinstance(error, AssertionError | importlib.import_module("pytest").fail.Exception)
+    return isinstance(error, AssertionError | pytest.fail.Exception)
 
 
-def run_tests(tree: Path, tests: Iterable[str], interpreted: bool) -> int | None:
-    """Return `NOTICED` if an assertion of some tests of a tree fails, else pytest's exit code.
+def run_tests(tree: Path, tests: Iterable[str], interpreted: bool) -> tuple[int, str]:
+    """Run some tests of a tree; return pytest's exit code and what it printed.
 
-    Returns None if they take too long. What they print is in a file beside the tree.
+    The code is `NOTICED` if an assertion fails, and negative if the tests take too long.
     """
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(LIBRARIES)
-    process = context.Process(target=_in_the_tree, args=(str(tree), list(tests), interpreted))
-    process.start()
-    process.join(LIMIT)
-    if process.exitcode is None:
-        process.kill()
-        process.join()
-        return None
-    return process.exitcode - ANSWER if process.exitcode >= ANSWER else INTERNAL_ERROR
-
-
-def _log_of(tree: str | Path) -> Path:
-    return Path(f"{tree}.log")
-
-
-def _said(tree: Path) -> str:
-    log = _log_of(tree)
-    return log.read_text(encoding="utf-8") if log.is_file() else "its tests did not begin"
-
-
-def _in_the_tree(tree: str, tests: list[str], interpreted: bool) -> None:
-    os.chdir(tree)
-    sys.path[:] = [tree, *(each for each in sys.path if each not in ("", str(ROOT)))]
-    sys.dont_write_bytecode = False  # that of the sound tree serves all
-    os.environ["PYTHONPATH"] = tree
-    os.environ["NUMBA_DISABLE_JIT"] = str(int(interpreted))
-    code = INTERNAL_ERROR
-    with (
-        open(_log_of(tree), "w", encoding="utf-8") as log,
-        redirect_stdout(log),
-        redirect_stderr(log),
-    ):
-        try:
-            importlib.import_module("numba.core.config").reload_config()
-            options, notices = ["-q", "-m", "", "-p", "no:cacheprovider"], Notices()
-            code = importlib.import_module("pytest").main([*options, *tests], plugins=[notices])
-            code = NOTICED if notices.noticed else code
-        except Exception:
-            traceback.print_exc()
-    os._exit(ANSWER + int(code))
+    options = ["-q", "-m", "", "-p", "no:cacheprovider", "-p", __spec__.name]
+    paths = {"PYTHONPATH": os.pathsep.join([str(tree), str(ROOT)])}
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", *options, *tests],
+            cwd=tree,
+            env={**os.environ, **paths, "NUMBA_DISABLE_JIT": str(int(interpreted))},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=LIMIT,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return -1, f"took longer than {LIMIT:g} s"
+    return done.returncode, done.stdout
 
 
 def fate(mutant: Mutant, sound: Path) -> tuple[Fate, str]:
@@ -151,10 +115,9 @@ def fate(mutant: Mutant, sound: Path) -> tuple[Fate, str]:
         tree = Path(folder) / "tree"
         shutil.copytree(sound, tree, copy_function=os.link)
         plant(mutant, tree)
-        code = run_tests(tree, mutant.tests, mutant.interpreted)
+        code, said = run_tests(tree, mutant.tests, mutant.interpreted)
         if code == NOTICED:
             return "killed", ""
-        said = _said(tree) if code is not None else f"took longer than {LIMIT:g} s"
         return "survived" if code == 0 else "broken", said
 
 
@@ -162,8 +125,9 @@ def sound_tests(chosen: list[Mutant], sound: Path) -> Iterator[str]:
     """Yield what is said of tests that fail without any error planted."""
     for interpreted in (True, False):
         tests = {t: None for m in chosen if m.interpreted == interpreted for t in m.tests}
-        if tests and run_tests(sound, tests, interpreted) != 0:
-            yield _said(sound)
+        code, said = run_tests(sound, tests, interpreted) if tests else (0, "")
+        if code != 0:
+            yield said
 
 
 def main() -> int:

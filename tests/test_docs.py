@@ -11,7 +11,6 @@ from gymnasium.vector import VectorWrapper
 
 import magfold_env as mf
 from magfold_env.envs import wrappers
-from tests.command_line import run
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -32,23 +31,3 @@ def test_every_wrapper_is_in_the_reference() -> None:
             own = isinstance(each, type) and each.__module__ == module.name and name[0] != "_"
             if own and issubclass(each, (Wrapper, VectorWrapper)):
                 assert f".. autoclass:: {module.name}.{name}\n" in told()
-
-
-def test_the_scene_that_is_written_at_the_start_folds(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    page = (DOCS / "start.md").read_text("utf-8")
-    (scene,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
-    monkeypatch.chdir(tmp_path)
-    Path("mine.yaml").write_text(scene, "utf-8")
-    block = next(
-        each for each in re.findall(r"```bash\n(.*?)```", page, re.DOTALL) if "mine" in each
-    )
-    commands = [line.partition("#")[0].split() for line in block.splitlines()]
-    assert len(commands) == 3
-    for _, *words in commands:
-        few = ("--out", "few") if words[0] == "ensemble" else ()
-        result = run(*(word.replace("200", "5") for word in words), *few)
-        assert result.exit_code == 0, result.stderr
-    assert Path("mine.html").is_file()
-    assert Path("mine.pdf").is_file()

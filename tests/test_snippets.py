@@ -128,7 +128,7 @@ def check_read(words: Sequence[str]) -> None:
         result = CliRunner().invoke(command, arguments)
         assert result.exit_code == 0, f"{shlex.join(words)}: {result.output}"
         check_parts(words)
-    elif words[:2] == ["python", "-m"] and words[2].startswith(("magfold_env.", "tests.")):
+    elif words[:2] == ["python", "-m"] and words[2].startswith(("magfold_", "tests.")):
         assert find_spec(words[2]) is not None, words
     elif words[0] in ("pytest", "tell") or words[0].startswith(".ci/"):
         for path in words[1:]:

@@ -154,7 +154,9 @@ def minimiser_design(
     """
     # Frozen models are hashable.
     sequence = energy_design(calls.env.scene, calls.target, prediction)  # pyright: ignore[reportArgumentType]
-    trials.race([designer.Choice(sequence, speed) for speed in speeds_to_try(calls.env)], calls)
+    trials.successive_halving(
+        [designer.Choice(sequence, speed) for speed in speeds_to_try(calls.env)], calls
+    )
 
 
 @lru_cache(maxsize=512)
@@ -179,7 +181,7 @@ def _deepest(scene: mf.Scene, target: str) -> tuple[str, ...]:
 @lru_cache(maxsize=4)
 def _all_deepest(scene: mf.Scene) -> dict[str, tuple[str, ...]]:
     found = designer.gap_designs(scene, folded_words(scene.n))
-    return {word: each.sequence for word, each in found.items() if each is not None}
+    return {word: sequence for word, sequence in found.items() if sequence is not None}
 
 
 class _Partial(NamedTuple):
@@ -233,7 +235,7 @@ def robust_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
         choices = [
             designer.Choice(each, speed) for speed in designer.SPEEDS[:count] for each in sequences
         ]
-        evaluations = trials.race(choices, calls)
+        evaluations = trials.successive_halving(choices, calls)
         if evaluations[0].rate >= goal:
             return
     groups = annealing.stable_groups(calls.target)[1] if task.search == "annealing" else None

@@ -6,7 +6,7 @@ from typing import get_args
 
 from magfold_bench import tables
 from magfold_bench.tables import Measurement, Progress, Row, Table
-from magfold_env.designer import GapDesign, design, gap_designs
+from magfold_env.designer import design, gap_designs
 from magfold_env.designer.task import SPEEDS, Choice
 from magfold_env.ensembles.releases import ensemble, release
 from magfold_env.minimiser import Mode
@@ -56,15 +56,15 @@ def targets(quick: bool, progress: Progress) -> Measurement:
 
 
 def minimisers_choice(
-    scene: Scene, word: str, mode: Mode, by_energy: Mapping[str, GapDesign | None], seed: int
+    scene: Scene, word: str, mode: Mode, by_energy: Mapping[str, tuple[str, ...] | None], seed: int
 ) -> Choice | None:
     """Return the sequence of the largest gap at its best speed."""
-    found = by_energy[word]
-    if found is None:
+    sequence = by_energy[word]
+    if sequence is None:
         return None
     if mode == "free":
-        return Choice(found.sequence, None)
-    choices = [Choice(found.sequence, speed) for speed in SPEEDS]
+        return Choice(sequence, None)
+    choices = [Choice(sequence, speed) for speed in SPEEDS]
 
     def successes(choice: Choice) -> int:
         made = ensemble(choice.applied(release(scene, mode)), SELECTION, seed)
@@ -74,7 +74,7 @@ def minimisers_choice(
 
 
 def _target_row(
-    scene: Scene, word: str, mode: Mode, by_energy: Mapping[str, GapDesign | None], runs: int
+    scene: Scene, word: str, mode: Mode, by_energy: Mapping[str, tuple[str, ...] | None], runs: int
 ) -> Row:
     found = design(word, scene, mode, runs=runs)
     choice = minimisers_choice(scene, word, mode, by_energy, seed=1)

@@ -147,7 +147,7 @@ def run(effort: Effort, out: Path) -> bool:
     console, identity = options.wide_console(), identify()
     plan, missing = entries(effort), dict[str, str]()
     with Checkpoint(out / "state", {"kind": "bench", "effort": effort, **identity}) as kept:
-        done = {each.name: each for each in kept.read(Result.from_json)}
+        done = {each.name: each for each in kept.load(Result.from_json)}
         for entry in plan:
             if entry.title in done:
                 console.print(f"{entry.title}: kept", highlight=False)

@@ -36,7 +36,7 @@ from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
 from magfold_env.scene.base import REMANENCE, SPEED
 from magfold_env.scene.magnets import ROUNDING
-from magfold_env.scene.parts import MOST_STEPS
+from magfold_env.scene.sections import MOST_STEPS
 from magfold_env.simulation.endings import BREAKDOWNS
 from magfold_env.simulation.frames import APART
 

@@ -2,7 +2,7 @@
 
 Nothing is allocated here: room for a chain of n components is there beforehand, see
 `magfold_env.browser.memory`, and what a scene's other groups say, such as the casing, lies in it.
-The rules of `scene.numbers` are compiled here; what `simulation.pack` and `simulation.start` do
+The rules of `scene.numbers` are compiled here; what `simulation.pack` does
 with arrays that they make, is done without, and tests compare every bit.
 """
 

@@ -14,7 +14,7 @@ from rich.markup import escape
 
 from magfold_env.cli import options
 from magfold_env.scene import Scene, load_scene, scene_names
-from magfold_env.scene.base import Part
+from magfold_env.scene.base import FrozenModel
 
 Schema = Mapping[str, Any]
 
@@ -113,7 +113,7 @@ def _meanings(group: str) -> dict[str, str]:
     Pydantic can read them too, but then every process that makes a scene spends a tenth of a
     second.
     """
-    (kind,) = (each for each in Part.__subclasses__() if each.__name__ == group)
+    (kind,) = (each for each in FrozenModel.__subclasses__() if each.__name__ == group)
     source: Any = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
     found: dict[str, str] = {}
     for pair in pairwise(source.body):

@@ -1,7 +1,7 @@
 """Design: find magnets and a feed speed with which a chain folds into a target shape."""
 
 from magfold_env.designer.evidence import Evidence
-from magfold_env.designer.exhaustive import GapDesign, gap_designs
+from magfold_env.designer.exhaustive import gap_designs
 from magfold_env.designer.result import Design, Objective, Search
 from magfold_env.designer.search import candidates, design
 from magfold_env.designer.task import SPEEDS, Choice, Task, default_scene, task_for
@@ -11,7 +11,6 @@ __all__ = [
     "Choice",
     "Design",
     "Evidence",
-    "GapDesign",
     "Objective",
     "Search",
     "Task",

@@ -109,12 +109,8 @@ def sequence_of_signs(signs: Array) -> tuple[str, ...]:
 def stable_groups(target: str) -> tuple[Array, list[Ints]]:
     """Return signs (4n,) that make a fully folded target the only stable word, and groups of faces.
 
-    Each face is in one group; flipping any groups keeps the property.
-
-    Raises
-    ------
-    ValueError
-        If the equations contradict each other, which happens for no word of up to 16 components.
+    Each face is in one group; flipping any groups keeps the property. Contradicting equations,
+    which no word of up to 16 components has, raise a ValueError.
     """
     equations = [(a, b, _OPPOSITE) for a, b in states.touching_faces(from_words([target]))]
     for k, letter in enumerate(target):

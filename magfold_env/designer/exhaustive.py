@@ -1,7 +1,6 @@
 """Design by energy over all sequences of a short chain: proven optima, or proof of none."""
 
 from collections.abc import Hashable, Iterable
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import cast
 
@@ -11,14 +10,19 @@ from numpy.typing import NDArray
 from magfold_env import scene as scenes
 from magfold_env.designer.evidence import Rivals
 from magfold_env.engine.state import Array
-from magfold_env.minimiser import EverySequence, energies, every_sequence, sequence_of, states
-from magfold_env.minimiser.lattice import Ints, Lattice, all_words, from_words
+from magfold_env.minimiser import (
+    LONGEST_OF_ALL,
+    EverySequence,
+    energies,
+    every_ground_state,
+    sequence_of,
+    states,
+)
+from magfold_env.minimiser.every_sequence import best_words
+from magfold_env.minimiser.lattice import Ints, from_words
 from magfold_env.shapes import folded_words, overlaps, parse_word
 
 Flags = NDArray[np.bool_]
-
-LONGEST = every_sequence.LONGEST_OF_ALL
-"""Largest number of components for the exhaustive search."""
 
 TOLERANCE = 1e-9
 """Relative difference below which two gaps count as equal, such as those of symmetric sequences."""
@@ -26,21 +30,7 @@ TOLERANCE = 1e-9
 _BLOCK = 1 << 18  # number of sequences per batch
 
 
-@dataclass(frozen=True)
-class GapDesign:
-    """A sequence designed for a target word."""
-
-    sequence: tuple[str, ...]
-    """The components, component 1 first; the alphabetically first sequence of equal gap."""
-    gap: float
-    """Energy of the best competitor above the target's [J]."""
-    energy: float
-    """Energy of the target [J]."""
-    competitor: str
-    """The word of second lowest energy; ties go to the first in the order S, L, R."""
-
-
-def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, GapDesign | None]:
+def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, tuple[str, ...] | None]:
     """Find the sequence of largest energy gap for each target, over all sequences.
 
     The gap of a sequence is the energy of the best other word without overlap minus the target's.
@@ -56,8 +46,8 @@ def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, GapDes
     Returns
     -------
     dict
-        A design for each target, in the order given; None where no sequence has the target as
-        its only ground state.
+        A sequence for each target, in the order given: the alphabetically first one of equal gap,
+        or None where no sequence has the target as its only ground state.
 
     Raises
     ------
@@ -67,29 +57,20 @@ def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, GapDes
     """
     energies.refuse_field(scene)
     wanted = list(dict.fromkeys(targets))
-    if not 2 <= scene.n <= LONGEST:
+    if not 2 <= scene.n <= LONGEST_OF_ALL:
         raise ValueError(
             f"sequence: {scene.n} component(s) are not allowed; the exhaustive gap search takes "
-            f"2 to {LONGEST}"
+            f"2 to {LONGEST_OF_ALL}"
         )
     for target in wanted:
         if overlaps(parse_word(target, scene.n)):
             raise ValueError(f"targets: {target!r} is not allowed; its components overlap")
-    lattice, _, every = _compared(scene)
-    found: dict[str, GapDesign | None] = {}
+    every = every_ground_state(scene)
+    found: dict[str, tuple[str, ...] | None] = {}
     for target in wanted:
-        row = every.words.index(target)
-        number = _first_of_largest(np.where(every.word == row, every.gap, 0.0), every.tie)
-        if number is None:
-            found[target] = None
-            continue
-        sequence = sequence_of(number, scene.n)
-        energy = energies.word_energies(scene.replace(sequence=sequence), lattice)
-        others = np.delete(np.arange(len(lattice)), row)
-        lowest = energy[others].min()
-        competitor = others[np.argmax(energy[others] <= lowest + energies.tie(scene))]
-        gap, own = float(lowest - energy[row]), float(energy[row])
-        found[target] = GapDesign(sequence, gap, own, lattice.word(int(competitor)))
+        gaps = np.where(every.word == every.words.index(target), every.gap, 0.0)
+        number = _first_of_largest(gaps, every.tie)
+        found[target] = None if number is None else sequence_of(number, scene.n)
     return found
 
 
@@ -113,12 +94,13 @@ class Exhaustive:
     def __init__(self, scene: scenes.Scene, target: str) -> None:
         self._scene, self._target = scene, target
         magnets = cast("Hashable", scene.magnets)  # as all frozen models are
-        lattice, forms, every = _compared_by_magnets(magnets, scene.casing.side, scene.n)
+        every = _every_ground_state(magnets, scene.casing.side, scene.n)
         row = every.words.index(target)
-        self.calls = len(lattice) * every.gap.size
+        self.calls = len(every.words) * every.gap.size
         """Number of energies compared."""
-        self._lattice, self.tie = lattice, every.tie
-        own = every_sequence.every_energy(forms[row])
+        self._words, self.tie = every.words, every.tie
+        form = energies.quadratic_forms(scene, from_words([target]))
+        own = best_words(form, (target,), every.tie).energy
         self.gaps: Array = np.where(every.word == row, every.gap, every.energy - own)
         """Energy of the best rival above the target [J], for every sequence."""
 
@@ -150,7 +132,7 @@ class Exhaustive:
         numbers = np.flatnonzero(self.gaps > self.tie)
         if not numbers.size:
             return found
-        rivals = Rivals(self._scene, self._target, self._lattice.words)
+        rivals = Rivals(self._scene, self._target, self._words)
         likely = numbers[np.argmax(self.gaps[numbers])]
         chosen = _signs(np.array([likely]), 4 * self._scene.n)[0]
         best = float(rivals.tolerances(chosen).min())
@@ -188,20 +170,10 @@ class Exhaustive:
         return chosen
 
 
-def _compared(scene: scenes.Scene) -> tuple[Lattice, Array, EverySequence]:
-    """Return all words of a scene's length, their forms, and which is lowest for each sequence."""
-    lattice = all_words(scene.n)
-    forms = energies.quadratic_forms(scene, lattice)
-    tie = energies.tie(scene)
-    return lattice, forms, every_sequence.best_words(forms, lattice.words, tie)
-
-
 @lru_cache(maxsize=1)  # some hundred megabytes and seconds for all targets of one kind of chain
-def _compared_by_magnets(
-    magnets: scenes.Magnets | None, side: float, n: int
-) -> tuple[Lattice, Array, EverySequence]:
+def _every_ground_state(magnets: scenes.Magnets | None, side: float, n: int) -> EverySequence:
     casing = scenes.Casing(side=side)
-    return _compared(scenes.Scene(sequence=("NNNN",) * n, casing=casing, magnets=magnets))
+    return every_ground_state(scenes.Scene(sequence=("NNNN",) * n, casing=casing, magnets=magnets))
 
 
 def _bits(numbers: Ints, faces: int) -> NDArray[np.uint8]:

@@ -6,6 +6,7 @@ The search first selects sequences by energy; for the objective `probability` it
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,6 +20,7 @@ from magfold_env.ensembles.releases import ensemble
 from magfold_env.files import a_path, physics_digest
 from magfold_env.minimiser import Mode, energies, sequence_of
 from magfold_env.parallel import Backend, Workers, connected
+from magfold_env.reporting.intervals import Share
 from magfold_env.scene import Scene, errors
 from magfold_env.shapes import is_fully_folded
 
@@ -120,15 +122,24 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
         Counter(),
     )
     if task.impossible:
-        return run.refused(task.impossible)
+        return run.assessed(Found(certificate=task.impossible))
     with connected(run.workers):
         if objective == "probability":
-            return run.assessed(run.most_probable().choice, score=None, bound=1.0)
-        found = best_by_energy(task, run.calls, lambda done: run.report("energies", done))
-        if found.sequence is None:
-            return run.refused(found.certificate)
-        # Energies do not depend on the speed, so the scene keeps its own.
-        return run.assessed(Choice(found.sequence, None), found.score, found.bound)
+            return run.assessed(Found(run.most_probable().choice, bound=1.0))
+        report = partial(run.report, "energies")
+        return run.assessed(best_by_energy(task, run.calls, report))
+
+
+class Found(NamedTuple):
+    """The best choice of a search."""
+
+    choice: Choice | None = None
+    score: float | None = None
+    """The gap [J], or the tolerance if that is the objective; None if releases decide."""
+    bound: float | None = None
+    """Proven upper bound of the score; None if unknown."""
+    certificate: str = ""
+    """Why there is no choice."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +171,7 @@ class _Run:
                 lambda made: self.report("releases", min(1.0, made / task.budget)),
             )  # fmt: skip
             if task.search != "cross-entropy":
-                found = candidates(task, self.calls, lambda done: self.report("energies", done))
+                found = candidates(task, self.calls, partial(self.report, "energies"))
                 drawn = stable_sequences(task) if task.search == "annealing" else []
                 evaluations = _raced(task, releases, found, drawn)
             if not evaluations or evaluations[0].rate < task.enough:
@@ -168,37 +179,34 @@ class _Run:
         self.calls["releases"] = releases.count
         return evaluations[0]
 
-    def assessed(self, choice: Choice, score: float | None, bound: float | None) -> Design:
+    def assessed(self, found: Found) -> Design:
         """Collect the evidence for a choice: energies, and releases on draws new to the search."""
-        task = self.task
-        scene = choice.applied(task.scene)
-        weighed = evidence.weigh(scene, task.target, self.calls)
-        probability = None
-        if task.runs:
-            made = ensemble(
-                scene, task.runs, task.releases_seed,
-                workers=self.workers.count, backend=self.workers.backend,
-                address=self.workers.address,
-                state=None if self.folder is None else self.folder / "judgement",
-                progress=lambda done, total: self.report("judgement", done / total),
-            )  # fmt: skip
-            probability = made.probability(task.target, "folded")
-        reached = weighed.only_stable if task.objective == "unique" else weighed.ground
-        if task.objective == "probability":
-            score = None if probability is None else probability.rate
-            reached = score is not None and score >= task.goal
+        task, score = self.task, found.score
+        scene = weighed = probability = None
+        reached = False
+        if found.choice is not None:
+            scene = found.choice.applied(task.scene)
+            weighed = evidence.weigh(scene, task.target, self.calls)
+            probability = self.released(scene) if task.runs else None
+            reached = weighed.only_stable if task.objective == "unique" else weighed.ground
+            if task.objective == "probability":
+                score = None if probability is None else probability.rate
+                reached = score is not None and score >= task.goal
         return Design(
-            task.target, task.mode, task.objective, task.search, scene, reached, score, bound,
-            weighed, probability, task.releases_seed, dict(self.calls), certificate="",
+            task.target, task.mode, task.objective, task.search, scene, reached, score,
+            found.bound, weighed, probability, task.releases_seed, dict(self.calls),
+            found.certificate,
         )  # fmt: skip
 
-    def refused(self, certificate: str) -> Design:
-        """Return a result without a sequence, with the reason."""
-        task = self.task
-        return Design(
-            task.target, task.mode, task.objective, task.search, None, False, None, None,
-            None, None, task.releases_seed, dict(self.calls), certificate,
+    def released(self, scene: Scene) -> Share:
+        """Return the share of releases, none of which the search has used, that succeed."""
+        made = ensemble(
+            scene, self.task.runs, self.task.releases_seed,
+            workers=self.workers.count, backend=self.workers.backend, address=self.workers.address,
+            state=None if self.folder is None else self.folder / "judgement",
+            progress=lambda done, total: self.report("judgement", done / total),
         )  # fmt: skip
+        return made.probability(self.task.target, "folded")
 
 
 def _raced(
@@ -210,7 +218,7 @@ def _raced(
     evaluations: list[trials.Evaluation] = []
     for sequences, count in stages:
         choices = [Choice(each, speed) for speed in speeds[:count] for each in sequences]
-        evaluations = trials.race(choices, releases, task.enough)
+        evaluations = trials.successive_halving(choices, releases, task.enough)
         if not evaluations or evaluations[0].rate >= task.enough:
             break
     return evaluations
@@ -231,17 +239,6 @@ def _refined(
     return trials.ranked([*evaluations, *others])
 
 
-class Found(NamedTuple):
-    """The best sequence of a search by energy."""
-
-    sequence: tuple[str, ...] | None
-    score: float | None
-    """The gap [J], or the tolerance if that is the objective."""
-    bound: float | None
-    """Proven upper bound of the score; None if unknown."""
-    certificate: str = ""
-
-
 def best_by_energy(task: Task, calls: Counter[str], report: Report) -> Found:
     """Search for the best sequence for one of the energy objectives."""
     if task.search == "exhaustive":
@@ -260,7 +257,8 @@ def best_by_energy(task: Task, calls: Counter[str], report: Report) -> Found:
         if best.score > enough:
             break
     assert best is not None
-    return Found(best.sequence, best.score, bound=None)
+    # Energies do not depend on the speed, so the scene keeps its own.
+    return Found(Choice(best.sequence, None), best.score)
 
 
 def candidates(task: Task, calls: Counter[str], report: Report) -> Sequences:
@@ -314,7 +312,7 @@ def _best_of_all(task: Task, calls: Counter[str]) -> Found:
                 f"of none of all {gaps.size} sequences is it the only ground state; another word "
                 f"lies {lower}"
             )
-        return Found(None, None, None, certificate)
+        return Found(certificate=certificate)
     score = float(scores[number] if task.objective == "sensitivity" else gaps[number])
     bound = score if task.objective in ("gap", "sensitivity") else None
-    return Found(sequence_of(number, task.scene.n), score, bound)
+    return Found(Choice(sequence_of(number, task.scene.n), None), score, bound)

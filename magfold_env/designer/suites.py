@@ -14,7 +14,7 @@ Kind = Literal["ground", "unique", "forward", "backward", "free"]
 or a chain with the sequence settles as the target when released in one of the three modes."""
 
 
-class Witness(base.Part):
+class Witness(base.FrozenModel):
     """A sequence that makes a target, or the proof that there is none."""
 
     sequence: tuple[str, ...] | None = None
@@ -43,7 +43,7 @@ class Witness(base.Part):
         return share(self.successes, self.releases)
 
 
-class Suite(base.Part):
+class Suite(base.FrozenModel):
     """Target words of one length for one scene."""
 
     scene_name: str

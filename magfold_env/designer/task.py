@@ -28,11 +28,6 @@ class Choice(NamedTuple):
         feed = {} if self.speed is None else {"speed": self.speed}
         return scene.replace(sequence=self.sequence, feed=feed)
 
-    def __str__(self) -> str:
-        """Return the sequence and the speed."""
-        text = " ".join(self.sequence)
-        return text if self.speed is None else f"{text} at {self.speed:g} m/s"
-
 
 @dataclass(frozen=True)
 class Task:
@@ -44,7 +39,10 @@ class Task:
     mode: Mode
     objective: Objective
     search: Search
-    seed: int
+    searching_seed: int
+    """Seed of the releases that select choices."""
+    releases_seed: int
+    """Seed of the releases that assess the result."""
     speeds: tuple[float, ...]
     """Feed speeds to choose from [m/s]; empty without a tube or for energy objectives."""
     budget: int
@@ -58,20 +56,6 @@ class Task:
     def enough(self) -> float:
         """Share of successes that ends the search; selected choices do worse later."""
         return 0.5 * (1.0 + self.goal)
-
-    @property
-    def searching_seed(self) -> int:
-        """Seed of the releases that select choices."""
-        return self._seeds[0]
-
-    @property
-    def releases_seed(self) -> int:
-        """Seed of the releases that assess the result."""
-        return self._seeds[1]
-
-    @property
-    def _seeds(self) -> list[int]:
-        return np.random.SeedSequence(self.seed).generate_state(2).tolist()
 
     @property
     def impossible(self) -> str:
@@ -102,15 +86,7 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
     goal: float,
     runs: int,
 ) -> Task:
-    """Check the arguments and fill in defaults.
-
-    Raises
-    ------
-    SceneError
-        If an argument is not allowed.
-    ValueError
-        If the target is not a word, or the scene has an external field.
-    """
+    """Check the arguments of `design`, refuse what is not allowed, and fill in defaults."""
     n = len(parse_word(target, key="target")) + 1
     problems = [
         *errors.unless_one_of("objective", objective, get_args(Objective)),
@@ -149,7 +125,8 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
     for speed in chosen:
         released.replace(feed={"speed": speed})  # raises if it is not allowed
     search = search or ("exhaustive" if n <= LONGEST_OF_ALL else "annealing")
-    return Task(target, released, mode, objective, search, seed, chosen, budget, goal, runs)
+    one, other = np.random.SeedSequence(seed).generate_state(2).tolist()
+    return Task(target, released, mode, objective, search, one, other, chosen, budget, goal, runs)
 
 
 def default_scene(n: int) -> str:

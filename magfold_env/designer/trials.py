@@ -1,6 +1,6 @@
 """Searches among choices by the expensive test: releases of the chain, each with its own draws.
 
-`race` is successive halving: it tries many choices a few times and the best of them more often.
+`successive_halving` tries many choices a few times and the best of them more often.
 `cross_entropy` uses no energies, only results of releases. It draws choices from a distribution
 that is independent for each face (or group of faces that flip together) and for the logarithm of
 the speed, and moves the distribution towards the best choices (Rubinstein and Kroese, *The
@@ -77,11 +77,13 @@ class Evaluation(NamedTuple):
         return self.successes / self.releases
 
 
-def race(choices: Sequence[Choice], trials: Oracle, enough: float = 1.0) -> list[Evaluation]:
+def successive_halving(
+    choices: Sequence[Choice], trials: Oracle, enough: float = 1.0
+) -> list[Evaluation]:
     """Try choices on more and more releases, keeping only the best, and return them `ranked`.
 
     The first of equal choices are preferred. ``enough`` is the share of successes that ends the
-    race; finalists that can no longer reach it are dropped.
+    search; finalists that can no longer reach it are dropped.
     """
     field = list(dict.fromkeys(choices))
     known: dict[Choice, Evaluation] = {}
@@ -139,7 +141,8 @@ def cross_entropy(
     slowest and the fastest of ``speeds`` [m/s], which is empty without a tube. The relative signs
     within each group of faces stay those of ``first``; None makes each face a group. Generations
     after the first must stay within the budget of releases, which includes earlier releases. The
-    share of successes ``goal`` ends the search. Returns the best choices, ranked by `race`.
+    share of successes ``goal`` ends the search. Returns the best choices, ranked by
+    `successive_halving`.
     """
     current = _around(first, faces, speeds, groups)
     best: list[Evaluation] = []
@@ -149,7 +152,9 @@ def cross_entropy(
         order = np.argsort(-scores.mean(axis=1), kind="stable")
         elite: list[Choice] = [choices[k] for k in order[:ELITE].tolist()]
         current = _moved(current, elite)
-        best = race([*(evaluation.choice for evaluation in best[:2]), *elite], trials, goal)
+        best = successive_halving(
+            [*(evaluation.choice for evaluation in best[:2]), *elite], trials, goal
+        )
         if best[0].rate >= goal or trials.count + POPULATION * RELEASES > budget:
             return best
 
@@ -218,7 +223,7 @@ class Trials:
     ) -> None:
         self._release = partial(_score, scene, target, seed)
         self._workers, self._kept, self._report = workers, kept, report
-        self._known: dict[Key, float] = dict(kept.read(_release_of))
+        self._known: dict[Key, float] = dict(kept.load(_release_of))
         self._asked: set[Key] = set()
 
     @property

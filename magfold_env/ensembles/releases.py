@@ -26,7 +26,7 @@ from magfold_env.parallel import Backend, Workers, finished
 from magfold_env.reporting.intervals import Share, share
 from magfold_env.reporting.tables import Row, to_csv
 from magfold_env.scene import Scene, errors, unless_a_scene
-from magfold_env.shapes import BoolArray, FloatArray, parse_word
+from magfold_env.shapes import FloatArray, parse_word
 from magfold_env.simulation.simulate import simulate
 
 Texts = npt.NDArray[np.str_]
@@ -65,13 +65,7 @@ class Run(NamedTuple):
 
     @classmethod
     def from_record(cls, record: list[Any], n: int) -> Run:
-        """Return the run of a chain of ``n`` components from the result of `to_record`.
-
-        Raises
-        ------
-        ValueError
-            If it is not such a result.
-        """
+        """Return the run of a chain of n components that `to_record` wrote, or refuse it."""
         number, word, status, *values = record
         energy, time, *angles = (math.nan if x is None else float(x) for x in values)
         if not isinstance(number, int) or number < 0 or len(angles) != n:
@@ -88,11 +82,12 @@ def generator(seed: int, index: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
 
 
-def run_one(scene: Scene, seed: int, index: int) -> Run:
-    """Simulate run `index` of an ensemble."""
-    fold = simulate(scene, generator(seed, index))
+def run_one(seed: int, count: int, task: tuple[int, Scene]) -> Run:
+    """Simulate a run, given its number among those of ``count`` scenes and its scene."""
+    number, scene = task
+    fold = simulate(scene, generator(seed, number // count))
     angles = tuple(fold.angles.tolist())
-    return Run(index, fold.word, fold.status.value, fold.energy, fold.time, angles)
+    return Run(number, fold.word, fold.status.value, fold.energy, fold.time, angles)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -176,7 +171,8 @@ class Ensemble:
             # It is empty if the simulation failed.
             hits &= self.word == (word and parse_word(word, self.scene.n))
         if status is not None:
-            hits &= self._ended(status)
+            errors.refuse(errors.unless_one_of("status", status, FoldStatus))
+            hits &= self.status == FoldStatus(status).value
         return share(int(hits.sum()), len(self))
 
     # --- single runs -------------------------------------------------------------------------
@@ -253,11 +249,6 @@ class Ensemble:
         columns = self.columns()
         lines = zip(*(column.tolist() for column in columns.values()), strict=True)
         write_text(path, to_csv([dict(zip(columns, line, strict=True)) for line in lines]))
-
-    def _ended(self, status: str) -> BoolArray:
-        """Return which runs have this outcome, shape (runs,)."""
-        errors.refuse(errors.unless_one_of("status", status, FoldStatus))
-        return self.status == FoldStatus(status).value
 
     def _runs(self) -> list[Run]:
         columns = (self.word, self.status, self.energy, self.time)
@@ -356,29 +347,8 @@ def released(
     """Return an ensemble for each of several scenes with equal numbers of components.
 
     Run i of every scene uses ``generator(seed, i)``. Its number among all runs is i times the
-    number of scenes, plus the index of its scene.
-
-    Parameters
-    ----------
-    scenes
-        The scenes to release, at least one.
-    runs
-        Number of releases of each scene.
-    seed
-        Seed of all draws.
-    workers
-        The workers that make the runs.
-    key
-        Everything that the scenes depend on, for `state`.
-    state
-        Folder that stores the runs; see `ensemble`.
-    progress
-        Called with the number of completed runs and the number of all runs.
-
-    Raises
-    ------
-    SceneError, CheckpointError, ImportError
-        As `ensemble` does.
+    number of scenes, plus the index of its scene. ``key`` is everything that the scenes depend on,
+    for `state`. The other arguments and the errors are those of `ensemble`.
     """
     problems = [
         *errors.unless_whole("runs", runs, 1, MOST_RUNS),
@@ -389,7 +359,7 @@ def released(
     count = len(scenes)
     total = count * runs
     with Checkpoint(state, {"physics": physics_digest(), "seed": seed, **key}) as kept:
-        found = kept.read(partial(Run.from_record, n=scenes[0].n))
+        found: list[Run] = kept.load(partial(Run.from_record, n=scenes[0].n))
         made = {run.number: run for run in found if run.number < total}
         missing = [number for number in range(total) if number not in made]
         # Runs are ordered by scene, because the first run of a geometry makes its tables. Threads
@@ -399,7 +369,7 @@ def released(
             together = min(workers.count or os.cpu_count() or 1, _SIDE_BY_SIDE)
         missing.sort(key=lambda number: (number % count // together, number))
         tasks = [(number, scenes[number % count]) for number in missing]
-        for _, run in finished(partial(_numbered_run, seed, count), tasks, workers):
+        for _, run in finished(partial(run_one, seed, count), tasks, workers):
             made[run.number] = run
             kept.add(run.to_record(), run.number)
             if progress is not None:
@@ -408,11 +378,6 @@ def released(
         Ensemble.of(scene, seed, [made[number] for number in range(place, total, count)])
         for place, scene in enumerate(scenes)
     ]
-
-
-def _numbered_run(seed: int, count: int, task: tuple[int, Scene]) -> Run:
-    number, scene = task
-    return run_one(scene, seed, number // count)._replace(number=number)
 
 
 PREDICTORS: dict[Mode, str] = {

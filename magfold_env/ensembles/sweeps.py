@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import cached_property
-from inspect import isclass
 from itertools import pairwise, product
 from pathlib import Path
-from types import UnionType
-from typing import Annotated, Any, NamedTuple, Union, cast, get_args, get_origin
+from typing import Any, NamedTuple, cast
 
 from magfold_env.ensembles.releases import Ensemble, Run, most_first, outcome_row, released
 from magfold_env.files import reading_json, write_json, write_text
@@ -21,7 +18,7 @@ from magfold_env.parallel import Backend, Workers
 from magfold_env.reporting.intervals import Share
 from magfold_env.reporting.tables import Row, to_csv
 from magfold_env.scene import Problem, Scene, SceneError, errors, unless_a_scene
-from magfold_env.scene.base import Part, plain
+from magfold_env.scene.base import plain
 from magfold_env.shapes import parse_word
 
 FORMAT = "magfold_env sweep 1"
@@ -48,13 +45,7 @@ class Outcome(NamedTuple):
 
     @classmethod
     def parse(cls, text: str, n: int) -> Outcome:
-        """Return the outcome that a text names for `n` components.
-
-        Raises
-        ------
-        SceneError
-            If it is neither a word, nor a status, nor a word and a status.
-        """
+        """Return the outcome that a text names for `n` components, or refuse it as a SceneError."""
         try:
             first, *more = text.split()
             if first in [*FoldStatus] and not more:
@@ -237,13 +228,10 @@ def points(over: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
 
 
 def scenes(scene: Scene, over: Mapping[str, Sequence[float]]) -> list[Scene]:
-    """Return a scene for each of the `points`.
+    """Return a scene for each of the `points`; an error names the point.
 
-    Raises
-    ------
-    SceneError
-        If a scene is not valid (the message names the point), or if a key has several numbers in
-        the scene, such as magnets of different strengths, which one number would replace.
+    A key is refused if it has several numbers in the scene, such as magnets of different strengths,
+    which one number would replace.
     """
     for key, values in over.items():
         given: Any = scene
@@ -262,42 +250,16 @@ def scenes(scene: Scene, over: Mapping[str, Sequence[float]]) -> list[Scene]:
     return found
 
 
-def keys(part: type[Part] = Scene, before: str = "") -> Iterator[str]:
-    """Yield the dotted keys of all numbers of a scene, or of one of its groups."""
-    for name, field in part.model_fields.items():
-        kinds = list(_kinds(field.annotation))
-        if int in kinds or float in kinds:
-            yield before + name
-        for kind in kinds:
-            if isclass(kind) and issubclass(kind, Part):
-                yield from keys(kind, f"{before}{name}.")
-
-
-def _kinds(annotation: Any) -> Iterator[Any]:
-    """Yield the types that an annotation allows, one by one."""
-    if get_origin(annotation) is Annotated:
-        yield from _kinds(get_args(annotation)[0])
-    elif get_origin(annotation) in {Union, UnionType}:
-        for each in get_args(annotation):
-            yield from _kinds(each)
-    else:
-        yield annotation
-
-
 def _checked(over: Mapping[str, Sequence[float]]) -> dict[str, tuple[float, ...]]:
     """Return the values of the parameters as floats, or refuse them."""
     if not 1 <= len(over) <= 2:
         errors.refuse([Problem("over", list(over), "must name one or two numbers of the scene")])
-    known = list(keys())
     problems: list[Problem] = []
     checked: dict[str, tuple[float, ...]] = {}
     for key, given in over.items():
         values: Any = list(given) if isinstance(given, range) else plain(given)
-        if key not in known:
-            near = [each for each in known if each.rpartition(".")[2] == key]
-            near = near or get_close_matches(key, known, 3)
-            hint = f"; did you mean {' or '.join(near)}?" if near else ", as feed.speed is one"
-            problems.append(Problem("over", key, f"must be the key of a number of a scene{hint}"))
+        if not isinstance(cast("object", key), str):
+            problems.append(Problem("over", key, "must be the key of a number of a scene"))
         elif not _increasing(values):
             allowed = f"must be 2 to {MOST} numbers, each larger than the one before"
             problems.append(Problem(key, values, allowed))

@@ -12,7 +12,7 @@ the far arm's own energy and overlaps; it is a lower bound for the far arm's con
 """
 
 from functools import lru_cache
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,30 +54,6 @@ class Arm(NamedTuple):
     """First of the nodes of the component at the arm's end."""
 
 
-class Poses(Protocol):
-    """Components on the lattice in some order, like those of an `Arm` by node."""
-
-    @property
-    def x(self) -> IntArray:
-        """Cells, as `Arm.x`."""
-        ...
-
-    @property
-    def y(self) -> IntArray:
-        """Cells, as `Arm.y`."""
-        ...
-
-    @property
-    def quarter(self) -> IntArray:
-        """Headings in quarter turns."""
-        ...
-
-    @property
-    def component(self) -> IntArray:
-        """Components, 0-based."""
-        ...
-
-
 class PairTable(NamedTuple):
     """The couplings of two components of a chain at any pose."""
 
@@ -92,21 +68,12 @@ class PairTable(NamedTuple):
     """Whether touching equal poles are excluded."""
 
 
-def near_arm(root: int, letters: str) -> Arm:
-    """Return the arm of components ``root`` down to 0 (0-based) by the letters allowed."""
-    arm = _grown(root, -1, letters)
-    return arm._replace(component=root - arm.joints)
-
-
-def far_arm(root: int, n: int, letters: str) -> Arm:
-    """Return the arm of components ``root`` + 1 to n - 1, its root included as node 0."""
-    arm = _grown(n - 1 - root, 1, letters)
-    return arm._replace(component=root + arm.joints)
-
-
 @lru_cache(maxsize=8)
-def _grown(joints: int, direction: int, letters: str) -> Arm:
-    """Grow an arm forwards, to higher components, or with ``direction`` -1 backwards."""
+def grown(root: int, joints: int, direction: int, letters: str) -> Arm:
+    """Return the arm of a root (0-based) and a number of joints, by the letters allowed.
+
+    The far arm grows to higher components, the near arm, with ``direction`` -1, to lower ones.
+    """
     turns = [direction * int(turn) for turn in TURNS]
     allowed = [letter in letters for letter in ORDER]
     heading = [(direction * int(x), direction * int(y)) for x, y in HEADINGS]
@@ -134,7 +101,7 @@ def _grown(joints: int, direction: int, letters: str) -> Arm:
     poses: Ints = np.array([pose for step in steps for pose in step], dtype=np.int64)
     count = np.repeat(np.arange(joints + 1), [len(step) for step in steps])
     x, y, quarter = np.ascontiguousarray(poses.T)
-    return Arm(x, y, quarter, count, np.zeros_like(count), leads_to, begin)
+    return Arm(x, y, quarter, count, root + direction * count, leads_to, begin)
 
 
 def pair_table(scene: Scene, strength: Array, *, clashes_excluded: bool) -> PairTable:
@@ -180,10 +147,11 @@ def _beside(x: int, y: int) -> int:
 
 
 @inlined
-def pair_energy(table: PairTable, one: Poses, u: int, other: Poses, v: int) -> float:
+def pair_energy(table: PairTable, one: Any, u: int, other: Any, v: int) -> float:
     """Energy of the components at u and v, nodes of two arms or of one [J].
 
-    Infinite if they overlap, or if equal poles touch and that is excluded.
+    Infinite if they overlap, or if equal poles touch and that is excluded. Anything with an arm's
+    cells, headings and components serves as an arm.
     """
     turn = one.quarter[u]
     dx, dy = other.x[v] - one.x[u], other.y[v] - one.y[u]
@@ -308,16 +276,6 @@ def lowest_in_field(arm: Arm, field: Array, lowest: Array) -> float:
         a, b, c = arm.following[node, 0], arm.following[node, 1], arm.following[node, 2]
         lowest[node] = field[node] + min(lowest[a], lowest[b], lowest[c])
     return lowest[0]
-
-
-@allocating_kernel
-def least_cross_energy(cross: Array, near: Arm, far: Arm) -> float:
-    """Return a lower bound of the energy between the arms of any state [J]."""
-    far_lowest, near_lowest = np.empty(far.x.size + 1), np.empty(near.x.size + 1)
-    field = np.empty(near.x.size)
-    for u in range(near.x.size):
-        field[u] = lowest_in_field(far, cross[u], far_lowest)
-    return lowest_in_field(near, field, near_lowest)
 
 
 @allocating_kernel

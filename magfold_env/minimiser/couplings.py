@@ -5,9 +5,10 @@ and t contain the charges in units of the strongest one, and the 4×4 matrix K d
 relative pose. The lattice has few poses, and the pairs of single faces determine K at each of them.
 """
 
+import math
 from collections.abc import Hashable
 from functools import lru_cache
-from typing import NamedTuple, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +16,9 @@ from numpy.typing import NDArray
 from magfold_env import scene as scenes
 from magfold_env.engine.compile.jit import allocating_kernel, inlined
 from magfold_env.engine.magnets import pairs
-from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Pose
+from magfold_env.engine.state import Array, Magnets, Nodes, Pose
 from magfold_env.engine.workspace import new_nodes
-from magfold_env.minimiser.lattice import HEADINGS, Ints, Lattice
+from magfold_env.minimiser.lattice import HEADINGS, Ints
 from magfold_env.simulation.pack import pack_magnets
 
 FACES = 4
@@ -26,13 +27,8 @@ FACES = 4
 class Couplings:
     """The matrices K of one kind of component, computed on first use of a pose.
 
-    Parameters
-    ----------
-    magnets
-        The four magnets of a component; couplings are for faces with the charge of the strongest,
-        `Magnets.charge`. None makes every coupling zero.
-    side
-        Edge length of a casing [m].
+    K is for faces with the charge of the strongest, `Magnets.charge`; without magnets it is zero.
+    ``side`` is the edge length of a casing [m].
     """
 
     def __init__(self, magnets: scenes.Magnets | None, side: float) -> None:
@@ -58,9 +54,9 @@ class Couplings:
     def _compute(self, keys: list[tuple[int, ...]]) -> Array:
         out = np.zeros((len(keys), FACES, FACES))
         if keys and self._charge:
-            places = _pair_places(np.array(keys), self._side)
+            half = self._side / math.sqrt(2.0)
             nodes = new_nodes(self._magnets, 2)
-            _fill_energies(self._magnets, places, _pair_charges(self._charge), nodes, out)
+            _fill_energies(self._magnets, self._charge, half, np.array(keys), nodes, out)
         return out
 
 
@@ -77,67 +73,24 @@ def couplings(scene: scenes.Scene) -> Couplings:
 _shared = lru_cache(maxsize=16)(Couplings)
 
 
-def _pair_places(poses: Ints, side: float) -> Pose:
-    """Return the places of two components, the first at the origin with heading 0: (m, 2)."""
-    cos, sin, x, y = np.zeros((4, len(poses), 2))
-    cos[:, 0] = 1.0
-    cos[:, 1], sin[:, 1] = HEADINGS[poses[:, 2]].T
-    x[:, 1], y[:, 1] = poses[:, :2].T * (side / np.sqrt(2.0))
-    return Pose(cos, sin, x, y)
-
-
-def _pair_charges(unit: float) -> Array:
-    """Return the charges of two components with one face of charge ``unit`` [A·m] each.
-
-    By the first component's face and the second's, (4, 4, 2, 4).
-    """
-    charge = np.zeros((FACES, FACES, 2, FACES))
-    for face in range(FACES):
-        charge[face, :, 0, face] = unit
-        charge[:, face, 1, face] = unit
-    return charge
-
-
 @allocating_kernel
-def _fill_energies(magnets: Magnets, places: Pose, charge: Array, nodes: Nodes, out: Array) -> None:
-    """Fill ``out`` (m, 4, 4) [J]; see `_pair_places` and `_pair_charges`."""
+def _fill_energies(
+    magnets: Magnets, charge: float, half: float, poses: Ints, nodes: Nodes, out: Array
+) -> None:
+    """Fill ``out`` (m, 4, 4) [J] for two components with one face of ``charge`` [A·m] each.
+
+    ``half`` is the unit of cells [m].
+    """
+    pose = Pose(np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2))
+    pose.cos[0] = 1.0
     for p in range(out.shape[0]):
-        pose = Pose(places.cos[p], places.sin[p], places.x[p], places.y[p])
+        pose.cos[1], pose.sin[1] = HEADINGS[poses[p, 2], 0], HEADINGS[poses[p, 2], 1]
+        pose.x[1], pose.y[1] = poses[p, 0] * half, poses[p, 1] * half
         for a in range(FACES):
             for b in range(FACES):
-                out[p, a, b] = pairs.energy(0, magnets, charge[a, b], pose, nodes)
-
-
-class PairPoses(NamedTuple):
-    """The poses of the pairs of components in many words.
-
-    Each pose of a pair is listed once, so that words share its results.
-    """
-
-    first: IntArray
-    """The pair's first component for each pose, 0-based, shape (poses,)."""
-    second: IntArray
-    """Its second component, shape (poses,)."""
-    pose: IntArray
-    """Second seen from first, shape (poses, 3), see `Lattice.poses`."""
-    row: NDArray[np.int32]
-    """Which pose each pair has in each word, shape (pairs, words)."""
-
-
-def pair_poses(lattice: Lattice) -> PairPoses:
-    """Return the poses of all pairs of components in some words."""
-    none = np.zeros(0, dtype=np.int64)
-    first, second, found = [none], [none], [np.zeros((0, 3), dtype=np.int64)]
-    index = np.zeros((lattice.n * (lattice.n - 1) // 2, len(lattice)), dtype=np.int32)
-    count = 0
-    for pair, (i, j, poses) in enumerate(lattice.pairs()):
-        rows, inverse = _distinct(poses)
-        index[pair] = count + inverse
-        count += len(rows)
-        first.append(np.full(len(rows), i))
-        second.append(np.full(len(rows), j))
-        found.append(poses[rows])
-    return PairPoses(np.concatenate(first), np.concatenate(second), np.concatenate(found), index)
+                charges = np.zeros((2, FACES))
+                charges[0, a], charges[1, b] = charge, charge
+                out[p, a, b] = pairs.energy(0, magnets, charges, pose, nodes)
 
 
 def _distinct(poses: Ints) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -147,26 +100,6 @@ def _distinct(poses: Ints) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     codes = ((poses[:, 0] + span) * (2 * span + 1) + poses[:, 1] + span) * 4 + poses[:, 2]
     _, rows, inverse = np.unique(codes, return_index=True, return_inverse=True)
     return rows, inverse
-
-
-@allocating_kernel
-def sum_over_pairs(coupling: Array, poses: PairPoses, strength: Array, out: Array) -> None:
-    """Fill the sums over pairs of a bilinear quantity for many sequences and words.
-
-    ``coupling`` (poses, 4, 4) is its matrix at every pose, ``strength`` (sequences, n, 4) contains
-    the signs of the faces, and ``out`` has shape (sequences, words).
-    """
-    value = np.empty(coupling.shape[0])
-    for k in range(out.shape[0]):
-        signs = strength[k]
-        for p in range(value.size):
-            value[p] = bilinear(coupling[p], signs[poses.first[p]], signs[poses.second[p]])
-        total = out[k]
-        total[:] = 0.0
-        for pair in range(poses.row.shape[0]):
-            row = poses.row[pair]
-            for w in range(total.size):
-                total[w] += value[row[w]]
 
 
 @inlined

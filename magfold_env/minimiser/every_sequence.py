@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.state import Array
+from magfold_env.minimiser import energies
 from magfold_env.minimiser.couplings import FACES
-from magfold_env.scene import errors
+from magfold_env.minimiser.lattice import all_words
+from magfold_env.scene import Scene, errors, unless_a_scene
 
 LONGEST_OF_ALL = 6
 """Largest number of components for which every sequence is evaluated: 16^6 sequences, halved by the
@@ -77,28 +79,33 @@ def sequence_of(number: int, n: int) -> tuple[str, ...]:
     return tuple(letters[k : k + FACES] for k in range(0, len(letters), FACES))
 
 
-def every_energy(form: Array) -> Array:
-    """Return a word's energy with every sequence whose first face is N [J], by number.
+def every_ground_state(scene: Scene) -> EverySequence:
+    """Find the ground state of every sequence of N and S; the scene's own is ignored.
 
-    ``form`` (4n, 4n) is the word's; see `quadratic_forms`. Too many sequences are refused.
+    Raises
+    ------
+    ValueError
+        If the scene has an external field, or more than `LONGEST_OF_ALL` components.
     """
-    out = np.empty(_checked_size(form.shape[0]))
-    word_for_every_sequence(form, _trailing(form.shape[0]), out)
-    return out
+    errors.refuse(unless_a_scene(scene))
+    if scene.n > LONGEST_OF_ALL:
+        raise ValueError(
+            f"sequence: {scene.n} components are not allowed; every sequence is evaluated for at "
+            f"most {LONGEST_OF_ALL}"
+        )
+    lattice = all_words(scene.n)
+    forms = energies.quadratic_forms(scene, lattice)
+    return best_words(forms, lattice.words, energies.tie(scene))
 
 
-def best_words(
-    forms: Array,
-    words: tuple[str, ...],
-    tie: float,
-) -> EverySequence:
-    """Find the ground state of every sequence; too many sequences are refused.
+def best_words(forms: Array, words: tuple[str, ...], tie: float) -> EverySequence:
+    """Return which of some words is lowest for every sequence whose first face is N, by number.
 
     ``forms`` (words, 4n, 4n) are those of the ``words``, see `quadratic_forms`. Gaps up to ``tie``
     are rounding [J].
     """
     faces = forms.shape[1]
-    size, trailing = _checked_size(faces), _trailing(faces)
+    size, trailing = 1 << (faces - 1), min(_TRAILING, faces - 1)
     word = np.empty(size, dtype=np.uint8)
     energy, gap = np.empty(size), np.empty(size)
     chunk = max(1 << trailing, size // _PARTS)
@@ -107,34 +114,6 @@ def best_words(
         best_for_every_sequence(forms, trailing, begin, word[part], energy[part], gap[part])
     gap -= energy
     return EverySequence(words, word, energy, gap, tie)
-
-
-def _trailing(faces: int) -> int:
-    return min(_TRAILING, faces - 1)
-
-
-def _checked_size(faces: int) -> int:
-    if faces > FACES * LONGEST_OF_ALL:
-        raise ValueError(
-            f"sequence: {faces // FACES} components are not allowed; every sequence is evaluated "
-            f"for at most {LONGEST_OF_ALL}"
-        )
-    return 1 << (faces - 1)
-
-
-@allocating_kernel
-def word_for_every_sequence(form: Array, trailing: int, out: Array) -> None:
-    """Fill the energies [J] of one word for all sequences whose first face is N.
-
-    ``form`` (faces, faces) is J [J], ``trailing`` the number of trailing faces, ``out`` has shape
-    (2^(faces - 1),).
-    """
-    own, fields = np.empty(1 << trailing), np.empty(trailing)
-    tabulate(form, trailing, own)
-    size = own.size
-    for block in range(out.size // size):
-        energies = out[block * size : (block + 1) * size]
-        fill_block(form, block, trailing, own, fields, energies)
 
 
 @allocating_kernel

@@ -70,13 +70,6 @@ class Lattice:
         """Whether each word has only L and R, shape (m,)."""
         return (self.letters != ORDER.index("S")).all(axis=1)
 
-    def overlapping(self) -> NDArray[np.bool_]:
-        """Whether two components of each word share a cell, shape (m,)."""
-        shared = np.zeros(len(self), dtype=np.bool_)
-        for i, j in combinations(range(self.n), 2):
-            shared |= (self.cells[:, i] == self.cells[:, j]).all(axis=1)
-        return shared
-
     def poses(self, i: int, j: int) -> Ints:
         """Return component j as seen from component i: (m, 3), cell x and y, quarter turns."""
         turn = -self.quarters[:, i] % 4

@@ -3,8 +3,6 @@
 Long chains are cut in the middle and searched by branch and bound, which proves its results.
 """
 
-import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
@@ -16,6 +14,7 @@ from magfold_env.minimiser import arms, energies, states
 from magfold_env.minimiser.lattice import ORDER, Ints, all_words, from_words
 from magfold_env.minimiser.states import Among, State
 from magfold_env.scene import Scene, errors, unless_a_scene
+from magfold_env.shapes import overlaps
 
 Mode = Literal["free", "forward", "backward"]
 
@@ -36,39 +35,12 @@ MOST_STATES: Final = 10_000_000
 MOST_ENTRIES: Final = 40_000_000
 """Largest number of words of a half chain, including shorter ones, at 20 bytes each."""
 
-_FIRST = 100  # words of the near arm to complete when there is no time to order them
 _STRETCH = 20_000  # entries bounded, and
-_BATCH = 50  # words completed, between two looks at the clock
+_BATCH = 50  # words completed, between two reports of progress
 
 MOST_SHOWN = 5  # states shown in one line
 
 Progress = Callable[[float], None]
-
-
-class Ranking:
-    """The result of a search: states, the lowest first."""
-
-    states: tuple[State, ...]
-
-    @property
-    def best(self) -> State:
-        """The state of least energy.
-
-        Raises
-        ------
-        ValueError
-            If there is none: no word of this length satisfies the condition, or the search found
-            none within its limits.
-        """
-        if not self.states:
-            raise ValueError("the search found no state that satisfies its condition")
-        return self.states[0]
-
-    def __repr__(self) -> str:
-        """Return the lowest states, each with its energy."""
-        first = ", ".join(f"{s.word} {1e3 * s.energy:.4g} mJ" for s in self.states[:MOST_SHOWN])
-        more = ", …" if len(self.states) > MOST_SHOWN else ""
-        return f"<{type(self).__name__}: {first or 'no state'}{more}>"
 
 
 @dataclass(frozen=True)
@@ -94,8 +66,8 @@ class Decision:
 
 
 @dataclass(frozen=True, repr=False)
-class Minimum(Ranking):
-    """The result of `minimise`."""
+class Minimum:
+    """The result of `minimise` or `ground_state`."""
 
     mode: Mode
     """Mode of the search."""
@@ -105,6 +77,25 @@ class Minimum(Ranking):
     """Decisions in their order; empty for the full search."""
     examined: int
     """Number of words whose energies were compared; for long chains, of words of half the chain."""
+
+    @property
+    def best(self) -> State:
+        """The state of least energy.
+
+        Raises
+        ------
+        ValueError
+            If no word of this length satisfies the condition.
+        """
+        if not self.states:
+            raise ValueError("no state satisfies the condition of the search")
+        return self.states[0]
+
+    def __repr__(self) -> str:
+        """Return the lowest states, each with its energy."""
+        first = ", ".join(f"{s.word} {1e3 * s.energy:.4g} mJ" for s in self.states[:MOST_SHOWN])
+        more = ", …" if len(self.states) > MOST_SHOWN else ""
+        return f"<{type(self).__name__}: {first or 'no state'}{more}>"
 
 
 def minimise(
@@ -148,8 +139,7 @@ def minimise(
     if mode != "free":
         return _one_by_one(scene, mode)
     if scene.n > LONGEST:
-        found = ground_state(scene, top, among, progress=progress)
-        return Minimum("free", found.states, decisions=(), examined=found.nodes)
+        return ground_state(scene, top, among, progress=progress)
     lattice = all_words(scene.n)
     if among != "all":
         lattice = lattice[lattice.fully_folded()]
@@ -177,63 +167,27 @@ def _one_by_one(scene: Scene, mode: Mode) -> Minimum:
     examined = 0
     for joint in joints if mode == "forward" else reversed(joints):
         words = ["".join([*letters[:joint], x, *letters[joint + 1 :]]) for x in ORDER]
-        lattice = from_words(words)
-        lattice = lattice[~lattice.overlapping()]
-        if not len(lattice):
+        words = [word for word in words if not overlaps(word)]
+        if not words:
             raise ValueError(
                 f"mode: {mode!r} runs into a dead end: every letter of joint {joint + 1} overlaps "
                 f"after {''.join(letters)!r}"
             )
-        energy = energies.word_energies(scene, lattice)
+        energy = energies.word_energies(scene, from_words(words))
         options = tuple(
-            Option(word[joint], each)
-            for word, each in zip(lattice.words, energy.tolist(), strict=True)
+            Option(word[joint], each) for word, each in zip(words, energy.tolist(), strict=True)
         )
         best, *others = states.ranked(scene, energy)[0]
         letters[joint] = options[best].letter
         tied = "".join(options[other].letter for other in others)
         decisions.append(Decision(joint + 1, options, letters[joint], tied))
-        examined += len(lattice)
+        examined += len(words)
     return Minimum(mode, (states.state_of(scene, "".join(letters)),), tuple(decisions), examined)
 
 
-@dataclass(frozen=True, repr=False)
-class GroundStates(Ranking):
-    """The result of `ground_state`."""
-
-    states: tuple[State, ...]
-    """Lowest energy first."""
-    lower_bound: float
-    """Lower bound of the energies of all unlisted states [J]; infinite if every state is listed."""
-    nodes: int
-    """Number of words of half the chain, including shorter ones, that were bounded or completed."""
-
-    @property
-    def gap(self) -> float:
-        """Largest possible energy of another state below the best one [J]; 0 if none is lower."""
-        return max(0.0, self.best.energy - self.lower_bound)
-
-    @property
-    def proved(self) -> bool:
-        """Whether the best state is proved to be a ground state."""
-        return self.gap == 0.0
-
-    @property
-    def complete(self) -> bool:
-        """Whether the listed states are proved to be the lowest ones."""
-        highest = self.states[-1].energy if self.states else math.inf
-        return highest <= self.lower_bound
-
-
 def ground_state(
-    scene: Scene,
-    top: int = 1,
-    among: Among = "all",
-    *,
-    time_limit: float | None = None,
-    node_limit: int | None = None,
-    progress: Progress | None = None,
-) -> GroundStates:
+    scene: Scene, top: int = 1, among: Among = "all", *, progress: Progress | None = None
+) -> Minimum:
     """Find the states of least energy of a long chain with proof.
 
     The method is branch and bound. The chain is cut in the middle. The words of one half are
@@ -250,12 +204,6 @@ def ground_state(
     among
         Which words to rank: `all` that do not overlap, only the `folded` ones (no S), or only the
         `stable` ones (folded, and no equal poles touch).
-    time_limit
-        Stop after this time [s] with the states and the bound so far; None for no limit. Listing
-        the words of both halves comes first and is not interrupted.
-    node_limit
-        Stop after this number of bounded or completed words of half the chain, which unlike time is
-        the same on every machine.
     progress
         Called with the completed share of the work, from 0 to 1.
 
@@ -265,9 +213,6 @@ def ground_state(
         If an argument is out of range, or the chain has more components than `LONGEST_CUT`.
     """
     _refuse(scene, top, among, progress)
-    for key, limit in (("time_limit", time_limit), ("node_limit", node_limit)):
-        if limit is not None and not (errors.is_number(limit) and limit >= 0):
-            errors.refuse([errors.Problem(key, limit, "must be None or at least 0")])
     energies.refuse_field(scene)
     if scene.n > LONGEST_CUT[among]:
         raise ValueError(
@@ -275,119 +220,81 @@ def ground_state(
             f"fewer to rank {among} words"
         )
     if scene.n == 1:
-        return GroundStates((states.state_of(scene, ""),), math.inf, nodes=1)
-    letters = ORDER if among == "all" else "LR"
-    end = math.inf if time_limit is None else time.monotonic() + time_limit
-    search = _BranchAndBound(
-        scene, letters, stable=among == "stable", top=top,
-        end=end, most_nodes=math.inf if node_limit is None else node_limit,
-        progress=progress or (lambda done: None),
-    )  # fmt: skip
-    bound = search.run()
+        return Minimum("free", (states.state_of(scene, ""),), decisions=(), examined=1)
+    search = _BranchAndBound(scene, among, top, progress or (lambda done: None))
     # Ties in the order S, L, R, as in the full search.
     words = sorted(search.words(), key=lambda word: [ORDER.index(letter) for letter in word])
-    lowest: tuple[State, ...] = ()
-    if words:
-        lowest = states.lowest_states(scene, from_words(words), top)
-    bound = min([bound, *(state.energy for state in lowest[top - 1 :])])
-    return GroundStates(lowest, bound, search.nodes)
+    lowest = states.lowest_states(scene, from_words(words), top) if words else ()
+    return Minimum("free", lowest, decisions=(), examined=search.examined)
 
 
 class _BranchAndBound:
     """A chain of at least two components cut in the middle, and its best states so far.
 
-    Words consist of ``letters``; ``stable`` ones have no touching equal poles. The search stops at
-    the time ``end`` (see `time.monotonic`) or after ``most_nodes``. A state counts as better only
-    if it is lower than the worst one found by more than the tolerance of equal energies.
+    A state counts as better only if it is lower than the worst one found by more than the tolerance
+    of equal energies.
     """
 
-    def __init__(
-        self, scene: Scene, letters: str, *,
-        stable: bool, top: int, end: float, most_nodes: float, progress: Progress,
-    ) -> None:  # fmt: skip
-        self._end, self._most_nodes, self._progress = end, most_nodes, progress
-        root = scene.n // 2 - 1
-        self._near, self._far = arms.near_arm(root, letters), arms.far_arm(root, scene.n, letters)
+    def __init__(self, scene: Scene, among: Among, top: int, progress: Progress) -> None:
+        self._progress = progress
+        root, letters = scene.n // 2 - 1, ORDER if among == "all" else "LR"
+        self._near = arms.grown(root, root, -1, letters)
+        self._far = arms.grown(root, scene.n - 1 - root, 1, letters)
         near_count, far_count = (
             arms.count_entries(arm, MOST_ENTRIES) for arm in (self._near, self._far)
         )
-        table = arms.pair_table(scene, energies.poles(scene), clashes_excluded=stable)
+        table = arms.pair_table(scene, energies.poles(scene), clashes_excluded=among == "stable")
         self._near_words = arms.arm_words(table, self._near, 0, near_count)
         self._far_words = arms.arm_words(table, self._far, 1, far_count)
         self._cross = arms.cross_energies(table, self._near, self._far)
         self._tolerance = energies.tie(scene)
         nothing = np.full(top, -1, dtype=np.int64)
         self._found = arms.BestStates(np.full(top, np.inf), nothing, nothing.copy())
-        self.nodes = 0
-
-    def run(self) -> float:
-        """Find the best states, and return a lower bound of all others [J].
-
-        The bound is infinite if no state better than the worst one found was omitted.
-        """
-        whole = self._near.joints[self._near_words.node] == self._near.joints[-1]
-        prefixes: Ints = np.flatnonzero(whole & np.isfinite(self._near_words.least))
-        far_least = float(self._far_words.least[0])
-        if not prefixes.size or not math.isfinite(far_least):
-            return math.inf
-        bound = self._bounds()
-        if bound is None:
-            own = self._near_words.least[prefixes]
-            self._complete(prefixes[np.argsort(own, kind="stable")[:_FIRST]])
-            crossing = arms.least_cross_energy(self._cross, self._near, self._far)
-            return float(own.min()) + far_least + crossing
-        bound = bound[prefixes] + far_least
-        order = np.argsort(bound, kind="stable")
-        return self._best_first(prefixes[order], bound[order])
+        self.examined = 0
+        """Number of words of half the chain, including shorter ones, bounded or completed."""
 
     def words(self) -> list[str]:
-        """Return the words found, lowest energy first."""
-        found = self._found
+        """Find the best states and return their words, lowest energy first."""
+        whole = self._near.joints[self._near_words.node] == self._near.joints[-1]
+        prefixes: Ints = np.flatnonzero(whole & np.isfinite(self._near_words.least))
+        bound = self._bounds()[prefixes] + float(self._far_words.least[0])
+        order = np.argsort(bound, kind="stable")
+        self._best_first(prefixes[order], bound[order])
         return [
             _letters(self._near, self._near_words, int(near))[::-1]
             + _letters(self._far, self._far_words, int(far))
-            for energy, near, far in zip(*found, strict=True)
+            for energy, near, far in zip(*self._found, strict=True)
             if energy < np.inf
         ]
 
-    def _stopped(self) -> bool:
-        return self.nodes >= self._most_nodes or time.monotonic() >= self._end
-
-    def _bounds(self) -> Array | None:
+    def _bounds(self) -> Array:
         """Bound every word of the near arm [J] without the far arm's own energy."""
         bound = np.empty(self._near_words.node.size)
         for begin in range(0, bound.size, _STRETCH):
-            if self._stopped():
-                return None
             end = min(begin + _STRETCH, bound.size)
             arms.bound_prefixes(
                 self._cross, self._near, self._far, self._near_words, begin, end, bound
             )
-            self.nodes += end - begin
+            self.examined += end - begin
             self._progress(0.5 * end / bound.size)
         return bound
 
-    def _best_first(self, prefixes: Ints, bound: Array) -> float:
+    def _best_first(self, prefixes: Ints, bound: Array) -> None:
         """Complete words of the near arm, ordered by their bounds, until none can improve."""
         begin = 0
         while True:
             worst = float(self._found.energy[-1]) - self._tolerance
             needed = int(np.searchsorted(bound, worst))
             if begin >= needed:
-                self._progress(1.0)
-                return math.inf
-            if begin > 0 and self._stopped():
-                return float(bound[begin])
+                break
             end = min(begin + _BATCH, needed)
-            self._complete(prefixes[begin:end])
+            self.examined += arms.search_prefixes(
+                self._cross, self._near, self._far, self._near_words, self._far_words,
+                prefixes[begin:end], self._tolerance, self._found,
+            )  # fmt: skip
             begin = end
             self._progress(0.5 + 0.5 * begin / needed)
-
-    def _complete(self, prefixes: Ints) -> None:
-        self.nodes += arms.search_prefixes(
-            self._cross, self._near, self._far, self._near_words, self._far_words,
-            prefixes, self._tolerance, self._found,
-        )  # fmt: skip
+        self._progress(1.0)
 
 
 def _letters(arm: arms.Arm, words: arms.ArmWords, entry: int) -> str:

@@ -66,7 +66,7 @@ def state_of(scene: Scene, word: str, tied: tuple[str, ...] = ()) -> State:
         energy=energy,
         coulomb_score=energy + energies.internal_energy(scene),
         fully_folded=is_fully_folded(word),
-        contacts=touching(one),
+        contacts=tuple((a // 4 + 1, b // 4 + 1) for a, b in touching_faces(one)),
         conflicts=conflicts(one, scene.sequence),
         outline=outline(word),
         tied=tied,
@@ -96,16 +96,8 @@ def ranked(scene: Scene, energy: Array) -> list[list[int]]:
     return [np.sort(group).tolist() for group in np.split(order, np.flatnonzero(steps) + 1)]
 
 
-def touching(one: Lattice) -> Pairs:
-    """Return the pairs (i, j) of components, 1-based, i < j, that touch in a single word."""
-    return tuple((i + 1, j + 1) for i, j, poses in one.pairs() if _face(poses)[0] >= 0)
-
-
 def touching_faces(one: Lattice) -> Pairs:
-    """Return the pairs of flush faces in a single word; face f of component i is 4i + f.
-
-    Components count from 0 here.
-    """
+    """Return pairs of flush faces in a single word; face f of component i, from 0, is 4i + f."""
     found: list[tuple[int, int]] = []
     for i, j, poses in one.pairs():
         mine, theirs = int(_face(poses)[0]), int(_face(one.poses(j, i))[0])
@@ -116,25 +108,20 @@ def touching_faces(one: Lattice) -> Pairs:
 
 def conflicts(one: Lattice, sequence: Sequence[str]) -> Pairs:
     """Return the touching pairs (i, j) of a single word whose touching faces have equal poles."""
-    return tuple((i + 1, j + 1) for i, j, clash in _clashes(one, sequence) if clash[0])
+    sign = np.ravel(energies.signs(sequence))
+    pairs = touching_faces(one)
+    return tuple((a // 4 + 1, b // 4 + 1) for a, b in pairs if sign[a] * sign[b] > 0.0)
 
 
 def conflict_free(lattice: Lattice, sequence: Sequence[str]) -> NDArray[np.bool_]:
     """Whether no two touching faces of each word have equal poles, shape (m,)."""
-    free = np.ones(len(lattice), dtype=np.bool_)
-    for _, _, clash in _clashes(lattice, sequence):
-        free &= ~clash
-    return free
-
-
-def _clashes(lattice: Lattice, sequence: Sequence[str]) -> list[tuple[int, int, NDArray[np.bool_]]]:
     sign = energies.signs(sequence)
-    found: list[tuple[int, int, NDArray[np.bool_]]] = []
+    free = np.ones(len(lattice), dtype=np.bool_)
     for i, j, poses in lattice.pairs():
         mine, theirs = _face(poses), _face(lattice.poses(j, i))
         # An empty face has sign 0 and conflicts with none.
-        found.append((i, j, (mine >= 0) & (sign[i, mine] * sign[j, theirs] > 0.0)))
-    return found
+        free &= (mine < 0) | (sign[i, mine] * sign[j, theirs] <= 0.0)
+    return free
 
 
 def _face(poses: Ints) -> Ints:

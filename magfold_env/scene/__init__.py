@@ -4,7 +4,8 @@ from magfold_env.scene.errors import Problem, SceneError
 from magfold_env.scene.io import load_scene, save_scene, scene_names
 from magfold_env.scene.magnets import FACES, Magnets
 from magfold_env.scene.obstacles import Rectangle, chamber, channel, funnel
-from magfold_env.scene.parts import (
+from magfold_env.scene.scene import SIGNS, Scene, unless_a_scene
+from magfold_env.scene.sections import (
     Bumps,
     Casing,
     Feed,
@@ -15,7 +16,6 @@ from magfold_env.scene.parts import (
     Solver,
     Spreads,
 )
-from magfold_env.scene.scene import SIGNS, Scene, unless_a_scene
 
 __all__ = [
     "FACES",

@@ -94,7 +94,7 @@ def plain(value: Any) -> Any:
     return value
 
 
-class Part(BaseModel):
+class FrozenModel(BaseModel):
     """Base of all groups: frozen, without unknown keys, finite; errors raise a `SceneError`."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)

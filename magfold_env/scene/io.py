@@ -7,11 +7,11 @@ from typing import Any, TypeVar, cast
 import yaml
 
 from magfold_env.files import configs_dir, write_text
-from magfold_env.scene.base import Part
+from magfold_env.scene.base import FrozenModel
 from magfold_env.scene.errors import SceneError, nearest, refuse, unless_a
 from magfold_env.scene.scene import Scene, unless_a_scene
 
-PartType = TypeVar("PartType", bound=Part)
+ModelType = TypeVar("ModelType", bound=FrozenModel)
 
 _SUFFIXES = (".yaml", ".yml")
 
@@ -109,16 +109,9 @@ def shipped_names(folder: str) -> list[str]:
 
 
 def read_named(
-    name_or_path: str | Path, folder: str, names: list[str], kind: type[PartType]
-) -> PartType:
-    """Read settings of ``kind``: shipped ones by name in a folder, or a file.
-
-    Raises
-    ------
-    SceneError
-        If there is no such file, or it cannot be read, is not YAML, or does not contain a valid
-        mapping.
-    """
+    name_or_path: str | Path, folder: str, names: list[str], kind: type[ModelType]
+) -> ModelType:
+    """Read settings of ``kind``: shipped ones by name in a folder, or a file; refuse others."""
     what = kind.__name__.lower()
     refuse(unless_a(what, name_or_path, (str, Path), f"the name of a {what}, or a file's path"))
     path = Path(name_or_path)
@@ -138,19 +131,9 @@ def read_named(
 
 
 def read_mapping(path: Path, what: str) -> dict[str, Any]:
-    """Read the keys and values in a YAML file.
+    """Read the keys and values in a YAML file, or refuse it.
 
-    Parameters
-    ----------
-    path
-        The file.
-    what
-        Kind of content, for messages: "scene".
-
-    Raises
-    ------
-    SceneError
-        If it cannot be read, is not YAML, or does not contain a mapping.
+    ``what`` is the kind of content, for messages: "scene".
     """
     try:
         data = parse_yaml(path.read_text(encoding="utf-8"))
@@ -164,13 +147,7 @@ def read_mapping(path: Path, what: str) -> dict[str, Any]:
 
 
 def parse_yaml(text: str) -> object:
-    """Parse YAML; all YAML in the package is read here.
-
-    Raises
-    ------
-    SceneError
-        If it is not YAML, or contains an alias.
-    """
+    """Parse YAML; all YAML in the package is read here, and what is not YAML is refused."""
     try:
         return yaml.load(text, Loader=_Loader)
     except yaml.YAMLError as error:

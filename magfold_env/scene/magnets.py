@@ -16,9 +16,9 @@ from pydantic import (
 )
 
 from magfold_env.scene.base import (
+    FrozenModel,
     Metres,
     MetresOrZero,
-    Part,
     Positive,
     Remanence,
     T,
@@ -72,7 +72,7 @@ Strength = Annotated[
 """One positive number, one per face, or a row of four for every component, component 1 first."""
 
 
-class Magnets(Part):
+class Magnets(FrozenModel):
     """The four magnets of a component, one behind each face that is not left empty.
 
     Lengths are one number, or four in the order `FACES`, the same in every component. A strength

@@ -9,12 +9,12 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from magfold_env.scene.base import Number, Part, Positive
+from magfold_env.scene.base import FrozenModel, Number, Positive
 from magfold_env.scene.errors import Problem, is_number, refuse, unless_positive
 from magfold_env.scene.magnets import Array
 
 
-class Rectangle(Part):
+class Rectangle(FrozenModel):
     """A rectangle that stands in the plane; casings meet it as they meet the tube's walls."""
 
     position: tuple[Number, Number]

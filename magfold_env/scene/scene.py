@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Strict, model_validator
 from pydantic import Field as Limits
 
-from magfold_env.scene import base, parts, strip
+from magfold_env.scene import base, sections, strip
 from magfold_env.scene.errors import Problem, SceneError, refuse, unless_a
 from magfold_env.scene.magnets import FACES, ROUNDING, Array, Magnets
 from magfold_env.scene.numbers import square_inertia
@@ -53,7 +53,7 @@ def _some(sequence: tuple[str, ...]) -> tuple[str, ...]:
 Component = Annotated[str, Strict(), AfterValidator(_faces)]
 
 
-class Scene(base.Part):
+class Scene(base.FrozenModel):
     """A chain, its surroundings and how to simulate it.
 
     `magfold scenes --keys` prints all keys, what each may be, its unit, default and meaning; so
@@ -74,20 +74,20 @@ class Scene(base.Part):
     sequence: Annotated[tuple[Component, ...], BeforeValidator(_split), AfterValidator(_some)]
     """Outward poles of each component, component 1 first: N, S or - (none) at the faces front-left,
     back-left, back-right and front-right. One text with spaces, "NSNN NSSN", also works."""
-    casing: parts.Casing = parts.Casing()
+    casing: sections.Casing = sections.Casing()
     """The square bodies."""
     magnets: Magnets | None = Magnets()
     """The magnets, with one value for all faces or one for each; None for no magnets."""
-    field: parts.Field | None = None
+    field: sections.Field | None = None
     """The external magnetic field; None for none."""
     mount: Literal["pinned", "free", "tube"] = "free"
     """`pinned`: component 1's outer hinge is fixed; `tube`: the chain is pushed out of a tube."""
-    feed: parts.Feed = parts.Feed()
+    feed: sections.Feed = sections.Feed()
     """The tube; used only if `mount` is `tube`."""
     friction: base.Each[base.NonNegative] = 0.35
     """Coulomb coefficient between casing and floor, static and kinetic; one number, or one for each
     component."""
-    gravity: parts.Gravity = parts.Gravity()
+    gravity: sections.Gravity = sections.Gravity()
     """Gravity, normal to the plane and in it."""
     contact: base.Flag = True
     """Whether squares collide and joints stop at ±90°."""
@@ -104,11 +104,11 @@ class Scene(base.Part):
     hinge first, instead of start angles; used only if `mount` is `tube`."""
     obstacles: Obstacles = ()
     """Static rectangles outside the tube's bore; used only with `contact`."""
-    bumps: parts.Bumps | None = None
+    bumps: sections.Bumps | None = None
     """Random bumps that disturb the chain; None for none."""
-    spreads: parts.Spreads = parts.Spreads()
+    spreads: sections.Spreads = sections.Spreads()
     """Randomisation: half-widths of uniform draws, relative unless a unit is given; 0: no draw."""
-    solver: parts.Solver = parts.Solver()
+    solver: sections.Solver = sections.Solver()
     """Time stepping."""
     duration: base.Positive = 5.0
     """Longest simulated time [s]; with a tube it counts from the last release."""
@@ -146,10 +146,8 @@ class Scene(base.Part):
         if self.solver.method == "paper" and self.mount != "pinned":
             allowed = f"the paper's solver needs mount 'pinned', the mount is {self.mount!r}"
             problems.append(Problem("solver.method", self.solver.method, allowed))
-        if not problems and max(self.spreads.side, self.spreads.inset) > 0.0:
-            problems += self._misfits_of_spreads()
-        if not problems and self.spreads.moves_obstacles:
-            problems += self._misfits_of_obstacles()
+        if not problems:
+            problems += self._misfits_of_draws()
         if self.spreads.any:
             problems += self._too_strong_or_fast_draws()
         refuse(problems)
@@ -163,24 +161,24 @@ class Scene(base.Part):
     @property
     def masses(self) -> Array:
         """Masses [kg], shape (n,)."""
-        return self._each(self.casing.mass)
+        return np.full(self.n, self.casing.mass, dtype=np.float64)
 
     @property
     def inertias(self) -> Array:
         """Moments of inertia about the centres [kg m²], shape (n,)."""
         if self.casing.inertia is None:
             return square_inertia(self.masses, self.casing.side)
-        return self._each(self.casing.inertia)
+        return np.full(self.n, self.casing.inertia, dtype=np.float64)
 
     @property
     def frictions(self) -> Array:
         """Friction coefficients, shape (n,)."""
-        return self._each(self.friction)
+        return np.full(self.n, self.friction, dtype=np.float64)
 
     @property
     def speeds(self) -> Array:
         """Feed speeds [m/s], component 1 first, shape (n,)."""
-        return self._each(self.feed.speed)
+        return np.full(self.n, self.feed.speed, dtype=np.float64)
 
     def _grams(self) -> list[Problem]:
         """Return the problem with masses that only a wrong unit explains.
@@ -256,19 +254,24 @@ class Scene(base.Part):
         for k in range(self.n):
             yield square + np.array([(2 * k + 1) * half, 0.0])
 
-    def _misfits_of_spreads(self) -> list[Problem]:
-        """Return the problems of a scene with the largest or the smallest casings."""
-        for factor in (1.0 - self.spreads.side, 1.0 + self.spreads.side):
+    def _misfits_of_draws(self) -> list[Problem]:
+        """Return the problem of a scene at the ends of its draws of sizes or obstacles' places."""
+        spreads = self.spreads
+        ends: list[tuple[str, dict[str, Any]]] = []
+        if max(spreads.side, spreads.inset) > 0.0:
+            name = "side" if spreads.side > 0.0 else "inset"
+            sides = 1.0 - spreads.side, 1.0 + spreads.side
+            ends += [(name, self._sized(side, 1.0 + spreads.inset)) for side in sides]
+        if spreads.moves_obstacles:
+            name = "obstacle_offset" if spreads.obstacle_offset > 0.0 else "obstacle_width"
+            units = map(np.array, itertools.product((-1.0, 1.0), repeat=2))
+            ends += [(name, {"obstacles": self._obstacles_at(unit)}) for unit in units]
+        for name, changes in ends:
             try:
-                self.replace(
-                    spreads=parts.Spreads(), **self._sized(factor, 1.0 + self.spreads.inset)
-                )
+                self.replace(spreads=sections.Spreads(), **changes)
             except SceneError as error:
-                key, value = "spreads.side", self.spreads.side
-                if self.spreads.side == 0.0:
-                    key, value = "spreads.inset", self.spreads.inset
-                told = "; ".join(error.lines)
-                return [Problem(key, value, f"a scene at its end: {told}")]
+                allowed = f"a scene at its end: {'; '.join(error.lines)}"
+                return [Problem(f"spreads.{name}", getattr(spreads, name), allowed)]
         return []
 
     def _too_strong_or_fast_draws(self) -> list[Problem]:
@@ -293,18 +296,6 @@ class Scene(base.Part):
                 problems.append(Problem(f"spreads.{name}", getattr(spreads, name), allowed))
         return problems
 
-    def _misfits_of_obstacles(self) -> list[Problem]:
-        """Return the problems of obstacles at the ends of their draws."""
-        for ends in itertools.product((-1.0, 1.0), repeat=2):
-            try:
-                self.replace(spreads=parts.Spreads(), obstacles=self._obstacles_at(np.array(ends)))
-            except SceneError as error:
-                name = "offset" if self.spreads.obstacle_offset > 0.0 else "width"
-                key = f"obstacle_{name}"
-                allowed = f"a scene at its end: {'; '.join(error.lines)}"
-                return [Problem(f"spreads.{key}", getattr(self.spreads, key), allowed)]
-        return []
-
     def _obstacles_at(self, unit: Array) -> tuple[Rectangle, ...]:
         """Return the obstacles at the places given by two numbers from [−1, 1)."""
         y = np.array([each.position[1] for each in self.obstacles])
@@ -320,11 +311,6 @@ class Scene(base.Part):
         if self.magnets is not None:
             changes["magnets"] = {"inset": np.asarray(self.magnets.inset) * inset}
         return changes
-
-    def _each(self, value: float | tuple[float, ...]) -> Array:
-        each = np.empty(self.n)
-        each[:] = value
-        return each
 
     @property
     def charges(self) -> Array:
@@ -435,7 +421,7 @@ class Scene(base.Part):
         friction, mass, strength, speed = (each[0] for each in spreads.factors(n, unit[None]))
         changes: dict[str, Any] = {
             "friction": np.asarray(self.friction) * friction,
-            "spreads": parts.Spreads(),
+            "spreads": sections.Spreads(),
         }
         if spreads.mass > 0.0:
             casing: dict[str, Any] = {"mass": self.masses * mass}
@@ -488,11 +474,11 @@ def _box(left: float, low: float, right: float, high: float) -> Array:
 
 def _merged(old: object, new: Mapping[str, Any]) -> dict[str, Any]:
     """Return a group's entries, updated with those of `new`, including nested groups."""
-    old = old.model_dump() if isinstance(old, base.Part) else old
+    old = old.model_dump() if isinstance(old, base.FrozenModel) else old
     merged = dict(cast("dict[str, Any]", old)) if isinstance(old, dict) else {}
     for key, value in new.items():
         if isinstance(value, Mapping):
             merged[key] = _merged(merged.get(key), cast("Mapping[str, Any]", value))
         else:
-            merged[key] = value.model_dump() if isinstance(value, base.Part) else value
+            merged[key] = value.model_dump() if isinstance(value, base.FrozenModel) else value
     return merged

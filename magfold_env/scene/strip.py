@@ -11,19 +11,9 @@ def narrowest(cos: Array, sin: Array) -> tuple[Array, Array]:
     """Turn a chain so that the narrowest strip around its hinges is along +x.
 
     One edge of the hinges' convex hull is on a side of that strip [1]_. The method uses only sums,
-    products and roots, so that equal cosines and sines give equal bits on all machines.
-
-    Parameters
-    ----------
-    cos, sin
-        Cosines and sines of the headings, shape (n,).
-
-    Returns
-    -------
-    along : (n,) array
-        Cosines of the new headings.
-    across : (n + 1,) array
-        Offsets of the hinges to the left of the strip's middle, in distances between two hinges.
+    products and roots, so that equal cosines and sines (n,) of the headings give equal bits on all
+    machines. It returns the cosines (n,) of the new headings, and the offsets (n + 1,) of the
+    hinges to the left of the strip's middle, in distances between two hinges.
 
     References
     ----------

@@ -20,7 +20,7 @@ from pydantic import Field, ValidationError
 
 from magfold_env.files import reading_json
 from magfold_env.scene import Problem, SceneError
-from magfold_env.scene.base import Number, Part
+from magfold_env.scene.base import FrozenModel, Number
 from magfold_env.scene.errors import problems_of, refuse
 
 FORMAT = "magfold_env actions 1"
@@ -29,7 +29,7 @@ MOST_TOLD = 10
 """Largest number of wrong actions in an error message."""
 
 
-class ActionFile(Part):
+class ActionFile(FrozenModel):
     """The contents of a file of actions."""
 
     format: Literal["magfold_env actions 1"]

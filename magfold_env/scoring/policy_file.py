@@ -22,7 +22,7 @@ from safetensors.numpy import save
 
 from magfold_env.files import replacing
 from magfold_env.scene import Problem, SceneError
-from magfold_env.scene.base import Part
+from magfold_env.scene.base import FrozenModel
 from magfold_env.scene.errors import problems_of, refuse
 
 FORMAT = "magfold_env policy 1"
@@ -47,7 +47,7 @@ _Bound = Annotated[float, Field(ge=-_MAX, le=_MAX)]
 _Choices = Annotated[int, Field(ge=1, lt=2**31)]
 
 
-class Shown(Part):
+class Shown(FrozenModel):
     """The form in which networks get observations."""
 
     frames: Annotated[int, Field(ge=1, le=64)] = 1
@@ -57,7 +57,7 @@ class Shown(Part):
     """Whether motion is removed from them; see `magfold_env.scoring.shown.blind`."""
 
 
-class LSTMSettings(Part):
+class LSTMSettings(FrozenModel):
     """Memory of a network: layers of long short-term memory before the other layers."""
 
     hidden: Count = 128
@@ -68,7 +68,7 @@ class LSTMSettings(Part):
     """Whether the critic has its own memory, shares that of the actor, or has none."""
 
 
-class Box(Part):
+class Box(FrozenModel):
     """Numbers between bounds."""
 
     low: Annotated[tuple[_Bound, ...], Field(min_length=1, max_length=10_000)]
@@ -92,7 +92,7 @@ class Box(Part):
         return spaces.Box(low, high, dtype=np.float32)
 
 
-class Boxes(Part):
+class Boxes(FrozenModel):
     """Several boxes by name."""
 
     boxes: Annotated[dict[str, Box], Field(min_length=1)]
@@ -107,7 +107,7 @@ class Boxes(Part):
         return spaces.Dict([(name, box.space()) for name, box in self.boxes.items()])
 
 
-class Discrete(Part):
+class Discrete(FrozenModel):
     """One of several choices."""
 
     n: _Choices
@@ -122,7 +122,7 @@ class Discrete(Part):
         return spaces.Discrete(self.n)
 
 
-class MultiDiscrete(Part):
+class MultiDiscrete(FrozenModel):
     """Several choices at once."""
 
     nvec: Annotated[tuple[_Choices, ...], Field(min_length=1)]

@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError, model_validator
 from magfold_env.files import reading_json, write_text
 from magfold_env.reporting.intervals import share
 from magfold_env.scene import Problem, SceneError
-from magfold_env.scene.base import Part
+from magfold_env.scene.base import FrozenModel
 from magfold_env.scene.errors import problems_of, refuse
 
 FORMAT = "magfold_env results 1"
@@ -28,7 +28,7 @@ NAME = re.compile(r"[\w .+-]{1,80}")
 View = Literal["score", "evaluation", "ablation", "admission", "generalisation"]
 
 
-class File(Part):
+class File(FrozenModel):
     """A file of a player."""
 
     name: str
@@ -37,7 +37,7 @@ class File(Part):
     """SHA-256 of the file."""
 
 
-class Run(Part):
+class Run(FrozenModel):
     """Columns of a player's episodes, one entry per episode; unstored columns are empty."""
 
     task: tuple[int, ...] = ()
@@ -70,7 +70,7 @@ class Run(Part):
         return cls(success="".join(str(int(each)) for each in success), **columns)
 
 
-class Row(Part):
+class Row(FrozenModel):
     """The summary of a player."""
 
     success: tuple[float, float, float]
@@ -87,7 +87,7 @@ class Row(Part):
     """Further values of a view."""
 
 
-class Results(Part):
+class Results(FrozenModel):
     """A view of the table."""
 
     format: Literal["magfold_env results 1"] = FORMAT

@@ -25,13 +25,7 @@ APART = 1e-9  # [s] frames that are nearer to each other are of one moment
 
 
 class Frames:
-    """The recording of a chain so far: frames at a rate [1/s], or nothing if the rate is None.
-
-    Raises
-    ------
-    SceneError
-        If the rate is not positive, or more than `FASTEST`.
-    """
+    """The recording of a chain so far: frames at a rate [1/s], or nothing if the rate is None."""
 
     def __init__(self, model: Model, state: State, frame_rate: float | None) -> None:
         if frame_rate is not None:

@@ -1,15 +1,16 @@
-"""From a scene to arrays: the form of a chain, its magnets and the field for the kernels."""
+"""From a scene to arrays: a chain's form, start and magnets, and the field, for the kernels."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import lru_cache
 from threading import Lock
-from typing import Generic, NamedTuple, ParamSpec, TypeVar, get_args
+from typing import NamedTuple, ParamSpec, TypeVar, get_args
 
 import numpy as np
 
+from magfold_env.engine.elementary import sincos
 from magfold_env.engine.magnets import expansions, multipoles
 from magfold_env.engine.magnets.laws import NEAREST2
 from magfold_env.engine.magnets.multipoles import ComplexArray
@@ -24,10 +25,11 @@ from magfold_env.engine.state import (
     Model,
     Tables,
 )
-from magfold_env.scene import Casing, FixedMagnet, Scene
+from magfold_env.scene import Casing, FixedMagnet, Scene, strip
 from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
 from magfold_env.scene.numbers import FRICTION_ARM, friction_limit, rectangle, typical_rate
+from magfold_env.shapes import headings
 from magfold_env.simulation.far_table import build_far_table
 from magfold_env.simulation.pair_tables import build_tables
 from magfold_env.simulation.quadrature import (
@@ -67,6 +69,28 @@ def reversed_inside(scene: Scene) -> bool:
     The engine counts from the held end. In forward feed, component n is held.
     """
     return scene.mount == "tube" and scene.feed.direction == "forward"
+
+
+def hinge_offsets(scene: Scene) -> Array:
+    """Return the initial offsets of hinges to the left of the tube's axis [m], (n + 1,).
+
+    The scene must have a tube and be concrete. Component 1's outer hinge comes first.
+    """
+    offsets = inner_offsets(scene)
+    return offsets[::-1] if reversed_inside(scene) else offsets
+
+
+def inner_offsets(scene: Scene) -> Array:
+    """Return the same offsets from the inner end."""
+    turn = reversed_inside(scene)
+    if scene.start_offsets is not None:
+        offsets = np.array(scene.start_offsets)
+        return offsets[::-1].copy() if turn else offsets
+    # Counted from the inner end, so that a chain seen from either end gets the same bits.
+    joints = np.array(scene.start_angles)
+    sines, cosines = zip(*map(sincos, headings(-joints[::-1] if turn else joints)), strict=True)
+    _, across = strip.narrowest(np.array(cosines), np.array(sines))
+    return scene.casing.diagonal * across
 
 
 class Values(NamedTuple):
@@ -200,32 +224,13 @@ def pack_magnets(scene: Scene) -> Magnets:
     return quadrature_of(scene.casing, magnets, choose_rule(magnets), reversed_inside(scene))
 
 
-class _Once(Generic[T]):
-    """A cache of expensive results: one thread computes a result while others that need it wait."""
-
-    def __init__(self, make: Callable[[], T]) -> None:
-        self._make, self._lock = make, Lock()
-        self._made: T | None = None
-
-    def get(self) -> T:
-        with self._lock:
-            if self._made is None:
-                self._made = self._make()
-            return self._made
-
-
 def _made_once(make: Callable[P, T]) -> Callable[P, T]:
-    """Cache a function's results for its last arguments; each is computed once for all threads."""
-    looking = Lock()
-
-    @lru_cache(maxsize=16)
-    def kept(*args: P.args, **named: P.kwargs) -> _Once[T]:
-        return _Once(partial(make, *args, **named))
+    """Cache a function's last results; one thread makes a result, others that need it wait."""
+    lock_of, kept = lru_cache(maxsize=16)(lambda *_: Lock()), lru_cache(maxsize=16)(make)
 
     def get(*args: P.args, **named: P.kwargs) -> T:
-        with looking:
-            found = kept(*args, **named)
-        return found.get()
+        with lock_of(*args):
+            return kept(*args, **named)
 
     return get
 
@@ -372,15 +377,11 @@ def _moments(
 def pack_field(scene: Scene, magnetic: bool) -> Field:
     """Return the external field that acts on a chain, if the chain is ``magnetic``."""
     field, part = scene.field, scene.magnets
-    if field is None or not field.any:
+    if field is None or not field.any or part is None:
         return NO_FIELD
-    found = NO_FIELD
-    if part is not None:
-        found = found._replace(present=magnetic, x=field.uniform[0], y=field.uniform[1])
+    found = NO_FIELD._replace(present=magnetic, x=field.uniform[0], y=field.uniform[1])
     magnet = field.magnet
     if magnet is None:
-        return found
-    if part is None:
         return found
     # Its poles are on its outline and have no inset.
     sizes = MagnetSizes.of(part, reversed_inside(scene))

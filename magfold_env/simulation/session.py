@@ -11,22 +11,19 @@ import numpy as np
 
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
-from magfold_env.engine.chain import feed, ledger
-from magfold_env.engine.contact import boxes, constraints
-from magfold_env.engine.friction import held
-from magfold_env.engine.state import Array, Model, Work
-from magfold_env.engine.workspace import new_work
+from magfold_env.engine.chain import feed
+from magfold_env.engine.contact import boxes
+from magfold_env.engine.state import Array, Model
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene, Schedule
 from magfold_env.scene.base import SPEED
 from magfold_env.scene.errors import Problem, SceneError
-from magfold_env.shapes import angles_to_word
+from magfold_env.shapes import angles_to_word, headings
 from magfold_env.simulation import view
 from magfold_env.simulation.chains import Chains
 from magfold_env.simulation.endings import ending, obstacle_names, work_cap
 from magfold_env.simulation.frames import magnetic_energy
-from magfold_env.simulation.pack import pack, reversed_inside
-from magfold_env.simulation.start import headings, inner_offsets
+from magfold_env.simulation.pack import inner_offsets, pack, reversed_inside
 
 Progress = Callable[[float, int], object]
 
@@ -115,7 +112,7 @@ class Session:
             chains.become(model, np.zeros(scene.n), frame_rate)
             chains.start(_ROW, inner_offsets(scene)[None])
         else:
-            chains.become(model, headings(np.array(scene.start_angles)), frame_rate)
+            chains.become(model, headings(scene.start_angles or ()), frame_rate)
         paper = scene.solver.method == "paper"
         chains.paper_step = scene.solver.time_step if paper else None
         self._chains, self._state, self._work = chains, chains.state, chains.work
@@ -211,11 +208,6 @@ class Session:
     def _model(self) -> Model:
         return self._chains.model
 
-    @cached_property
-    def _probe(self) -> Work:
-        """Scratch space, so that measuring a force changes nothing."""
-        return new_work(self._model)
-
     # --- actions of callers ---------------------------------------------------------------
 
     def feed_one(self) -> None:
@@ -287,29 +279,6 @@ class Session:
         if self._held > 0:
             self._ask(np.full(self.n, speed))
             self._go_on(keep=0, until=self.time + seconds)
-
-    def push_force(self) -> float:
-        """Return the force along the tube that the feed needs at this moment [N].
-
-        See `magfold_env.engine.chain.feed.needed_force`; there is no friction inside the tube. The
-        force is negative if the chain pulls, and NaN if the contact forces are not found.
-        """
-        # The chain does not change: values that a run carries over between steps must stay the
-        # same.
-        copies = {name: array.copy() for name, array in self._state._asdict().items()}
-        model, state, work = self._model, self._state._replace(**copies), self._probe
-        if self._held in (0, self.n):
-            return 0.0
-        if feed.slips(state):
-            return float(state.counter[at.SLIPPING]) * ledger.most_force(model, state)
-        feed.carry(model, state, work)
-        work.chain.base[at.PULL] = 0.0
-        if constraints.begin_step(model, state, work) not in (constraints.OK, constraints.IMPACT):
-            return math.nan
-        out = work.stages.slope_v[0]
-        if not held.first_accelerations(model, state, work, out):
-            return math.nan
-        return float(feed.needed_force(self._held, model, work, out))
 
     @property
     def account(self) -> Account:

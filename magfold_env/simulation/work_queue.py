@@ -10,6 +10,7 @@ advance and abort when two Python threads use them at once.
 
 import os
 import threading
+import weakref
 from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
@@ -24,6 +25,7 @@ class WorkQueue:
         self.size = size
         self._jobs: SimpleQueue[Job | None] = SimpleQueue()
         self._process = -1
+        self._end: weakref.finalize[..., Any] | None = None
 
     def run(self, work: Callable[..., int], arguments: tuple[Any, ...], pieces: int) -> None:
         """Call ``work(*arguments)`` on all threads until a number of pieces of work is done.
@@ -42,22 +44,26 @@ class WorkQueue:
             left -= done.get()
 
     def close(self) -> None:
-        """End the threads."""
-        if self._process == os.getpid():
-            for _ in range(self.size - 1):
-                self._jobs.put(None)
-        self._process = -1
-
-    def __del__(self) -> None:
-        self.close()
+        """End the threads; a later run starts others."""
+        if self._end is not None:
+            self._end()
+            self._end = None
 
     def _start(self) -> None:
         """Start the threads unless they run; threads do not survive a fork of the process."""
-        if self._process == os.getpid():
+        if self._end is not None and self._process == os.getpid():
             return
         self._process, self._jobs = os.getpid(), SimpleQueue()
         for _ in range(self.size - 1):
             threading.Thread(target=_work_off, args=(self._jobs,), daemon=True).start()
+        # Not `__del__`, which at the interpreter's end finds modules that are gone.
+        self._end = weakref.finalize(self, _end, self._jobs, self.size - 1)
+        self._end.atexit = False
+
+
+def _end(jobs: SimpleQueue[Job | None], threads: int) -> None:
+    for _ in range(threads):
+        jobs.put(None)
 
 
 def _work_off(jobs: SimpleQueue[Job | None]) -> None:

@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 
 from magfold_bench.laws import mechanics, overlap
 from magfold_bench.laws import random_scenes as scenes
+from magfold_bench.stress import agreement
 from magfold_env.minimiser.lattice import from_words
 from magfold_env.minimiser.states import conflicts
 from magfold_env.scene import Casing, Feed, Scene
 from magfold_env.shapes import centres, mirror, overlaps
 from tests.killed import records_in
-from tests.laws import agreement
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -113,7 +113,6 @@ def test_a_comparison_goes_on_where_it_was(tmp_path, capsys):
     agreement.main(scenes=2, first=0, out=tmp_path, workers=1)
     before = records_in(tmp_path)
     agreement.main(scenes=4, first=0, out=tmp_path, workers=1)
-    # Rows hold how long they took: those are the old ones.
     assert records_in(tmp_path).items() > before.items()
     assert list(records_in(tmp_path)) == [0, 1, 2, 3]
     assert "Share of those that agree" in capsys.readouterr().out

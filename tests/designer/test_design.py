@@ -1,6 +1,5 @@
 """Design from a word to magnets and speed: what it promises, refuses, keeps and repeats."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -104,12 +103,6 @@ def test_a_design_is_kept_in_a_file(tmp_path: Path) -> None:
         path = tmp_path / "design.json"
         design.to_json(path)
         assert Design.from_json(path) == design
-    path.write_text("[]")
-    with pytest.raises(ValueError, match=r"design\.json: is not a design"):
-        Design.from_json(path)
-    path.write_text(json.dumps({**design.to_dict(), "format": "other"}))
-    with pytest.raises(ValueError, match="format: 'other' is not allowed"):
-        Design.from_json(path)
 
 
 @pytest.mark.parametrize(

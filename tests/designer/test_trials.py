@@ -15,7 +15,7 @@ from magfold_env.designer.trials import (
     RELEASES,
     cross_entropy,
     hurried,
-    race,
+    successive_halving,
 )
 from magfold_env.ensembles.releases import release
 from magfold_env.fold import FoldStatus
@@ -47,7 +47,7 @@ def named(k: int) -> Choice:
 def test_the_best_goes_furthest() -> None:
     rates = {named(k): k / 16 for k in range(16)}
     trials = Known(rates.__getitem__)
-    ranks = race([named(k) for k in range(16)], trials, enough=0.5)
+    ranks = successive_halving([named(k) for k in range(16)], trials, enough=0.5)
     assert ranks[0].choice in {named(k) for k in (13, 14, 15)}
     assert [evaluation.releases for evaluation in ranks] == [40, 12, 12, 12, *[4] * 8, *[1] * 4]
     assert trials.count == 16 + 12 * 3 + 4 * 8 + 28
@@ -67,7 +67,7 @@ def test_finalists_follow_each_other_until_one_does() -> None:
             return scores
 
     trials = Late(lambda _: 1.0)
-    ranks = race([named(k) for k in range(4)], trials, enough=0.9)
+    ranks = successive_halving([named(k) for k in range(4)], trials, enough=0.9)
     assert [evaluation.choice for evaluation in ranks[:2]] == [named(2), named(0)]
     assert [evaluation.rate for evaluation in ranks] == [1.0, 0.3, 0.3, 1.0]
     assert [evaluation.releases for evaluation in ranks] == [FINAL] * 3 + [later]
@@ -77,7 +77,7 @@ def test_finalists_follow_each_other_until_one_does() -> None:
 def test_a_finalist_goes_on_while_it_may_do_well_enough(failures: int, releases: int) -> None:
     trials = Known(lambda _: 0.5)
     trials.threshold = np.where(np.arange(FINAL) < failures, 0.9, 0.1)
-    (evaluation,) = race([named(3)], trials, enough=0.9)
+    (evaluation,) = successive_halving([named(3)], trials, enough=0.9)
     assert evaluation.releases == releases
 
 

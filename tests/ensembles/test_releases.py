@@ -62,7 +62,7 @@ def test_what_was_made_is_not_made_again(
     mf.ensemble(TUBE, 7, seed=3, state=tmp_path)
     asked: list[int] = []
     real = releases.run_one
-    monkeypatch.setattr(releases, "run_one", lambda *task: asked.append(task[-1]) or real(*task))
+    monkeypatch.setattr(releases, "run_one", lambda *task: asked.append(task[-1][0]) or real(*task))
     assert bits(mf.ensemble(TUBE, RUNS, seed=3, state=tmp_path, workers=1)) == bits(made)
     assert asked == list(range(7, RUNS))
     mf.ensemble(TUBE, 4, seed=3, state=tmp_path)

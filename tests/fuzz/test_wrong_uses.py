@@ -170,11 +170,6 @@ def few() -> mf.Ensemble:
     return mf.ensemble(SCENE, 2)
 
 
-@cache
-def landscape() -> mf.Landscape:
-    return mf.Landscape(SCENE)
-
-
 def swept(**changes: Any) -> object:
     return mf.sweep(**{"scene": SCENE, "over": {"friction": [0.1, 0.2]}, "runs": 1, **changes})
 
@@ -220,7 +215,6 @@ USES: list[tuple[Callable[..., object], Mapping[str, tuple[object, ...]]]] = [
         lambda **changes: mf.ground_state(**{"scene": SCENE, **changes}),
         {
             "scene": NO_SCENE, "top": (*NO_WHOLE, 0), "among": NO_CHOICE, "progress": NO_FUNCTION,
-            "time_limit": ("x?", -1.0, math.nan, True), "node_limit": ("x?", -1, True),
         },
     ),
     (partial(mf.sequence_of, n=3), {"number": (*NO_WHOLE, 1 << 12)}),
@@ -232,14 +226,6 @@ USES: list[tuple[Callable[..., object], Mapping[str, tuple[object, ...]]]] = [
         {"angles": NO_ANGLES},
     ),
     (partial(mf.energy, angles=[0.0]), {"scene": NO_SCENE}),
-    (lambda **changes: mf.Landscape(**{"scene": SCENE, **changes}), {
-        "scene": NO_SCENE, "among": NO_CHOICE,
-    }),
-    (lambda word: landscape().every_energy(word), {"word": ("x?", 5, None, "LL", "LLLLL")}),
-    (
-        lambda sequences: landscape().energies(sequences),
-        {"sequences": (5, np.full((1, SCENE.n, 4), 2.0))},
-    ),
     (lambda **changes: few().probability(**changes), {
         "word": ("x?", 5, "LL", ["L"]), "status": NO_CHOICE,
     }),

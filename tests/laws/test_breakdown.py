@@ -7,9 +7,9 @@ import pytest
 
 from magfold_bench.laws.overlap import deepest_overlap
 from magfold_bench.laws.random_scenes import designed_sequence
-from magfold_env.fold import FoldStatus
+from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import Scene
-from tests.laws.outcomes import Outcome
+from magfold_env.simulation.simulate import simulate
 
 pytestmark = pytest.mark.laws
 
@@ -19,7 +19,7 @@ TOO_DEEP = 1e-3  # overlap, share of the side
 class Ending(NamedTuple):
     """How a hopeless scene ended, and what is wrong with that, if anything."""
 
-    outcome: Outcome | None
+    outcome: Fold | None
     wrong: str
 
 
@@ -55,14 +55,14 @@ def hopeless_scenes(max_steps: int) -> dict[str, Scene]:
 def ending(scene: Scene) -> Ending:
     """Simulate a hopeless scene and say what is wrong with how it ended."""
     try:
-        outcome = Outcome.of(scene)
+        outcome = simulate(scene)
     except (ArithmeticError, ValueError) as error:
         return Ending(None, f"raised {type(error).__name__}: {error}")
     if not outcome.message:
         return Ending(outcome, "no message")
     if outcome.steps > scene.solver.max_steps:
         return Ending(outcome, "more steps than allowed")
-    joints = np.array(outcome.joints)
+    joints = outcome.joint_angles
     if not np.isfinite(joints).all():
         return Ending(outcome, "not a number")
     at_rest = outcome.status in {FoldStatus.FOLDED, FoldStatus.MISFOLDED}

@@ -53,7 +53,7 @@ def test_word_energies_are_sums_over_charges(kind: str) -> None:
     assert scene.magnets is not None
     lattice = all_words(scene.n)
     words = [lattice.word(row) for row in range(len(lattice))]
-    expected = [reference.energy(SEQUENCE, word, SIDE, scene.magnets) for word in words]
+    expected = [reference.energy(scene, word) for word in words]
     scale = np.abs(expected).max()
     found = word_energies(scene, lattice)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * scale)
@@ -72,8 +72,7 @@ def test_word_energies_are_sums_over_charges(kind: str) -> None:
 def test_internal_energy_counts_every_pair_of_charges_once(kind: str) -> None:
     scene = scene_of(SEQUENCE, kind)
     assert scene.magnets is not None
-    expected = reference.own_energy(SEQUENCE, scene.magnets)
-    expected += reference.internal_energy(SEQUENCE, SIDE, scene.magnets)
+    expected = reference.own_energy(scene) + reference.internal_energy(scene)
     assert internal_energy(scene) == pytest.approx(expected, rel=1e-10)
     state = minimise(scene).best
     assert state.coulomb_score - state.energy == pytest.approx(expected)

@@ -119,18 +119,13 @@ def test_magnets_set_at_the_mouth_go_inside_and_may_be_chosen_anew() -> None:
 
 def test_a_drive_slips_where_it_takes_too_much_and_jams() -> None:
     scene = tube(6, friction=0.5)
-    needed = Session(scene)
-    for _ in range(4):
-        needed.feed_one()
-    needed.push(0.05, 0.1)
-    force = needed.push_force()
-    assert force > 0.0
+    force = 4.0 * 0.5 * scene.gravity.normal * scene.masses[0]  # the drag of four in line
     for share, status in ((1.5, None), (0.5, FoldStatus.JAMMED)):
         session = Session(scene.replace(feed={"force_limit": share * force}))
         while session.status is None and session.released < 5:
             session.feed_one()
         assert session.status is status
-    assert session.message.endswith("the drive slipped for 0.1 s")
+    assert "the drive slipped for 0.1 s" in session.message
 
 
 def test_the_stop_bears_what_the_drive_cannot() -> None:

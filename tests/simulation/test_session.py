@@ -13,9 +13,9 @@ from magfold_env.fold import FoldStatus
 from magfold_env.scene import SceneError, load_scene
 from magfold_env.simulation import frames
 from magfold_env.simulation.endings import ending
+from magfold_env.simulation.pack import hinge_offsets
 from magfold_env.simulation.session import Session
 from magfold_env.simulation.simulate import simulate
-from magfold_env.simulation.start import hinge_offsets
 
 
 def session_of(direction, **feeding):

@@ -1,18 +1,42 @@
-"""Slightly moved starts, and the comparison of ends."""
+"""Slightly moved starts, tighter settings, and the comparison of ends."""
 
 from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
 
+from magfold_env.fold import Fold
 from magfold_env.scene import Scene
-from magfold_env.simulation.start import hinge_offsets
+from magfold_env.simulation.pack import hinge_offsets
 
 Floats = npt.NDArray[np.float64]
 
 SAME_WITHIN = 0.02  # [rad] of a joint angle
 MOVED = 1e-6  # [rad] shift of a reference's start
 PAIRS_OF_MOVES = 3
+TIGHTER = 20  # a reference's tolerance is the scene's over this
+LEAST_TOLERANCE = 1e-12
+
+
+def reference_of(scene: Scene, tighter: int = TIGHTER) -> Scene:
+    """Return the scene with tighter settings, and as much more work allowed."""
+    solver = scene.solver
+    changes = {
+        "tolerance": max(solver.tolerance / tighter, LEAST_TOLERANCE),
+        "max_steps": solver.max_steps * tighter,
+        "max_steps_per_second": solver.max_steps_per_second * tighter,
+    }
+    return scene.replace(solver=changes)
+
+
+def difference(one: Fold, other: Fold) -> str:
+    """Return `word`, `status` or `angles` for the first thing that differs, else nothing."""
+    if one.word != other.word:
+        return "word"
+    if one.status != other.status:
+        return "status"
+    off = np.abs(one.joint_angles - other.joint_angles).max(initial=0.0)
+    return "" if off <= SAME_WITHIN else "angles"  # not a number differs, too
 
 
 def moved_starts(

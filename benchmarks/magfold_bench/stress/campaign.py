@@ -106,7 +106,9 @@ def run(
     processes = Workers(workers, "processes")
     size = WAVE * workers if workers > 1 else 1
     with Checkpoint(None if out is None else out / "state", _key(seed, chosen)) as kept:
-        for number, count, part in kept.read(TypeAdapter(tuple[int, int, Tally]).validate_python):
+        kind = TypeAdapter(tuple[int, int, Tally])
+        stored: list[tuple[int, int, Tally]] = kept.load(kind.validate_python)
+        for number, count, part in stored:
             # The last block of a shorter campaign is smaller.
             if number not in done and number < len(blocks) and count == len(blocks[number]):
                 done.add(number)

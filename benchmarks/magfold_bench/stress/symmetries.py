@@ -16,10 +16,10 @@ from magfold_bench.laws.outcomes import SAME_WITHIN, moved_starts
 from magfold_bench.stress.verdict import Verdict
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import FixedMagnet, Rectangle, Scene
-from magfold_env.scene.base import Part
+from magfold_env.scene.base import FrozenModel
 from magfold_env.shapes import FloatArray, centres, headings
+from magfold_env.simulation.pack import hinge_offsets
 from magfold_env.simulation.simulate import simulate
-from magfold_env.simulation.start import hinge_offsets
 
 MIRRORED = (3, 2, 1, 0)  # faces: front-left <-> front-right, back-left <-> back-right
 OTHER_END = (2, 3, 0, 1)
@@ -177,7 +177,7 @@ def seen_from_other_end(scene: Scene) -> Scene:
     """
     assert scene.mount != "pinned"
     changes = faces(scene, OTHER_END, -1) | started(scene, -1)
-    groups: dict[str, Part] = {"casing": scene.casing, "feed": scene.feed}
+    groups: dict[str, FrozenModel] = {"casing": scene.casing, "feed": scene.feed}
     for name, group in groups.items():
         changes[name] = {
             key: value[::-1]

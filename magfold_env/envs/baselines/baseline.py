@@ -21,10 +21,11 @@ from zlib import crc32
 import numpy as np
 from platformdirs import user_cache_path
 
-from magfold_env.designer.exhaustive import LONGEST, gap_designs
+from magfold_env.designer import gap_designs
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST
 from magfold_env.envs.tasks.goals import Match, judged
 from magfold_env.files import configs_dir, write_text
+from magfold_env.minimiser import LONGEST_OF_ALL
 from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words
 from magfold_env.simulation.simulate import simulate
@@ -87,10 +88,9 @@ def designs(scene: Scene) -> dict[str, tuple[str, ...] | None]:
     chains are beyond the exhaustive search and have no designs.
     """
     words = folded_words(scene.n)
-    if scene.n > LONGEST:
+    if scene.n > LONGEST_OF_ALL:
         return dict.fromkeys(words)
-    found = gap_designs(scene, words)
-    return {word: design.sequence if design else None for word, design in found.items()}
+    return gap_designs(scene, words)
 
 
 def evaluate_design(

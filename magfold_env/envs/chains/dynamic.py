@@ -32,8 +32,14 @@ from magfold_env.scene import Scene
 from magfold_env.scene.numbers import square_inertia
 from magfold_env.simulation.chains import Chains
 from magfold_env.simulation.endings import ending, work_cap
-from magfold_env.simulation.pack import TURNED, Values, numbers, pack, reversed_inside
-from magfold_env.simulation.start import inner_offsets
+from magfold_env.simulation.pack import (
+    TURNED,
+    Values,
+    inner_offsets,
+    numbers,
+    pack,
+    reversed_inside,
+)
 from magfold_env.simulation.view import Orientation, advances, public_states
 
 REFERENCE_SPEED = 0.1

@@ -13,17 +13,16 @@ from magfold_env.envs.tasks.checks import require
 from magfold_env.envs.tasks.targets import is_target
 from magfold_env.files import configs_dir
 from magfold_env.scene import Problem, SceneError
-from magfold_env.scene.base import Positive
+from magfold_env.scene.base import FrozenModel, Positive
 from magfold_env.scene.errors import refuse
 from magfold_env.scene.io import parse_yaml
-from magfold_env.scene.parts import Part
 from magfold_env.scene.scene import Component
 
 Order = list[tuple[int, int]]
 """Components of a tray, by number, and their orientations; component 1 of the chain first."""
 
 
-class Task(Part):
+class Task(FrozenModel):
     """The direction of feed and the fold to reach."""
 
     direction: Literal["forward", "backward"]

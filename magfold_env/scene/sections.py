@@ -13,10 +13,10 @@ from pydantic import Strict, model_validator
 from magfold_env.scene.base import (
     Each,
     Fraction,
+    FrozenModel,
     Metres,
     NonNegative,
     Number,
-    Part,
     Positive,
     Remanence,
     Speed,
@@ -36,7 +36,7 @@ STEEPEST = 45.0
 Steps = Annotated[int, Strict(), Limits(ge=1, le=MOST_STEPS)]
 
 
-class Casing(Part):
+class Casing(FrozenModel):
     """The square body of a component, hinged to its neighbours at opposite corners."""
 
     side: Metres = 0.0125
@@ -56,7 +56,7 @@ class Casing(Part):
         return self.side * math.sqrt(2.0)
 
 
-class Schedule(Part):
+class Schedule(FrozenModel):
     """The legs of a feed, in either direction."""
 
     time: tuple[tuple[Positive, Velocity], ...] | None = None
@@ -97,7 +97,7 @@ class Schedule(Part):
         )
 
 
-class Feed(Part):
+class Feed(FrozenModel):
     """The tube and how the chain is pushed out of it."""
 
     direction: Literal["forward", "backward"] = "forward"
@@ -117,7 +117,7 @@ class Feed(Part):
     """Thickness of the tube's walls [m]."""
 
 
-class FixedMagnet(Part):
+class FixedMagnet(FrozenModel):
     """A block magnet that does not move, centred on the plane.
 
     It acts on the chain's magnets, and casings collide with it where scenes have contact.
@@ -154,7 +154,7 @@ class FixedMagnet(Part):
         return np.array(self.position) + np.array([along, -along])
 
 
-class Field(Part):
+class Field(FrozenModel):
     """An external magnetic field: uniform, of a fixed magnet, or both."""
 
     uniform: tuple[Number, Number] = (0.0, 0.0)
@@ -168,7 +168,7 @@ class Field(Part):
         return self.magnet is not None or any(self.uniform)
 
 
-class Gravity(Part):
+class Gravity(FrozenModel):
     """Gravity: what presses the chain on the floor, and what acts along it."""
 
     normal: NonNegative = 9.8
@@ -177,7 +177,7 @@ class Gravity(Part):
     """Acceleration along x and y [m/s²]."""
 
 
-class Bumps(Part):
+class Bumps(FrozenModel):
     """A train of bumps, as of a shaken table.
 
     Each changes the velocity of all components outside the tube at once, in a direction drawn
@@ -204,7 +204,7 @@ class Factors(NamedTuple):
     speed: Array  # of the feed, (m,), or (m, n) where it jitters
 
 
-class Spreads(Part):
+class Spreads(FrozenModel):
     """Half-widths of the uniform draws of `Scene.draw`, relative but for two; 0: no draw."""
 
     friction: Fraction = 0.0
@@ -234,12 +234,6 @@ class Spreads(Part):
     """How far the floor tilts [degrees]: uniform from 0 to this, in a random direction, one for the
     scene."""
 
-    def friction_factor(self, unit: Array) -> Array:
-        """Return factors of the friction coefficients for numbers drawn uniformly from [−1, 1)."""
-        # Rounded, so that machines whose powers differ in the last bit draw equal values.
-        decades = np.round(10.0 ** (self.friction_decades * unit), 12)
-        return (1.0 + self.friction * unit) * decades
-
     @property
     def one_by_one(self) -> bool:
         """Whether feed speeds or magnets are drawn one by one."""
@@ -259,7 +253,9 @@ class Spreads(Part):
         if self.magnet > 0.0:
             magnets = 1.0 + self.magnet * each[:, n:].reshape(-1, n, 4)
             strength = strength[:, None, None] * magnets
-        friction = self.friction_factor(unit[:, 0])
+        # Rounded, so that machines whose powers differ in the last bit draw equal values.
+        decades = np.round(10.0 ** (self.friction_decades * unit[:, 0]), 12)
+        friction = (1.0 + self.friction * unit[:, 0]) * decades
         return Factors(friction, 1.0 + self.mass * unit[:, 1 : n + 1], strength, speed)
 
     @property
@@ -291,7 +287,7 @@ class Spreads(Part):
         return any(getattr(self, name) > 0.0 for name in type(self).model_fields)
 
 
-class Solver(Part):
+class Solver(FrozenModel):
     """Time stepping."""
 
     method: Literal["adaptive", "paper"] = "adaptive"

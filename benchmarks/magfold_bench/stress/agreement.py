@@ -1,7 +1,8 @@
 """Do default settings end where a reference ends? Over many random scenes.
 
-Run as ``python -m tests.laws.agreement --scenes 1000 --out runs/agreement``. A killed run goes on
-where it was. Every scene that disagrees is saved as YAML: ``magfold fold FILE`` runs it again.
+Run as ``python -m magfold_bench.stress.agreement --scenes 1000 --out runs/agreement``. A killed run
+goes on where it was. Every scene that disagrees is saved as YAML: ``magfold fold FILE`` runs it
+again.
 
 A scene that ends otherwise with a tolerance 20 times tighter belongs to one of three classes:
 
@@ -21,16 +22,17 @@ import typer
 from rich.console import Console
 from rich.progress import track
 
-from magfold_bench.laws.outcomes import moved_starts
+from magfold_bench.laws.outcomes import difference, moved_starts, reference_of
 from magfold_bench.laws.random_scenes import random_scene
 from magfold_bench.stress.kinds import KINDS, Source
 from magfold_bench.tables import Table, rich_table
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.files import physics_digest
+from magfold_env.fold import Fold, FoldStatus
 from magfold_env.parallel import Workers, finished
 from magfold_env.reporting.intervals import share
 from magfold_env.scene import Scene, save_scene
-from tests.laws.outcomes import Outcome, reference_of
+from magfold_env.simulation.simulate import simulate
 
 Row = dict[str, Any]
 
@@ -62,36 +64,32 @@ def compare(seed: int) -> Row:
     Two failures do not agree, and are never set aside.
     """
     scene = scene_of(seed)
-    default, reference = Outcome.of(scene), Outcome.of(reference_of(scene))
-    difference = default.difference(reference)
-    if default.failed or reference.failed:
+    default, reference = simulate(scene), simulate(reference_of(scene))
+    differs = difference(default, reference)
+    if FoldStatus.FAILED in (default.status, reference.status):
         # A start that is refused is no run.
         refused = default.steps == reference.steps == 0
-        difference, verdict = ("", AGREES) if refused else ("failed", FIRM)
+        differs, verdict = ("", AGREES) if refused else ("failed", FIRM)
     else:
-        verdict = verdict_on(scene, reference, seed) if difference else AGREES
+        verdict = verdict_on(scene, reference, seed) if differs else AGREES
     return {
         "seed": seed,
         "kind": KINDS_DRAWN[seed % len(KINDS_DRAWN)],
-        "n": scene.n,
-        "mount": scene.mount,
-        "friction": np.mean(scene.friction),
+        "friction": float(np.mean(scene.friction)),
         "obstacles": len(scene.obstacles),
         "verdict": verdict,
-        "difference": difference,
-        "angle": default.angle_from(reference),
-        "default": default._asdict(),
-        "reference": reference._asdict(),
+        "difference": differs,
+        "ends": [f"{fold.word} {fold.status}" for fold in (default, reference)],
     }
 
 
-def verdict_on(scene: Scene, reference: Outcome, seed: int) -> str:
+def verdict_on(scene: Scene, reference: Fold, seed: int) -> str:
     """Return the class of a scene that does not end as its reference."""
-    if Outcome.of(reference_of(scene, MUCH_TIGHTER)).difference(reference):
+    if difference(simulate(reference_of(scene, MUCH_TIGHTER)), reference):
         return UNCONVERGED
     rng, by = np.random.default_rng(seed), scene.solver.tolerance
     moved = moved_starts(scene, rng, by, PAIRS)
-    if any(Outcome.of(reference_of(each)).difference(reference) for each in moved):
+    if any(difference(simulate(reference_of(each)), reference) for each in moved):
         return WITHIN
     return FIRM
 
@@ -141,8 +139,7 @@ def main(
         if row["verdict"] != AGREES:
             path = out / f"{row['verdict'].replace(' ', '-')}-{row['seed']}.yaml"
             save_scene(scene_of(row["seed"]), path)
-            ends = [f"{row[k]['word']} {row[k]['status']}" for k in ("default", "reference")]
-            console.print(f"{path}: {row['difference']}, {' / '.join(ends)}")
+            console.print(f"{path}: {row['difference']}, {' / '.join(row['ends'])}")
 
 
 if __name__ == "__main__":
