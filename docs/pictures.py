@@ -6,8 +6,7 @@ import numpy as np
 
 import magfold_env as mf
 from magfold_env.files import replacing
-from magfold_env.render.assembly import draw_card, draw_fold
-from magfold_env.render.sheets import text
+from magfold_env.render.assembly import draw_card, draw_fold, text
 from magfold_env.reporting.plotting import figure_class
 from magfold_env.shapes import headings, word_to_angles
 
