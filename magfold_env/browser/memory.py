@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.browser.episode import Episode
+from magfold_env.browser.episode import Episode, new_episode
 from magfold_env.browser.settings import MOST_OBSTACLES, Numbers, Settings
 from magfold_env.browser.states import Couplings, Search, new_couplings, new_search
 from magfold_env.browser.tables import FarKit
@@ -19,7 +19,7 @@ from magfold_env.browser.view import View
 from magfold_env.engine import entries as at
 from magfold_env.engine.compile.by_pointer import pointer_types
 from magfold_env.engine.state import Magnets, Model, Record, State, Tables, Work
-from magfold_env.engine.workspace import new_record, new_state, new_work
+from magfold_env.engine.workspace import new_record, new_state, new_work, zeros
 from magfold_env.scene import Scene
 from magfold_env.simulation import far_table
 from magfold_env.simulation.pack import pack, quadrature_of
@@ -129,25 +129,10 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
         boxes=_word(work, "boxes", 12),
         probe=_word(probe, "boxes", 12),
     )
-    settings = Settings(
-        pole=np.zeros((n, 4), dtype=np.int64),
-        remanence=np.zeros((n, 4)),
-        face=np.array([part.by_face("width"), part.by_face("height")]),
-        friction=np.zeros(n),
-        start=np.zeros((1, n + 1)),
-        obstacles=np.zeros((MOST_OBSTACLES, 5)),
-        choice=np.zeros(4, dtype=np.int64),
-        number=np.zeros(8),
-        numbers=numbers,
-        headings=np.zeros((1, n)),
-        depth=np.zeros(1),
-    )
-    view = View(
-        np.zeros(n), np.zeros(n), np.zeros(2), np.zeros(2), np.zeros(n, dtype=np.int64),
-        np.zeros(2), np.zeros(5), np.zeros(2, dtype=np.int64),
-    )  # fmt: skip
-    search = new_search(couplings, n)
-    return Chain(model, state, work, probe, record, settings, view, search, Episode.empty(n))
+    face = np.array([part.by_face("width"), part.by_face("height")])
+    settings = zeros(Settings, {"n": n, "n + 1": n + 1}, face=face, numbers=numbers)
+    view, search = zeros(View, {"n": n}), new_search(couplings, n)
+    return Chain(model, state, work, probe, record, settings, view, search, new_episode(n))
 
 
 def _word(packed: Any, name: str, count: int = 1) -> NDArray[Any]:
