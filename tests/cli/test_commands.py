@@ -65,7 +65,7 @@ def shown_of_states(data: dict[str, Any]) -> list[str]:
     assert [each["word"] for each in ranked["states"]] == [state.word for state in found]
     assert [each["stable"] for each in ranked["states"]] == [state.stable for state in found]
     assert (forward["mode"], backward["mode"]) == ("forward", "backward")
-    return [f"{1e3 * state.energy:.4f}" for state in found] + ["S1A", "S1C"]
+    return [f"{1e3 * state.energy:.4f}" for state in found] + [forward["states"][0]["word"]]
 
 
 def designed() -> dict[str, Any]:

@@ -47,7 +47,6 @@ REFUSED = [
     ("play --scene pendulum-3", "scene.mount: 'pinned' is not allowed; must be 'tube'"),
     ("score no.safetensors", "env: None is not allowed; must be one of MagFold/UnknownFloor-v0"),
     ("bench dynamics --only rest", "'rest' is not allowed; must be one of scaling, folds, "),
-    ("scenes --markdown", "--markdown: True is not allowed without --keys"),
 ]
 
 
