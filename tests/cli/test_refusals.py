@@ -16,6 +16,7 @@ REFUSED = [
     (f"fold {BASE} --html /", "--html: '/' is not allowed; must not be a folder"),
     (f"fold {BASE} --gif x.mp4", "--gif: 'x.mp4' is not allowed; must end in .gif"),
     (f"fold {BASE} --sheet x.svg", "--sheet: 'x.svg' is not allowed; must end in .pdf or .png"),
+    *((f"{command} /", "error: /: ") for command in ("fold", "minimise", "ensemble")),
     ("minimise anchor", "field: an external field is not allowed"),
     (f"minimise {BASE} --top 0", "top: 0 is not allowed; must be from 1 to 10000000"),
     (f"minimise {BASE} --png /nowhere/x.png", "--png: '/nowhere/x.png' is not allowed; its "),
