@@ -174,7 +174,7 @@ class Block:
     Parameters
     ----------
     packed
-        Them.
+        Them, which must live as long as the block.
     shared
         The block of what is not this one's own.
     """
@@ -182,19 +182,25 @@ class Block:
     def __init__(self, packed: tuple[Any, ...], shared: "Block | None" = None) -> None:
         self._data = bytearray()
         self._ranges: dict[int, tuple[int, int]] = {}  # by address: size, and place here
-        self._shared = shared
-        self.names: tuple[str, ...] = cast("Any", packed)._fields
-        self._packed = packed
-        self.roots = {
-            name: self._keep(each.address, bytes(each.words))
-            for name, each in zip(self.names, packed, strict=True)
-        }
-        self.fields: dict[str, Field] = {}
         self._own: list[int] = []
         self._others: list[int] = []
-        for name, each in zip(self.names, packed, strict=True):
-            for word, (field, array) in _arrays(each, name):
-                self._put(self.roots[name] + WORD * word, field, array)
+        self._fields: dict[str, Field] = {}
+        parts: dict[str, Any] = cast("Any", packed)._asdict()
+        self._roots = {
+            name: self._keep(each.address, bytes(each.words)) for name, each in parts.items()
+        }
+        for name, each in parts.items():
+            for word, field, array in _arrays(each, name, self._roots[name]):
+                place = None if shared is None else shared.find(array)
+                if array.size == 0:
+                    place = 0
+                elif place is not None:
+                    self._others.append(word)
+                else:
+                    place = self._put(array)
+                    self._own.append(word)
+                    self._fields[field] = Field(place, TYPES[array.dtype.name], array.shape)
+                self._data[word : word + WORD] = place.to_bytes(WORD, "little")
 
     def _keep(self, address: int, data: bytes) -> int:
         self._data += bytes(-len(self._data) % ALIGNED)
@@ -202,20 +208,6 @@ class Block:
         self._ranges[address] = len(data), place
         self._data += data
         return place
-
-    def _put(self, word: int, field: str, array: NDArray[Any]) -> None:
-        """Put an array's address where its word lies, and its data where they are not yet."""
-        place = 0
-        if array.size > 0:
-            found = None if self._shared is None else self._shared.find(array)
-            if found is not None:
-                place = found
-                self._others.append(word)
-            else:
-                place = self.place(array)
-                self._own.append(word)
-                self.fields[field] = Field(place, TYPES[array.dtype.name], array.shape)
-        self._data[word : word + WORD] = place.to_bytes(WORD, "little")
 
     def find(self, array: NDArray[Any]) -> int | None:
         """Return where an array's data lie here, if they do."""
@@ -225,7 +217,7 @@ class Block:
                 return place + address - first
         return None
 
-    def place(self, array: NDArray[Any]) -> int:
+    def _put(self, array: NDArray[Any]) -> int:
         """Return where an array's data lie, having put them there."""
         found = self.find(array)
         if found is not None:
@@ -236,7 +228,7 @@ class Block:
         if not owner.flags.c_contiguous:
             raise ValueError("arrays that are packed must be C-contiguous")
         self._keep(owner.ctypes.data, owner.tobytes())
-        return cast("int", self.find(array))
+        return self._put(array)
 
     def image(self) -> Image:
         """Return the block as it is kept."""
@@ -247,20 +239,20 @@ class Block:
         pieces = [(int(a), int(b - a)) for a, b in zip(first, last, strict=True)]
         data = b"".join(self._data[place : place + size] for place, size in pieces)
         size = -(-len(self._data) // ALIGNED) * ALIGNED
-        return Image(size, data, pieces, self._own, self._others, self.roots, self.fields)
+        return Image(size, data, pieces, self._own, self._others, self._roots, self._fields)
 
 
-def _arrays(packed: Any, name: str, word: int = 0) -> Iterator[tuple[int, tuple[str, Any]]]:
-    """Yield the words of a marked NamedTuple that are addresses, and whose arrays' they are."""
+def _arrays(packed: Any, name: str, word: int) -> Iterator[tuple[int, str, NDArray[Any]]]:
+    """Yield where the addresses lie in a marked NamedTuple at a word, and the arrays' names."""
     for field, value in zip(packed._fields, packed, strict=True):
         if isinstance(value, np.ndarray):
-            yield word, (f"{name}.{field}", value)
-            word += 1 + value.ndim
+            yield word, f"{name}.{field}", value
+            word += WORD * (1 + value.ndim)
         elif isinstance(value, tuple):
             yield from _arrays(value, f"{name}.{field}", word)
-            word += len(cast("Any", value).words) // WORD
+            word += len(cast("Any", value).words)
         else:
-            word += 1
+            word += WORD
 
 
 def images() -> tuple[Image, dict[int, Image]]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from magfold_env.ensembles.releases import Bar, Ensemble, bars
 from magfold_env.render.chain import square
-from magfold_env.reporting.plotting import COLOURS, GRID, INK, figure_class, patch, save_figure
+from magfold_env.reporting.plotting import COLOURS, GRID, INK, panels, patch, save_figure
 from magfold_env.shapes import centres, headings
 
 SLOTS = 6
@@ -25,7 +25,7 @@ COLOUR_OF = {
     "others": GRID,
 }
 """Colours of the statuses."""
-_WIDTH, _HEIGHT = 4.6, 3.3  # of a panel [inch]
+_WIDTH, _ALONE, _HEIGHT = 3.5, 4.6, 3.3  # of a panel [inch]
 
 
 def draw_ensemble(ensemble: Ensemble, path: str | Path) -> None:
@@ -37,24 +37,16 @@ def draw_ensemble(ensemble: Ensemble, path: str | Path) -> None:
     save_figure(bar_chart({title: bars(ensemble)}), path)
 
 
-def bar_chart(panels: Mapping[str, Sequence[Bar]], columns: int = 3, title: str = "") -> Any:
+def bar_chart(charts: Mapping[str, Sequence[Bar]]) -> Any:
     """Return a figure with a panel of bars, most frequent first, for each title, row by row."""
-    columns = min(columns, len(panels))
-    rows = math.ceil(len(panels) / columns)
-    figure = figure_class()(figsize=(_WIDTH * columns, _HEIGHT * rows), layout="constrained")
+    width = _WIDTH if len(charts) > 1 else _ALONE
+    figure, axes = panels(len(charts), "", width, _HEIGHT, shared=False)
     figure.get_layout_engine().set(h_pad=0.12)
-    figure.suptitle(title or None, fontsize=13, color=INK)
-    axes = figure.subplots(rows, columns, squeeze=False, sharey=True).ravel()
-    for axis, (name, content) in zip(axes, panels.items(), strict=False):
-        _draw_panel(axis, name, _most(content))
-    for axis in axes[len(panels) :]:
-        axis.set_axis_off()
-    shown = {bar.status for content in panels.values() for bar in _most(content)}
-    handles = [
-        patch("Patch", color=colour, label=name)
-        for name, colour in COLOUR_OF.items()
-        if name in shown
-    ]
+    shown = {name: _most(content) for name, content in charts.items()}
+    for axis, (name, content) in zip(axes, shown.items(), strict=True):
+        _draw_panel(axis, name, content)
+    used = {bar.status for content in shown.values() for bar in content}
+    handles = [patch("Patch", color=c, label=name) for name, c in COLOUR_OF.items() if name in used]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
     return figure
 
@@ -78,9 +70,7 @@ def _draw_panel(axis: Any, name: str, content: Sequence[Bar]) -> None:
     axis.set_yticks([0.0, 0.5, 1.0], ["0", "50 %", "100 %"])
     axis.set_xticks(places, [_label(bar) for bar in content], fontsize=7)
     axis.tick_params(axis="x", length=0)
-    axis.grid(visible=True, axis="y", color=GRID, linewidth=0.7)
-    axis.set_axisbelow(True)
-    axis.spines[["top", "right"]].set_visible(False)
+    axis.grid(visible=False, axis="x")
     for place, bar in zip(places, content, strict=True):
         if bar.joints:
             corner = ((place + 0.08) / SLOTS, -0.46)
