@@ -62,13 +62,7 @@ class Shared(NamedTuple):
 
 
 def shared_of(scene: Scene) -> Shared:
-    """Return what chains with a scene's magnets share, with what is yet to be made left at zero.
-
-    Raises
-    ------
-    ValueError
-        If tables do not serve its magnets.
-    """
+    """Return what chains with a scene's magnets share, with what is yet to be made left at zero."""
     magnets, part = pack(scene).magnets, scene.magnets
     made = magnets.tables
     if part is None or made.end == 0.0 or made.far.end == 0.0:
@@ -109,10 +103,7 @@ def _far_kit(magnets: Magnets, side: float) -> FarKit:
 
 
 def chain_of(scene: Scene, couplings: Couplings) -> Chain:
-    """Return room for chains as long as a scene's, with what they keep of it.
-
-    ``couplings`` are those of its magnets.
-    """
+    """Return room for chains as long as a scene's, with what they keep of it."""
     n, part = scene.n, scene.magnets
     model = pack(scene)._replace(
         magnets=couplings.magnets, obstacles=np.zeros((at.WALLS + MOST_OBSTACLES, at.RADIUS + 1))
@@ -169,14 +160,9 @@ class Image(NamedTuple):
 
 
 class Block:
-    """Memory that NamedTuples are packed into.
+    """Memory that NamedTuples are packed into, which must live as long as the block.
 
-    Parameters
-    ----------
-    packed
-        Them, which must live as long as the block.
-    shared
-        The block of what is not this one's own.
+    What they have in common with the ``shared`` block lies there alone.
     """
 
     def __init__(self, packed: tuple[Any, ...], shared: "Block | None" = None) -> None:

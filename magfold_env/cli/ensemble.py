@@ -79,14 +79,8 @@ def changed_scene(
 ) -> Scene:
     """Return the scene that the options of a command ask for; None leaves it as it is.
 
-    A spread of ``start_angles`` also removes given start angles.
-
-    Raises
-    ------
-    SceneError
-        If an option is not allowed.
-    ValueError
-        If there is a speed or a direction and no tube.
+    A spread of ``start_angles`` also removes given start angles. A speed or a direction is refused
+    if there is no tube.
     """
     if mode is not None:
         scene = releases.release(scene, cast("Any", mode))

@@ -77,11 +77,6 @@ def grid_of(texts: list[str]) -> dict[str, list[float]]:
     """Return the values described by texts, one text per number of the scene.
 
     Values of a range have twelve digits.
-
-    Raises
-    ------
-    SceneError
-        If a text has none of the allowed forms, or names a number a second time.
     """
     grid: dict[str, list[float]] = {}
     for text in texts:

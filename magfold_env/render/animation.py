@@ -112,16 +112,7 @@ def _columns(count: int, size: Size) -> int:
 def write_gif(images: Sequence[Image.Image], path: str | Path, step: int, hold: int) -> None:
     """Write pictures as a GIF that repeats, with one palette, so that it stores only what moves.
 
-    Parameters
-    ----------
-    images
-        The frames.
-    path
-        Path of the file, which is first written under a temporary name.
-    step
-        Duration of each frame [ms].
-    hold
-        Additional duration of the last frame [ms].
+    Each lasts ``step``, and the last one ``hold`` longer [ms].
     """
     palette = images[-1].quantize(_COLOURS)
     frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]

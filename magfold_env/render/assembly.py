@@ -264,14 +264,8 @@ def draw_card(
 ) -> None:
     """Draw component k seen from above, heading to the right, with its poles and neighbours.
 
-    Parameters
-    ----------
-    axis, corner
-        In mm, and the upper left corner of the card on it.
-    scene, k
-        The chain, and the component's index.
-    names
-        What is behind the four faces: the names of magnets, or "empty".
+    The corner on the axis [mm] is the card's upper left one. Behind the four faces are magnets of
+    some ``names``, or it is "empty".
     """
     left, top = corner
     middle = np.array([left + CARD / 2.0, top - CARD / 2.0])

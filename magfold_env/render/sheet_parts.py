@@ -24,16 +24,10 @@ class Kind(NamedTuple):
 
 
 def kinds(scene: Scene) -> tuple[list[Kind], IntArray]:
-    """Return the kinds of magnets of a chain and their places.
+    """Return the kinds of magnets of a chain, and the index of the kind behind each face (n, 4).
 
+    They are in the order of their first use, component 1 first; an index of -1 means no magnet.
     Magnets whose sizes and strengths read alike are of one kind.
-
-    Returns
-    -------
-    list of Kind
-        The kinds in the order of their first use, component 1 first.
-    (n, 4) array of int
-        Index of the kind behind each face, -1 where there is no magnet.
     """
     where = np.full((scene.n, 4), -1)
     if scene.magnets is None:
