@@ -241,26 +241,16 @@ def constants() -> dict[str, Any]:
     scene = Scene(sequence=("NNNN",))
     assert scene.magnets is not None
     return {
-        "choice": _numbers(settings, "MOUNT", "FORWARD", "AT_MOUTH", "OBSTACLES"),
+        "choice": _numbers(settings, "MOUNT FORWARD AT_MOUTH OBSTACLES"),
         "number": _numbers(
-            settings,
-            "NORMAL",
-            "DURATION",
-            "FORCE_LIMIT",
-            "BORE",
-            "WALL",
-            "INTERVAL",
-            "TOLERANCE",
-            "MAX_STEPS",
+            settings, "NORMAL DURATION FORCE_LIMIT BORE WALL INTERVAL TOLERANCE MAX_STEPS"
         ),
-        "counter": _numbers(at, "LO", "STEPS", "EVALUATIONS", "FRAMES", "KEEP"),
-        "clock": _numbers(at, "TIME", "FRAME_TIME"),
-        "account": _numbers(at, "PEAK", "IMPULSE"),
-        "view": _numbers(
-            view, "MAGNETIC", "KINETIC", "TIME", "ADVANCE", "PUSH", "RELEASED", "LOADED"
-        ),
+        "counter": _numbers(at, "LO STEPS EVALUATIONS FRAMES KEEP"),
+        "clock": _numbers(at, "TIME FRAME_TIME"),
+        "account": _numbers(at, "PEAK IMPULSE"),
+        "view": _numbers(view, "MAGNETIC KINETIC TIME ADVANCE PUSH RELEASED LOADED"),
         "progress": _numbers(states, "FOUND"),
-        "outcome": _numbers(outcomes, "REACHED", "RESTED", "PAUSED", "TIMED_OUT"),
+        "outcome": _numbers(outcomes, "REACHED RESTED PAUSED TIMED_OUT"),
         "mounts": list(settings.MOUNTS),
         "statuses": [status.value for status in view.STATUSES],
         "breakdowns": {
@@ -275,15 +265,11 @@ def constants() -> dict[str, Any]:
         "bore": scene.bore,
         "diagonal": scene.casing.diagonal,
         "rounding": ROUNDING,
-        "most": {
-            "remanence": REMANENCE._asdict(),
-            "speed": SPEED._asdict(),
-            "steps": MOST_STEPS,
-        },
+        "most": {"remanence": REMANENCE._asdict(), "speed": SPEED._asdict(), "steps": MOST_STEPS},
         "shortest": memory.LENGTHS[0],
         "longest": memory.LENGTHS[-1],
     }
 
 
-def _numbers(module: Any, *names: str) -> dict[str, int]:
-    return {name: getattr(module, name) for name in names}
+def _numbers(module: Any, names: str) -> dict[str, int]:
+    return {name: getattr(module, name) for name in names.split()}

@@ -150,15 +150,11 @@ def exponential(x: float) -> float:
     return np.int64(bits).view(np.float64)
 
 
-# What stands for LLVM's intrinsics, and a library's functions.
+# What stands for a library's functions, and for LLVM's intrinsics of these names.
 _INSTEAD: dict[str, tuple[Any, int]] = {
-    "llvm.fma.f64": (fused, 3),
-    "llvm.sin.f64": (sine, 1),
-    "llvm.cos.f64": (cosine, 1),
     "sin": (sine, 1),
     "cos": (cosine, 1),
     "fma": (fused, 3),
-    "llvm.exp.f64": (exponential, 1),
     "exp": (exponential, 1),
     "atan2": (arctangent, 2),
 }
@@ -226,7 +222,7 @@ def _program(exports: Exports) -> str:
         text += f"\ndeclare double @{_ROOT}(double)\n"
     for name, (_, count) in _INSTEAD.items():
         stand_in = f"magfold.{name}"
-        used = re.compile(rf"(call [^@\n]*double) @(?:{re.escape(name)}|\"{re.escape(name)}\")\(")
+        used = re.compile(rf'(call [^@\n]*double) @"?(?:{name}|llvm\.{name}\.f64)"?\(')
         text, times = used.subn(rf'\1 @"{stand_in}"(', text)
         if times:
             text += _caller(
