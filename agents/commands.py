@@ -25,7 +25,7 @@ Assignments = Annotated[
 def run_command(main: Callable[..., None]) -> None:
     """Run a command; its help and messages have the form of those of `magfold`."""
     threading.excepthook = _leave_to_the_command
-    command = options.Application()
+    command = options.application()
     command.command()(main)
     command()
 

@@ -27,7 +27,7 @@ from magfold_env.cli import options
 from magfold_env.files import replacing
 from magfold_env.scoring.results import Results, Row, Run
 
-app = options.Application(help=__doc__, no_args_is_help=True)
+app = options.application(help=__doc__, no_args_is_help=True)
 """The command."""
 
 

@@ -16,7 +16,7 @@ from models import is_model
 from moving_pictures import RUNS, package_digest
 
 from magfold_env.browser import build as laboratory
-from magfold_env.cli.scenes import page as keys_of_scenes
+from magfold_env.cli.scenes import scene_keys
 
 project = "magfold_env"
 author = "the magfold_env developers"
@@ -88,9 +88,14 @@ def _linked(_app: Sphinx, _page: str, source: list[str]) -> None:
 
 
 def _keys(_app: Sphinx, page: str, source: list[str]) -> None:
-    """Put the table of `magfold scenes --keys` on its page."""
+    """Put the table of `magfold scenes --keys` on its page, with the units beside the limits."""
     if page == "keys":
-        source[0] = keys_of_scenes()
+        rows = [("key", "allowed", "default", "meaning"), ("---",) * 4]
+        for key in scene_keys():
+            unit = f" [{key.unit}]" if key.unit else ""
+            rows.append((f"`{key.key}`", key.allowed + unit, key.default, key.meaning))
+        lines = ("| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows)
+        source[0] += "\n" + "\n".join(lines) + "\n"
 
 
 def _tables(_app: Sphinx, _page: str, source: list[str]) -> None:

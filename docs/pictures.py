@@ -1,13 +1,17 @@
-"""Pictures of the site that explain words: `python docs/pictures.py` draws them anew."""
+"""Pictures of the site: `python docs/pictures.py` draws what explains words.
 
+`python docs/pictures.py laboratory` photographs the laboratory, which takes a Chromium.
+"""
+
+import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
 
 import magfold_env as mf
 from magfold_env.files import replacing
-from magfold_env.render.assembly import draw_card, draw_fold
-from magfold_env.render.sheets import text
+from magfold_env.render.assembly import draw_card, draw_fold, text
 from magfold_env.reporting.plotting import figure_class
 from magfold_env.shapes import headings, word_to_angles
 
@@ -37,5 +41,22 @@ def component_and_word(path: Path) -> None:
         figure.savefig(temporary, dpi=120, facecolor="white")
 
 
+def laboratory(path: Path) -> None:
+    """Photograph the laboratory as it opens, at the end of its fold."""
+    from magfold_env.browser import build  # noqa: PLC0415 - slow to import
+    from tests.replay import chromium  # noqa: PLC0415 - POSIX only
+
+    with tempfile.TemporaryDirectory() as profile, chromium.page(Path(profile)) as page:
+        page.resize(1200, 800)
+        page.open(build.page())
+        page.until("window.laboratory !== undefined && byId('states').ariaBusy === 'false'")
+        page.value("laboratory.player.pause()")
+        page.value("laboratory.player.seek(laboratory.player.motion.end)")
+        path.write_bytes(page.screenshot())
+
+
 if __name__ == "__main__":
-    component_and_word(HERE / "component.png")
+    if "laboratory" in sys.argv:
+        laboratory(HERE / "laboratory.png")
+    else:
+        component_and_word(HERE / "component.png")

@@ -9,8 +9,8 @@ from magfold_env.ensembles.sweeps import sweep as sweep
 from magfold_env.fold import Fold as Fold
 from magfold_env.fold import FoldStatus as FoldStatus
 from magfold_env.fold import Trajectory as Trajectory
-from magfold_env.limit_loads import Holding as Holding
-from magfold_env.limit_loads import holding as holding
+from magfold_env.holding_loads import Holding as Holding
+from magfold_env.holding_loads import holding as holding
 from magfold_env.minimiser import ground_state as ground_state
 from magfold_env.minimiser import minimise as minimise
 from magfold_env.minimiser import sequence_of as sequence_of

@@ -41,7 +41,7 @@ LESS = {
     "magfold stress": ["--cases=4", "--workers=1"],
     "magfold paper": ["--quick", "--only=figure-15"],
     "magfold fold": [],
-    "magfold hold": [],
+    "magfold holding": [],
     "magfold minimise": [],
     "magfold scenes": [],
     "agents.ablate": ["--draws=1", "--seeds=1"],
@@ -106,7 +106,7 @@ def command_line(words: Sequence[str]) -> tuple[str, Any, list[str]] | None:
         module = import_module(words[2] + inside)
         application = getattr(module, "app", None)
         if application is None:
-            application = options.Application()
+            application = options.application()
             application.command()(module.main)
         return words[2], typer.main.get_command(application), list(words[3:])
     return None

@@ -13,7 +13,7 @@ from magfold_bench.presentation import Summary, descriptions
 from magfold_bench.stress.command import stress
 from magfold_env.cli import options
 
-bench = options.Application(no_args_is_help=True)
+bench = options.application(no_args_is_help=True)
 
 
 @bench.callback(invoke_without_command=True)

@@ -1,4 +1,4 @@
-"""`python -m magfold_env.browser build`: write the engine for browsers into a folder."""
+"""`python -m magfold_env.browser`: write the engine for browsers into a folder."""
 
 import gzip
 import shutil
@@ -7,18 +7,10 @@ from typing import Annotated
 
 import typer
 
-from magfold_env.browser import build as folder
-
-app = typer.Typer(add_completion=False, no_args_is_help=True)
+from magfold_env.browser import build
 
 
-@app.callback()
-def main() -> None:
-    """Self-folding chains in a browser."""
-
-
-@app.command()
-def build(
+def main(
     out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("lab"),
     pack: Annotated[
         bool, typer.Option("--pack", help="Put the page into the package too, for a wheel.")
@@ -26,16 +18,16 @@ def build(
 ) -> None:
     """Compile the kernels to WebAssembly, pack the memory that they work on, write the page."""
     try:
-        sizes = folder.build(out)
-        if pack:
-            shutil.copy(out / folder.PAGE, folder.PACKED)
+        sizes = build.build(out)
     except RuntimeError as error:
         typer.echo(f"error: {error}", err=True)
         raise typer.Exit(2) from None
+    if pack:
+        shutil.copy(out / build.PAGE, build.PACKED)
     for name, size in sizes.items():
         packed = len(gzip.compress(out.joinpath(name).read_bytes(), mtime=0))
         typer.echo(f"{out / name}: {size / 1e3:.0f} kB, {packed / 1e3:.0f} kB gzipped")
 
 
 if __name__ == "__main__":
-    app()
+    typer.run(main)

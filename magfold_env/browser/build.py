@@ -1,23 +1,26 @@
-"""Write the folder of the laboratory: kernels, packed memory, its layout, scripts, the page."""
+"""Build the laboratory: kernels, packed memory, its layout, scripts, and the page of it all."""
 
+import base64
+import hashlib
 import json
 import os
+import re
 import shutil
 import tempfile
 import time
 from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
+from string import Template
 from typing import Any
 
 from filelock import FileLock
 
+from magfold_env import replay
 from magfold_env.browser import episode as episodes
 from magfold_env.browser import (
     games,
-    laboratory,
     memory,
-    networks,
     settings,
     states,
     tables,
@@ -33,6 +36,7 @@ from magfold_env.engine.stepping.integrator import LONGEST_STEP
 from magfold_env.envs.chains.arrays import STATUSES
 from magfold_env.files import sources_digest, write_text
 from magfold_env.fold import FoldStatus
+from magfold_env.replay.data import WORDS
 from magfold_env.scene import Scene
 from magfold_env.scene.base import REMANENCE, SPEED
 from magfold_env.scene.magnets import ROUNDING
@@ -42,7 +46,6 @@ from magfold_env.simulation.frames import APART
 
 FORMAT = "magfold_env browser 1"
 KERNELS, MEMORY, LAYOUT, GAMES = "engine.wasm", "memory.bin", "layout.json", "games.json"
-SCRIPTS = "engine.js", "games.js", "networks.js", "scene.js"
 PAGE = "index.html"
 PACKED = Path(__file__).with_name("laboratory.html")
 """The page in a wheel, which needs no linker."""
@@ -50,6 +53,16 @@ PACKED = Path(__file__).with_name("laboratory.html")
 KEPT = 7.0 * 24.0 * 3600.0
 """Time after which a folder that was not used is removed [s]."""
 
+# The scripts of the page, each after those that it builds on.
+SCRIPTS = ("scene.js", "engine.js", "networks.js", "games.js")
+_LAB = (
+    "editor.js", "ghost.js", "share.js", "states.js", "sheet.js", "play.js", "laboratory.js"
+)  # fmt: skip
+_SOURCES = '<meta name="sources" content="{}">'
+_POLICY = (
+    "default-src 'none'; script-src 'wasm-unsafe-eval' {script}; style-src {style}; "
+    "img-src data:; base-uri 'none'; form-action 'none'"
+)
 _ROOMS = ("browser", "engine", "envs", "minimiser", "scene", "simulation")
 INTERNAL = ("work", "probe")  # fields that no page has to find
 
@@ -60,19 +73,13 @@ def page() -> Path:
     Raises
     ------
     RuntimeError
-        If it has to be built, and something is missing here that it takes; the message says what.
+        If it has to be built and a linker, or a part of numba, is missing.
     """
-    return PACKED if PACKED.is_file() and laboratory.is_of(PACKED, _sources()) else kept() / PAGE
+    return PACKED if PACKED.is_file() and is_of(PACKED, _sources()) else kept() / PAGE
 
 
 def kept() -> Path:
-    """Return a folder that was built of these sources, now or before.
-
-    Raises
-    ------
-    RuntimeError
-        As `build` does.
-    """
+    """Return a folder that was built of these sources, now or before."""
     root = cache_root() or Path(tempfile.gettempdir())
     found = root / f"browser-{_sources()}"
     with FileLock(root / "browser.lock"):
@@ -94,11 +101,6 @@ def build(folder: Path) -> dict[str, int]:
     """Write all that a page needs into a folder; returns the sizes of the files [bytes].
 
     The same sources give the same bytes.
-
-    Raises
-    ------
-    RuntimeError
-        If something is missing here that it takes; the message says what.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in {KERNELS: module(), **packed_memory()}.items():
@@ -110,12 +112,65 @@ def build(folder: Path) -> dict[str, int]:
 def write_page(folder: Path) -> None:
     """Write the scripts, and the page that has all in it, of what was compiled into a folder."""
     for name in SCRIPTS:
-        script = Path(__file__).with_name(name).read_text(encoding="utf-8")
-        write_text(folder / name, script)
-    played = {"games": games.games(), "networks": networks.networks()}
+        write_text(folder / name, _source(name))
+    played = {"games": games.games(), "networks": games.networks()}
     write_text(folder / GAMES, json.dumps(played, separators=(",", ":"), allow_nan=False))
-    parts = (folder.joinpath(name).read_bytes() for name in (KERNELS, MEMORY, LAYOUT, GAMES))
-    write_text(folder / PAGE, laboratory.page(_sources(), *parts))
+    engine = {
+        "wasm": base64.b64encode(folder.joinpath(KERNELS).read_bytes()).decode(),
+        "memory": base64.b64encode(folder.joinpath(MEMORY).read_bytes()).decode(),
+        "layout": json.loads(folder.joinpath(LAYOUT).read_bytes()),
+        **played,
+    }
+    write_text(folder / PAGE, html(_sources(), engine))
+
+
+def html(sources: str, engine: dict[str, Any]) -> str:
+    """Return the page around an engine, which names the hash of the engine's ``sources``.
+
+    It is the replay's page with the engine in it. Nothing in it is loaded from elsewhere, and its
+    security policy lets nothing run but its one script.
+    """
+    script = "\n".join(
+        [
+            *(replay.source(name) for name in replay.SCRIPTS),
+            _as_function(SCRIPTS, ("Engine", "GAMES", "Network", "SceneError", "readScene")),
+            *(_source("lab", name) for name in _LAB),
+        ]
+    )
+    style = replay.source("page.css") + _source("lab", "page.css")
+    return Template(_source("lab", "page.html")).substitute(
+        sources=_SOURCES.format(sources),
+        controls=replay.source("controls.html"),
+        policy=_POLICY.format(script=_hash(script), style=_hash(style)),
+        style=style,
+        words=WORDS,
+        engine=json.dumps(engine, separators=(",", ":")).replace("<", "\\u003c"),
+        script=script,
+    )
+
+
+def is_of(path: Path, sources: str) -> bool:
+    """Return whether a page in a file has the engine of such sources in it."""
+    with path.open(encoding="utf-8") as file:
+        return _SOURCES.format(sources) in file.read(1000)
+
+
+def _as_function(modules: tuple[str, ...], names: tuple[str, ...]) -> str:
+    """Return modules as one function whose names do not meet those of others."""
+    text = "\n".join(_source(name) for name in modules)
+    text = re.sub(r"^(import|export) \{.*$", "", text, flags=re.MULTILINE)
+    text = re.sub(r"^export ", "", text, flags=re.MULTILINE)
+    told = ", ".join(names)
+    return f"const {{ {told} }} = (() => {{\n{text}\nreturn {{ {told} }};\n}})();"
+
+
+def _hash(text: str) -> str:
+    digest = hashlib.sha256(text.encode()).digest()
+    return f"'sha256-{base64.b64encode(digest).decode()}'"
+
+
+def _source(*path: str) -> str:
+    return Path(__file__).parent.joinpath(*path).read_text(encoding="utf-8")
 
 
 def _sources() -> str:
@@ -124,13 +179,7 @@ def _sources() -> str:
 
 
 def module() -> bytes:
-    """Return the kernels as a WebAssembly module.
-
-    Raises
-    ------
-    RuntimeError
-        If numba's insides, or a linker, are missing.
-    """
+    """Return the kernels as a WebAssembly module."""
     if not by_pointer.POINTERS:
         raise RuntimeError("needs kernels that take tuples by pointer, see engine.compile")
     shared = memory.shared_of(memory.standard(2))
@@ -139,25 +188,22 @@ def module() -> bytes:
     moving = model, state, work
     return wasm.module(
         {
-            name: wasm.Export(kernel, arguments)
-            for name, kernel, arguments in (
-                ("make_far_table", tables.make_far_table, (shared.far, shared.tables)),
-                ("set_up", settings.set_up, (choice, model, state, seen)),
-                ("draw", settings.draw, (choice, model, 0.0)),
-                ("overlap", settings.overlap, (choice, *moving)),
-                ("choose", settings.choose, (choice, state, 0)),
-                ("run", runs.run, (*moving, record, 0.0)),
-                ("energy", runs.energy, (*moving, 0.0)),
-                ("look", view.look, (0, *moving, record, seen, 0)),
-                ("ending", view.ending, (0, state, seen)),
-                ("couple", states.couple, (shared.couplings, 0, 0)),
-                ("begin_search", states.begin_search, (choice, shared.couplings, search)),
-                ("visit", states.visit, (search, 0)),
-                ("take_in", episodes.take_in, (0, seen, episode)),
-                ("observe", episodes.observe, (model, episode)),
-                ("film", episodes.film, (model, episode)),
-                ("judge", episodes.judge, (episode,)),
-            )
+            "make_far_table": (tables.make_far_table, (shared.far, shared.tables)),
+            "set_up": (settings.set_up, (choice, model, state, seen)),
+            "draw": (settings.draw, (choice, model, 0.0)),
+            "overlap": (settings.overlap, (choice, *moving)),
+            "choose": (settings.choose, (choice, state, 0)),
+            "run": (runs.run, (*moving, record, 0.0)),
+            "energy": (runs.energy, (*moving, 0.0)),
+            "look": (view.look, (0, *moving, record, seen, 0)),
+            "ending": (view.ending, (0, state, seen)),
+            "couple": (states.couple, (shared.couplings, 0, 0)),
+            "begin_search": (states.begin_search, (choice, shared.couplings, search)),
+            "visit": (states.visit, (search, 0)),
+            "take_in": (episodes.take_in, (0, seen, episode)),
+            "observe": (episodes.observe, (model, episode)),
+            "film": (episodes.film, (model, episode)),
+            "judge": (episodes.judge, (episode,)),
         }
     )
 
@@ -195,26 +241,16 @@ def constants() -> dict[str, Any]:
     scene = Scene(sequence=("NNNN",))
     assert scene.magnets is not None
     return {
-        "choice": _numbers(settings, "MOUNT", "FORWARD", "AT_MOUTH", "OBSTACLES"),
+        "choice": _numbers(settings, "MOUNT FORWARD AT_MOUTH OBSTACLES"),
         "number": _numbers(
-            settings,
-            "NORMAL",
-            "DURATION",
-            "FORCE_LIMIT",
-            "BORE",
-            "WALL",
-            "INTERVAL",
-            "TOLERANCE",
-            "MAX_STEPS",
+            settings, "NORMAL DURATION FORCE_LIMIT BORE WALL INTERVAL TOLERANCE MAX_STEPS"
         ),
-        "counter": _numbers(at, "LO", "STEPS", "EVALUATIONS", "FRAMES", "KEEP"),
-        "clock": _numbers(at, "TIME", "FRAME_TIME"),
-        "account": _numbers(at, "PEAK", "IMPULSE"),
-        "view": _numbers(
-            view, "MAGNETIC", "KINETIC", "TIME", "ADVANCE", "PUSH", "RELEASED", "LOADED"
-        ),
+        "counter": _numbers(at, "LO STEPS EVALUATIONS FRAMES KEEP"),
+        "clock": _numbers(at, "TIME FRAME_TIME"),
+        "account": _numbers(at, "PEAK IMPULSE"),
+        "view": _numbers(view, "MAGNETIC KINETIC TIME ADVANCE PUSH RELEASED LOADED"),
         "progress": _numbers(states, "FOUND"),
-        "outcome": _numbers(outcomes, "REACHED", "RESTED", "PAUSED", "TIMED_OUT"),
+        "outcome": _numbers(outcomes, "REACHED RESTED PAUSED TIMED_OUT"),
         "mounts": list(settings.MOUNTS),
         "statuses": [status.value for status in view.STATUSES],
         "breakdowns": {
@@ -229,15 +265,11 @@ def constants() -> dict[str, Any]:
         "bore": scene.bore,
         "diagonal": scene.casing.diagonal,
         "rounding": ROUNDING,
-        "most": {
-            "remanence": REMANENCE._asdict(),
-            "speed": SPEED._asdict(),
-            "steps": MOST_STEPS,
-        },
+        "most": {"remanence": REMANENCE._asdict(), "speed": SPEED._asdict(), "steps": MOST_STEPS},
         "shortest": memory.LENGTHS[0],
         "longest": memory.LENGTHS[-1],
     }
 
 
-def _numbers(module: Any, *names: str) -> dict[str, int]:
-    return {name: getattr(module, name) for name in names}
+def _numbers(module: Any, names: str) -> dict[str, int]:
+    return {name: getattr(module, name) for name in names.split()}

@@ -4,7 +4,7 @@ The rules are those of `magfold_env.envs`: their kernels, for a single chain.
 """
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from magfold_env.browser.view import RELEASED, View
 from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.state import Array, IntArray, Model
+from magfold_env.engine.workspace import zeros
 from magfold_env.envs.chains.arrays import ChainArrays, component
 from magfold_env.envs.spaces.observation import fill_chain, take_frames
 from magfold_env.envs.tasks import goals
@@ -23,35 +24,24 @@ class Episode(NamedTuple):
     """An episode of one chain of n components, component 1 first."""
 
     arrays: ChainArrays  # of that one
-    row: IntArray  # its number, 0, (1,)
-    noise: Array  # standard normal numbers: of each heading, x and y, (1, 3 n)
-    frames: Array  # what a camera sees, (1, 5 n)
-    entries: NDArray[np.float32]  # of the observation of a chain that is chosen, (14 n − 1,)
-    letter: IntArray  # of the word wanted, 1 L, 0 S, −1 R, the last is none, (n,)
-    words: IntArray  # how many will do, 1, (1,)
-    wanted: Array  # its joint angles, (1, 1, n − 1), and
-    fold: Array  # headings, (1, 1, n) [rad]
-    joint: Array  # scratch: the chain's joint angles, (1, n − 1) [rad]
-    scratch: Array  # (5, n)
-    judged: Array  # potential, score and success, (3, 1)
+    row: Annotated[IntArray, 1]  # its number, 0
+    noise: Annotated[Array, 1, "3 n"]  # standard normal numbers: of each heading, x and y
+    frames: Annotated[Array, 1, "5 n"]  # what a camera sees
+    entries: Annotated[NDArray[np.float32], "14 n - 1"]  # the observation of a chain that is chosen
+    letter: Annotated[IntArray, "n"]  # of the word wanted, 1 L, 0 S, −1 R, the last is none
+    words: Annotated[IntArray, 1]  # how many will do, 1
+    wanted: Annotated[Array, 1, 1, "n - 1"]  # its joint angles, and
+    fold: Annotated[Array, 1, 1, "n"]  # headings [rad]
+    joint: Annotated[Array, 1, "n - 1"]  # scratch: the chain's joint angles [rad]
+    scratch: Annotated[Array, 5, "n"]
+    judged: Annotated[Array, 3, 1]  # potential, score and success
 
-    @classmethod
-    def empty(cls, n: int) -> "Episode":
-        """Return room for an episode."""
-        return cls(
-            arrays=ChainArrays.empty(1, n),
-            row=np.zeros(1, dtype=np.int64),
-            noise=np.zeros((1, 3 * n)),
-            frames=np.zeros((1, 5 * n)),
-            entries=np.zeros(14 * n - 1, dtype=np.float32),
-            letter=np.zeros(n, dtype=np.int64),
-            words=np.ones(1, dtype=np.int64),
-            wanted=np.zeros((1, 1, n - 1)),
-            fold=np.zeros((1, 1, n)),
-            joint=np.zeros((1, n - 1)),
-            scratch=np.zeros((5, n)),
-            judged=np.zeros((3, 1)),
-        )
+
+def new_episode(n: int) -> Episode:
+    """Return room for an episode."""
+    sizes = {"n": n, "n - 1": n - 1, "3 n": 3 * n, "5 n": 5 * n, "14 n - 1": 14 * n - 1}
+    one = np.ones(1, dtype=np.int64)
+    return zeros(Episode, sizes, arrays=ChainArrays.empty(1, n), words=one)
 
 
 @kernel

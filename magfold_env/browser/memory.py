@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.browser.episode import Episode
+from magfold_env.browser.episode import Episode, new_episode
 from magfold_env.browser.settings import MOST_OBSTACLES, Numbers, Settings
 from magfold_env.browser.states import Couplings, Search, new_couplings, new_search
 from magfold_env.browser.tables import FarKit
@@ -19,7 +19,7 @@ from magfold_env.browser.view import View
 from magfold_env.engine import entries as at
 from magfold_env.engine.compile.by_pointer import pointer_types
 from magfold_env.engine.state import Magnets, Model, Record, State, Tables, Work
-from magfold_env.engine.workspace import new_record, new_state, new_work
+from magfold_env.engine.workspace import new_record, new_state, new_work, zeros
 from magfold_env.scene import Scene
 from magfold_env.simulation import far_table
 from magfold_env.simulation.pack import pack, quadrature_of
@@ -62,13 +62,7 @@ class Shared(NamedTuple):
 
 
 def shared_of(scene: Scene) -> Shared:
-    """Return what chains with a scene's magnets share, with what is yet to be made left at zero.
-
-    Raises
-    ------
-    ValueError
-        If tables do not serve its magnets.
-    """
+    """Return what chains with a scene's magnets share, with what is yet to be made left at zero."""
     magnets, part = pack(scene).magnets, scene.magnets
     made = magnets.tables
     if part is None or made.end == 0.0 or made.far.end == 0.0:
@@ -109,10 +103,7 @@ def _far_kit(magnets: Magnets, side: float) -> FarKit:
 
 
 def chain_of(scene: Scene, couplings: Couplings) -> Chain:
-    """Return room for chains as long as a scene's, with what they keep of it.
-
-    ``couplings`` are those of its magnets.
-    """
+    """Return room for chains as long as a scene's, with what they keep of it."""
     n, part = scene.n, scene.magnets
     model = pack(scene)._replace(
         magnets=couplings.magnets, obstacles=np.zeros((at.WALLS + MOST_OBSTACLES, at.RADIUS + 1))
@@ -129,25 +120,10 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
         boxes=_word(work, "boxes", 12),
         probe=_word(probe, "boxes", 12),
     )
-    settings = Settings(
-        pole=np.zeros((n, 4), dtype=np.int64),
-        remanence=np.zeros((n, 4)),
-        face=np.array([part.by_face("width"), part.by_face("height")]),
-        friction=np.zeros(n),
-        start=np.zeros((1, n + 1)),
-        obstacles=np.zeros((MOST_OBSTACLES, 5)),
-        choice=np.zeros(4, dtype=np.int64),
-        number=np.zeros(8),
-        numbers=numbers,
-        headings=np.zeros((1, n)),
-        depth=np.zeros(1),
-    )
-    view = View(
-        np.zeros(n), np.zeros(n), np.zeros(2), np.zeros(2), np.zeros(n, dtype=np.int64),
-        np.zeros(2), np.zeros(5), np.zeros(2, dtype=np.int64),
-    )  # fmt: skip
-    search = new_search(couplings, n)
-    return Chain(model, state, work, probe, record, settings, view, search, Episode.empty(n))
+    face = np.array([part.by_face("width"), part.by_face("height")])
+    settings = zeros(Settings, {"n": n, "n + 1": n + 1}, face=face, numbers=numbers)
+    view, search = zeros(View, {"n": n}), new_search(couplings, n)
+    return Chain(model, state, work, probe, record, settings, view, search, new_episode(n))
 
 
 def _word(packed: Any, name: str, count: int = 1) -> NDArray[Any]:
@@ -184,32 +160,33 @@ class Image(NamedTuple):
 
 
 class Block:
-    """Memory that NamedTuples are packed into.
+    """Memory that NamedTuples are packed into, which must live as long as the block.
 
-    Parameters
-    ----------
-    packed
-        Them.
-    shared
-        The block of what is not this one's own.
+    What they have in common with the ``shared`` block lies there alone.
     """
 
     def __init__(self, packed: tuple[Any, ...], shared: "Block | None" = None) -> None:
         self._data = bytearray()
         self._ranges: dict[int, tuple[int, int]] = {}  # by address: size, and place here
-        self._shared = shared
-        self.names: tuple[str, ...] = cast("Any", packed)._fields
-        self._packed = packed
-        self.roots = {
-            name: self._keep(each.address, bytes(each.words))
-            for name, each in zip(self.names, packed, strict=True)
-        }
-        self.fields: dict[str, Field] = {}
         self._own: list[int] = []
         self._others: list[int] = []
-        for name, each in zip(self.names, packed, strict=True):
-            for word, (field, array) in _arrays(each, name):
-                self._put(self.roots[name] + WORD * word, field, array)
+        self._fields: dict[str, Field] = {}
+        parts: dict[str, Any] = cast("Any", packed)._asdict()
+        self._roots = {
+            name: self._keep(each.address, bytes(each.words)) for name, each in parts.items()
+        }
+        for name, each in parts.items():
+            for word, field, array in _arrays(each, name, self._roots[name]):
+                place = None if shared is None else shared.find(array)
+                if array.size == 0:
+                    place = 0
+                elif place is not None:
+                    self._others.append(word)
+                else:
+                    place = self._put(array)
+                    self._own.append(word)
+                    self._fields[field] = Field(place, TYPES[array.dtype.name], array.shape)
+                self._data[word : word + WORD] = place.to_bytes(WORD, "little")
 
     def _keep(self, address: int, data: bytes) -> int:
         self._data += bytes(-len(self._data) % ALIGNED)
@@ -217,20 +194,6 @@ class Block:
         self._ranges[address] = len(data), place
         self._data += data
         return place
-
-    def _put(self, word: int, field: str, array: NDArray[Any]) -> None:
-        """Put an array's address where its word lies, and its data where they are not yet."""
-        place = 0
-        if array.size > 0:
-            found = None if self._shared is None else self._shared.find(array)
-            if found is not None:
-                place = found
-                self._others.append(word)
-            else:
-                place = self.place(array)
-                self._own.append(word)
-                self.fields[field] = Field(place, TYPES[array.dtype.name], array.shape)
-        self._data[word : word + WORD] = place.to_bytes(WORD, "little")
 
     def find(self, array: NDArray[Any]) -> int | None:
         """Return where an array's data lie here, if they do."""
@@ -240,7 +203,7 @@ class Block:
                 return place + address - first
         return None
 
-    def place(self, array: NDArray[Any]) -> int:
+    def _put(self, array: NDArray[Any]) -> int:
         """Return where an array's data lie, having put them there."""
         found = self.find(array)
         if found is not None:
@@ -251,7 +214,7 @@ class Block:
         if not owner.flags.c_contiguous:
             raise ValueError("arrays that are packed must be C-contiguous")
         self._keep(owner.ctypes.data, owner.tobytes())
-        return cast("int", self.find(array))
+        return self._put(array)
 
     def image(self) -> Image:
         """Return the block as it is kept."""
@@ -262,20 +225,20 @@ class Block:
         pieces = [(int(a), int(b - a)) for a, b in zip(first, last, strict=True)]
         data = b"".join(self._data[place : place + size] for place, size in pieces)
         size = -(-len(self._data) // ALIGNED) * ALIGNED
-        return Image(size, data, pieces, self._own, self._others, self.roots, self.fields)
+        return Image(size, data, pieces, self._own, self._others, self._roots, self._fields)
 
 
-def _arrays(packed: Any, name: str, word: int = 0) -> Iterator[tuple[int, tuple[str, Any]]]:
-    """Yield the words of a marked NamedTuple that are addresses, and whose arrays' they are."""
+def _arrays(packed: Any, name: str, word: int) -> Iterator[tuple[int, str, NDArray[Any]]]:
+    """Yield where the addresses lie in a marked NamedTuple at a word, and the arrays' names."""
     for field, value in zip(packed._fields, packed, strict=True):
         if isinstance(value, np.ndarray):
-            yield word, (f"{name}.{field}", value)
-            word += 1 + value.ndim
+            yield word, f"{name}.{field}", value
+            word += WORD * (1 + value.ndim)
         elif isinstance(value, tuple):
             yield from _arrays(value, f"{name}.{field}", word)
-            word += len(cast("Any", value).words) // WORD
+            word += len(cast("Any", value).words)
         else:
-            word += 1
+            word += WORD
 
 
 def images() -> tuple[Image, dict[int, Image]]:

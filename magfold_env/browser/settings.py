@@ -7,7 +7,7 @@ with arrays that they make, is done without, and tests compare every bit.
 """
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from magfold_env.browser.view import BEFORE, IMPULSE, View
 from magfold_env.engine import entries as at
@@ -16,7 +16,7 @@ from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.elementary import sincos
-from magfold_env.engine.state import Array, IntArray, Model, State, Work
+from magfold_env.engine.state import Array, IntArray, Model, PerBody, State, Work
 from magfold_env.scene import numbers
 from magfold_env.simulation.pack import TURNED
 
@@ -70,17 +70,17 @@ class Settings(NamedTuple):
     Masses and speeds of the feed are written where kernels read them.
     """
 
-    pole: IntArray  # outward poles of the faces, 1 N, −1 S, 0 no magnet, (n, 4)
-    remanence: Array  # (n, 4) [T]
+    pole: Annotated[IntArray, "n", 4]  # outward poles of the faces, 1 N, −1 S, 0 no magnet
+    remanence: Annotated[Array, "n", 4]  # [T]
     face: Array  # widths and heights of the pole faces, (2, 4) [m]
-    friction: Array  # in the engine's order, as are masses, speeds and the start, (n,)
-    start: Array  # joint angles [rad], or in a tube the hinges' offsets [m], (1, n + 1)
-    obstacles: Array  # (MOST_OBSTACLES, 5)
-    choice: IntArray  # (4,)
-    number: Array  # (8,)
+    friction: PerBody  # in the engine's order, as are masses, speeds and the start
+    start: Annotated[Array, 1, "n + 1"]  # joint angles [rad], or in a tube the hinges' offsets [m]
+    obstacles: Annotated[Array, MOST_OBSTACLES, 5]
+    choice: Annotated[IntArray, 4]
+    number: Annotated[Array, 8]
     numbers: Numbers
-    headings: Array  # scratch: those of a chain in the tube, (1, n), and
-    depth: Array  # its length, (1,)
+    headings: Annotated[Array, 1, "n"]  # scratch: those of a chain in the tube, and
+    depth: Annotated[Array, 1]  # its length
 
 
 @inlined

@@ -6,7 +6,7 @@ lies in its arrays.
 """
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,16 @@ from magfold_env.browser.settings import Settings, face_charge
 from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets import pairs
-from magfold_env.engine.state import Array, IntArray, Magnets, Nodes, Pose
-from magfold_env.engine.workspace import new_nodes
+from magfold_env.engine.state import (
+    Array,
+    IntArray,
+    IntPerBody,
+    Magnets,
+    Nodes,
+    PerBody,
+    Pose,
+)
+from magfold_env.engine.workspace import new_nodes, zeros
 from magfold_env.minimiser.arms import PairTable, pair_energy
 from magfold_env.minimiser.couplings import FACES
 from magfold_env.minimiser.energies import TIE
@@ -37,9 +45,10 @@ class Couplings(NamedTuple):
 
     magnets: Magnets
     half: Array  # half a casing's diagonal, (1,) [m]
-    energy: Array  # of faces of unit charge by cell and quarter turns, (x, y, 4, 4, 4) [J/(A·m)²]
-    known: IntArray  # 1 where that is filled in, (x, y, 4)
-    charge: Array  # scratch: those of two components, (2, 4)
+    energy: Annotated[Array, "cells", "cells", 4, FACES, FACES]
+    """Of faces of unit charge by cell and quarter turns [J/(A·m)²]."""
+    known: Annotated[IntArray, "cells", "cells", 4]  # 1 where that is filled in
+    charge: Annotated[Array, 2, FACES]  # scratch: those of two components
     pose: Pose  # and where they lie, (2,) each
     nodes: Nodes
 
@@ -49,18 +58,18 @@ class Search(NamedTuple):
     """All words of a chain of n components, component 1 first, and the best of them so far."""
 
     coupling: Array  # `Couplings.energy`
-    charge: Array  # of the faces, (n, 4) [A·m]
-    unit: Array  # of energy: so close are equal ones, (1,) [J]
-    x: IntArray  # cells of the components that are laid, and their headings, (n,)
-    y: IntArray
-    quarter: IntArray
-    component: IntArray
-    tried: IntArray  # letters of the joint behind each that were tried, (n,)
-    energy: Array  # of the components up to each, (n,) [J]
-    best: Array  # energies of the states found, the lowest first, (MOST,) [J]
-    letter: IntArray  # 1 L, 0 S, −1 R, (MOST, n)
-    stable: IntArray  # whether they are folded, and no equal poles touch, (MOST,)
-    progress: IntArray  # (2,)
+    charge: Annotated[Array, "n", FACES]  # of the faces [A·m]
+    unit: Annotated[Array, 1]  # of energy: so close are equal ones [J]
+    x: IntPerBody  # cells of the components that are laid, and their headings
+    y: IntPerBody
+    quarter: IntPerBody
+    component: IntPerBody
+    tried: IntPerBody  # letters of the joint behind each that were tried
+    energy: PerBody  # of the components up to each [J]
+    best: Annotated[Array, MOST]  # energies of the states found, the lowest first [J]
+    letter: Annotated[IntArray, MOST, "n"]  # 1 L, 0 S, −1 R
+    stable: Annotated[IntArray, MOST]  # whether they are folded, and no equal poles touch
+    progress: Annotated[IntArray, 2]
 
 
 def new_couplings(magnets: Magnets, length: float, longest: int) -> Couplings:
@@ -68,32 +77,13 @@ def new_couplings(magnets: Magnets, length: float, longest: int) -> Couplings:
 
     ``length`` is that of a component from hinge to hinge [m].
     """
-    width = 4 * (longest - 1) + 1
-    return Couplings(
-        magnets=magnets,
-        half=np.array([0.5 * length]),
-        energy=np.zeros((width, width, 4, FACES, FACES)),
-        known=np.zeros((width, width, 4), dtype=np.int64),
-        charge=np.zeros((2, FACES)),
-        pose=Pose(*np.zeros((4, 2))),
-        nodes=new_nodes(magnets, 2),
-    )
+    sizes, half = {"cells": 4 * (longest - 1) + 1, "n": 2}, np.array([0.5 * length])
+    return zeros(Couplings, sizes, magnets=magnets, half=half, nodes=new_nodes(magnets, 2))
 
 
 def new_search(couplings: Couplings, n: int) -> Search:
     """Return room for a search of chains of n components."""
-    x, y, quarter, component, tried = np.zeros((5, n), dtype=np.int64)
-    return Search(
-        coupling=couplings.energy,
-        charge=np.zeros((n, FACES)),
-        unit=np.zeros(1),
-        x=x, y=y, quarter=quarter, component=component, tried=tried,
-        energy=np.zeros(n),
-        best=np.zeros(MOST),
-        letter=np.zeros((MOST, n), dtype=np.int64),
-        stable=np.zeros(MOST, dtype=np.int64),
-        progress=np.zeros(2, dtype=np.int64),
-    )  # fmt: skip
+    return zeros(Search, {"n": n}, coupling=couplings.energy)
 
 
 @kernel

@@ -1,7 +1,7 @@
 """What a page sees of a chain: how it lies, its letters, its energies and how its run ended."""
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
@@ -9,7 +9,16 @@ from magfold_env.engine.chain import feed
 from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets.chain import magnet_energy, potential_energy
-from magfold_env.engine.state import Array, IntArray, Model, Record, State, Work
+from magfold_env.engine.state import (
+    Array,
+    IntArray,
+    IntPerBody,
+    Model,
+    PerBody,
+    Record,
+    State,
+    Work,
+)
 from magfold_env.fold import FoldStatus
 from magfold_env.simulation.endings import FOLDED_WITHIN
 from magfold_env.simulation.view import public_state
@@ -34,14 +43,14 @@ AT_MOUTH = 1e-6  # sides by which a leading hinge is outside, see `fold.loaded`
 class View(NamedTuple):
     """A chain at one moment, component 1 first; see `simulation.view.ChainState`."""
 
-    heading: Array  # (n,) [rad]
-    rate: Array  # (n,) [rad/s]
-    base: Array  # (2,) [m]
-    velocity: Array  # of the base, (2,) [m/s]
-    letter: IntArray  # of joints, 1 L, 0 S, −1 R; the last is none, (n,)
-    energy: Array  # (2,)
-    feed: Array  # (5,)
-    number: IntArray  # (2,)
+    heading: PerBody  # [rad]
+    rate: PerBody  # [rad/s]
+    base: Annotated[Array, 2]  # [m]
+    velocity: Annotated[Array, 2]  # of the base [m/s]
+    letter: IntPerBody  # of joints, 1 L, 0 S, −1 R; the last is none
+    energy: Annotated[Array, 2]
+    feed: Annotated[Array, 5]
+    number: Annotated[IntArray, 2]
 
 
 @kernel

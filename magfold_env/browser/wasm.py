@@ -16,10 +16,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import llvmlite.binding as llvm
 import numba
@@ -37,6 +37,7 @@ LINKERS = ("wasm-ld", "wasm-ld-22", "wasm-ld-21", "wasm-ld-20", "wasm-ld-19")
 NO_LINKER = f"needs a linker for WebAssembly: {pip_install('browser')}, or Debian's package lld"
 
 _KINDS = {"int64": ("i64", "i32"), "float64": ("double", "double")}  # in kernels, and outside
+_POINTER = ("ptr", "ptr")
 # The upper half of a product of 64 bits, for quotients by constants: in halves of 32 bits.
 _MULTIPLY = """
 define i128 @__multi3(i128 %a, i128 %b) noinline optnone {
@@ -81,13 +82,9 @@ define i128 @__multi3(i128 %a, i128 %b) noinline optnone {
 """
 
 
-class Export(NamedTuple):
-    """A kernel that a module shows to the outside."""
-
-    kernel: Any
-    """That takes marked NamedTuples and numbers, and returns a number or nothing."""
-    arguments: tuple[Any, ...]
-    """Examples of what it takes."""
+Exports = Mapping[str, tuple[Any, tuple[Any, ...]]]
+"""By name, kernels that a module shows to the outside, and examples of what they take: marked
+NamedTuples and numbers. They return a number or nothing."""
 
 
 @jit.kernel
@@ -153,15 +150,11 @@ def exponential(x: float) -> float:
     return np.int64(bits).view(np.float64)
 
 
-# What stands for LLVM's intrinsics, and a library's functions.
+# What stands for a library's functions, and for LLVM's intrinsics of these names.
 _INSTEAD: dict[str, tuple[Any, int]] = {
-    "llvm.fma.f64": (fused, 3),
-    "llvm.sin.f64": (sine, 1),
-    "llvm.cos.f64": (cosine, 1),
     "sin": (sine, 1),
     "cos": (cosine, 1),
     "fma": (fused, 3),
-    "llvm.exp.f64": (exponential, 1),
     "exp": (exponential, 1),
     "atan2": (arctangent, 2),
 }
@@ -176,16 +169,11 @@ def linker() -> list[str] | None:
     return None if found is None else [found]
 
 
-def module(exports: Mapping[str, Export]) -> bytes:
+def module(exports: Exports) -> bytes:
     """Return a WebAssembly module of some kernels and all that they call.
 
     Integers that they take or return have 32 bits outside, and addresses are numbers. It shows its
     memory, and from which address on (``__heap_base``) that is free.
-
-    Raises
-    ------
-    RuntimeError
-        If there is no linker, or kernels call what the module does not have.
     """
     command = linker()
     if command is None:
@@ -203,7 +191,7 @@ def module(exports: Mapping[str, Export]) -> bytes:
         return target.read_bytes()
 
 
-def _program(exports: Mapping[str, Export]) -> str:
+def _program(exports: Exports) -> str:
     """Return all code in LLVM's language, before it is optimised."""
     parts: dict[Any, str] = {}  # in the order in which it was lowered
 
@@ -217,9 +205,10 @@ def _program(exports: Mapping[str, Export]) -> str:
     shown = ""
     for name, (kernel, arguments) in exports.items():
         signature = tuple(numba.typeof(each) for each in arguments)
-        inner = lowered(kernel, signature)
-        result = _lowered(kernel, signature).signature.return_type
-        shown += _wrapped(name, inner, signature, result)
+        inner, kinds = lowered(kernel, signature), [str(each) for each in signature]
+        given = ", ".join(["ptr", "ptr", *(_KINDS.get(kind, _POINTER)[0] for kind in kinds)])
+        result = str(_lowered(kernel, signature).signature.return_type)
+        shown += f'declare i32 @"{inner}"({given})\n' + _caller(name, inner, kinds, result)
     own = {
         name: lowered(kernel, (types.float64,) * count)
         for name, (kernel, count) in _INSTEAD.items()
@@ -233,10 +222,12 @@ def _program(exports: Mapping[str, Export]) -> str:
         text += f"\ndeclare double @{_ROOT}(double)\n"
     for name, (_, count) in _INSTEAD.items():
         stand_in = f"magfold.{name}"
-        used = re.compile(rf"(call [^@\n]*double) @(?:{re.escape(name)}|\"{re.escape(name)}\")\(")
+        used = re.compile(rf'(call [^@\n]*double) @"?(?:{name}|llvm\.{name}\.f64)"?\(')
         text, times = used.subn(rf'\1 @"{stand_in}"(', text)
         if times:
-            text += _stand_in(stand_in, own[name], count)
+            text += _caller(
+                stand_in, own[name], ["float64"] * count, "float64", "internal", "alwaysinline"
+            )
     return text + _MULTIPLY
 
 
@@ -269,52 +260,41 @@ def _machine() -> Any:
     return target.create_target_machine(opt=3, reloc="static", features=FEATURES)
 
 
-def _wrapped(name: str, inner: str, signature: tuple[Any, ...], result: Any) -> str:
-    """Return a function that calls a kernel as numba does, for callers that know nothing of it."""
-    given, passed, widened = [], [], []
-    for k, each in enumerate(signature):
-        inside, outside = _KINDS.get(str(each), ("ptr", "ptr"))
+def _caller(
+    name: str, inner: str, kinds: Sequence[str], result: str, linkage: str = "", how: str = ""
+) -> str:
+    """Return a function that calls a kernel as numba does, for callers that know nothing of it.
+
+    ``kinds`` and ``result`` are numba's types of what it takes and returns.
+    """
+    given, passed, lines = [], ["ptr %out", "ptr %error"], []
+    for k, kind in enumerate(kinds):
+        inside, outside = _KINDS.get(kind, _POINTER)
         given.append(f"{outside} %a{k}")
         wide = inside != outside
         if wide:
-            widened.append(f"  %w{k} = sext {outside} %a{k} to {inside}")
+            lines.append(f"  %w{k} = sext {outside} %a{k} to {inside}")
         passed.append(f"{inside} %{'w' if wide else 'a'}{k}")
-    kind, shown = _KINDS.get(str(result), ("ptr", "void"))
-    returned = ["  ret void"]
-    if shown != "void":
-        value = "%value" if kind == shown else "%short"
-        returned = [f"  %value = load {kind}, ptr %out"]
-        if kind != shown:
-            returned.append(f"  %short = trunc {kind} %value to {shown}")
-        returned.append(f"  ret {shown} {value}")
-    types_ = ", ".join(["ptr", "ptr", *(each.split()[0] for each in passed)])
-    lines = [
-        f'declare i32 @"{inner}"({types_})',
-        f"define {shown} @{name}({', '.join(given)}) {{",
-        f"  %out = alloca {kind}",
-        "  %error = alloca ptr",
-        *widened,
-        f'  %status = call i32 @"{inner}"({", ".join(["ptr %out", "ptr %error", *passed])})',
-        *returned,
-        "}",
-    ]
-    return "\n" + "\n".join(lines) + "\n"
+    inside, outside = _KINDS.get(result, ("ptr", "void"))
+    lines.append(f'  %status = call i32 @"{inner}"({", ".join(passed)})')
+    if outside != "void":
+        lines.append(f"  %value = load {inside}, ptr %out")
+    if outside == "i32":
+        lines.append(f"  %short = trunc {inside} %value to i32")
+    returned = {"void": "", "i32": "%short"}.get(outside, "%value")
+    return "\n".join(
+        [
+            f'define {linkage} {outside} @"{name}"({", ".join(given)}) {how} {{',
+            f"  %out = alloca {inside}",
+            "  %error = alloca ptr",
+            *lines,
+            f"  ret {outside} {returned}",
+            "}\n",
+        ]
+    )
 
 
-def _stand_in(name: str, inner: str, count: int) -> str:
-    given = ", ".join(f"double %a{k}" for k in range(count))
-    return f"""
-define internal double @"{name}"({given}) alwaysinline {{
-  %out = alloca double
-  %error = alloca ptr
-  %status = call i32 @"{inner}"(ptr %out, ptr %error, {given})
-  %value = load double, ptr %out
-  ret double %value
-}}
-"""
-
-
-def _object(text: str, exports: Mapping[str, Export]) -> bytes:
+def _object(text: str, exports: Exports) -> bytes:
     """Return a file of machine code that defines some functions and shows no others."""
     program = llvm.parse_assembly(text)
     program.verify()

@@ -1,29 +1,28 @@
 """The `magfold` command: simulate folds, rank their energies, design sequences, measure."""
 
+from importlib import import_module
 from importlib.metadata import version
+from importlib.util import find_spec
 from typing import Annotated, Any, cast
 
 import typer
 
-from magfold_env.cli import (
-    design,
-    ensemble,
-    fold,
-    hold,
-    lab,
-    measurement,
-    minimise,
-    options,
-    scenes,
-    score,
-    sweep,
-    warmup,
-)
+from magfold_env.cli import options
+from magfold_env.cli.design import design
+from magfold_env.cli.ensemble import ensemble
+from magfold_env.cli.fold import fold
+from magfold_env.cli.holding import holding
+from magfold_env.cli.lab import lab
+from magfold_env.cli.minimise import minimise
+from magfold_env.cli.scenes import scenes
+from magfold_env.cli.score import score
+from magfold_env.cli.sweep import sweep
+from magfold_env.cli.warmup import warmup
 
-app = options.Application(no_args_is_help=True)
+app = options.application(no_args_is_help=True)
 
 
-def _tell_version(asked: bool) -> None:
+def _show_version(asked: bool) -> None:
     if asked:
         typer.echo(f"magfold_env {version('magfold_env')}")
         raise typer.Exit
@@ -33,25 +32,13 @@ def _tell_version(asked: bool) -> None:
 def main(
     _: Annotated[
         bool,
-        typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell the version."),
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
     ] = False,
 ) -> None:
     """Self-folding chains of magnets."""
     options.end_long_compilations()
 
 
-for _command in (
-    fold.fold,
-    hold.hold,
-    minimise.minimise,
-    ensemble.ensemble,
-    sweep.sweep,
-    design.design,
-):
-    app.command()(_command)
-
-
-@app.command()
 def play(
     *,
     target: Annotated[
@@ -93,9 +80,36 @@ def play(
             env.close()
 
 
-app.command()(score.score)
-app.command()(warmup.warmup)
-app.command()(lab.lab)
-app.command()(scenes.scenes)
+for _command in (
+    fold, holding, minimise, ensemble, sweep, design, play, score, warmup, lab, scenes
+):  # fmt: skip
+    app.command()(_command)
+# The former name of `holding`, for one release.
+app.command("hold", hidden=True, deprecated=True)(holding)
 
-measurement.add_to(app)
+HOW_TO_GET = (
+    "the wheel does not contain it; clone the repository of magfold_env, install it there with "
+    "`pip install -e .` and run `python -m magfold_bench`"
+)
+
+
+def add_measurement(app: typer.Typer) -> None:
+    """Add bench, stress and paper; without a checkout, they print how to get them."""
+    if find_spec("magfold_bench") is not None:
+        found = import_module("magfold_bench.commands")
+        app.command()(found.stress)
+        app.command()(found.paper)
+        app.add_typer(found.bench, name="bench")
+        return
+
+    def missing(context: typer.Context) -> None:
+        """Measure the package; needs a checkout of its repository."""
+        typer.echo(f"error: {context.info_name}: {HOW_TO_GET}", err=True)
+        raise typer.Exit(2)
+
+    settings = {"ignore_unknown_options": True, "allow_extra_args": True}
+    for name in ("bench", "stress", "paper"):
+        app.command(name, context_settings=settings)(missing)
+
+
+add_measurement(app)

@@ -37,7 +37,7 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
         changed = changed_scene(
             load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread
         )
-        with options.progress_of(runs, text=False, count=True) as tell:
+        with options.progress_of(runs) as tell:
             made = releases.ensemble(
                 changed,
                 runs,
@@ -46,7 +46,7 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
                 backend=cast("Any", backend),
                 address=address,
                 state=None if out is None else out / "state",
-                progress=lambda made, total: tell(made),
+                progress=lambda made, _: tell(made),
             )
         show(made)
     draw = options.drawing("draw_ensemble", made)
@@ -79,14 +79,8 @@ def changed_scene(
 ) -> Scene:
     """Return the scene that the options of a command ask for; None leaves it as it is.
 
-    A spread of ``start_angles`` also removes given start angles.
-
-    Raises
-    ------
-    SceneError
-        If an option is not allowed.
-    ValueError
-        If there is a speed or a direction and no tube.
+    A spread of ``start_angles`` also removes given start angles. A speed or a direction is refused
+    if there is no tube.
     """
     if mode is not None:
         scene = releases.release(scene, cast("Any", mode))

@@ -44,8 +44,6 @@ def fold(  # noqa: PLR0913 - one parameter an option
         )
         if gif or png or sheet:
             options.need_render(charts=sheet is not None)
-        if sheet is not None:
-            check_sheet(sheet)
         rate = FRAME_RATE if gif or html else None
 
         def show(moment: float, released: int) -> None:
@@ -66,16 +64,6 @@ def fold(  # noqa: PLR0913 - one parameter an option
     )
     if result.status is FoldStatus.FAILED:
         raise typer.Exit(1)
-
-
-def check_sheet(path: Path) -> None:
-    """Fail before the long work if the sheet's name has no known suffix."""
-    from magfold_env.render.sheets import check_suffix  # noqa: PLC0415 - an extra
-
-    try:
-        check_suffix(path)
-    except ValueError as error:
-        raise ValueError(f"--sheet: {error}") from None
 
 
 def fold_rows(fold: Fold, taken: float) -> dict[str, str]:

@@ -4,7 +4,6 @@ import json as jsons
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict
-from itertools import product
 from typing import Annotated, Any, cast
 
 import typer
@@ -16,15 +15,7 @@ from magfold_env.files import write_text
 from magfold_env.reporting.tables import joined_pairs, letters
 from magfold_env.scene import Scene, load_scene
 
-MODES = ("forward", "backward")
-TABLE_1: dict[int, dict[minimiser.Mode, str]] = {
-    1: {"forward": "S1A", "backward": "S1C"},
-    2: {"forward": "S2B", "backward": "S2B"},
-    3: {"forward": "S3A", "backward": "S3A"},
-}
-"""Results of the paper's component-by-component search, by sequence and direction."""
-MOST_NAMED = 26
-"""Number of named states of one of the paper's sequences, one letter each."""
+MODES: tuple[minimiser.Mode, ...] = ("forward", "backward")
 
 
 def minimise(
@@ -53,7 +44,7 @@ def minimise(
             tell(1.0, "component by component")
             feeds = _feeds(loaded)
     decisions = [decisions_table(found)] if found.decisions else []
-    options.show(states_table(found), *decisions, one_by_one_table(loaded, feeds))
+    options.show(states_table(found), *decisions, one_by_one_table(feeds))
     options.save(
         (png, options.drawing("draw_states", loaded, found.states)),
         (json, lambda path: write_text(path, to_json(loaded, found, *feeds))),
@@ -109,30 +100,18 @@ def decisions_table(found: minimiser.Minimum) -> Table:
     return table
 
 
-def one_by_one_table(scene: Scene, feeds: Sequence[minimiser.Minimum]) -> Table:
-    """Return the results of component-by-component searches beside the paper's Table 1.
-
-    The paper calls the stable states of sequence k SkA, SkB, ... by ascending energy.
-    """
-    known = product(("sequence", "alternative"), TABLE_1)
-    shipped = {load_scene(f"paper/{name}-{k}").sequence: k for name, k in known}
-    number = shipped.get(scene.sequence)
-    title, columns = "Component-by-component search", ["direction", "word", "energy", "conflicts"]
-    names: dict[str, str] = {}
-    if number is not None:
-        title += " (the paper's Table 1)"
-        columns += ["state", "in the paper"]
-        stable = minimiser.minimise(scene, top=MOST_NAMED, among="stable").states
-        names = {s.word: f"S{number}{letters(k)}" for k, s in enumerate(stable)}
+def one_by_one_table(feeds: Sequence[minimiser.Minimum]) -> Table:
+    """Return the results of component-by-component searches."""
     shut = "A direction that is missing shuts itself in: every letter overlaps."
-    table = _table(title, columns, None if len(feeds) == len(MODES) else shut)
+    table = _table(
+        "Component-by-component search",
+        ("direction", "word", "energy", "conflicts"),
+        None if len(feeds) == len(MODES) else shut,
+    )
     for found in feeds:
         state = found.best
         conflicts = joined_pairs(state.conflicts) or "none"
-        cells = [found.mode, state.word, options.millijoules(state.energy), conflicts]
-        if number is not None:
-            cells += [names.get(state.word, "not stable"), TABLE_1[number][found.mode]]
-        table.add_row(*cells)
+        table.add_row(found.mode, state.word, options.millijoules(state.energy), conflicts)
     return table
 
 

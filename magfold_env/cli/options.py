@@ -14,8 +14,6 @@ from tempfile import TemporaryFile
 from typing import Annotated, Any
 
 import typer
-import typer.core
-from pydantic import BaseModel, ValidationError
 from rich import progress
 from rich.console import Console, RenderableType
 from rich.markup import escape
@@ -24,7 +22,7 @@ from rich.status import Status
 from rich.table import Table
 
 from magfold_env.engine.compile import jit
-from magfold_env.scene.errors import SceneError, problems_of
+from magfold_env.scene import SceneError
 
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
 Mode = Annotated[str, typer.Option(help="free, forward or backward.")]
@@ -59,71 +57,25 @@ Results = Annotated[
     Path, typer.Option(help="Folder of the results; an interrupted command continues there.")
 ]
 
-SUFFIXES = {"--gif": ".gif", "--png": ".png", "--html": ".html", "--json": ".json"}
-"""Required suffixes of the files that options name."""
+SUFFIXES = {
+    "--gif": (".gif",),
+    "--png": (".png",),
+    "--html": (".html",),
+    "--json": (".json",),
+    "--sheet": (".pdf", ".png"),
+}
+"""Allowed suffixes of the files that options name."""
 
 STUBBORN = 3.0  # [s] time allowed for a compiler to stop
 FILE_WIDTH = 150  # of wide tables that are not written to a terminal
 WIDEST = 10_000  # of any table
 
 
-_UsageError: Any = typer.BadParameter.__base__
-"""Classes of click, or of the copy that newer versions of typer contain."""
-
-
-class _Group(typer.core.TyperGroup):
-    """A group of commands; an unknown command gives an error of one line."""
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        with _misuse_in_one_line():
-            return super().resolve_command(ctx, args)
-
-    def make_context(self, *args: Any, **options: Any) -> Any:
-        with _misuse_in_one_line():
-            return super().make_context(*args, **options)
-
-
-class _Command(typer.core.TyperCommand):
-    """A command; wrong options and arguments give an error of one line."""
-
-    def make_context(self, *args: Any, **options: Any) -> Any:
-        with _misuse_in_one_line():
-            return super().make_context(*args, **options)
-
-
-class Application(typer.Typer):
-    """A command line without subcommands; wrong use gives an error of one line."""
-
-    def __init__(self, **settings: Any) -> None:
-        super().__init__(
-            cls=_Group,
-            add_completion=False,
-            rich_markup_mode=None,
-            pretty_exceptions_enable=False,
-            **settings,
-        )
-
-    def command(self, name: str | None = None, **settings: Any) -> Any:
-        """Return the decorator that registers a command; see `typer.Typer.command`."""
-        return super().command(name, cls=_Command, **settings)
-
-
-@contextmanager
-def _misuse_in_one_line() -> Generator[None]:
-    """Print usage errors of typer like other errors; let help pages pass."""
-    try:
-        yield
-    except _UsageError as error:
-        if type(error).__name__ == "NoArgsIsHelpError":
-            raise
-        told = error.format_message()
-        option = getattr(error, "param", None)
-        if option is not None and isinstance(error.__cause__, ValidationError):
-            (problem, *_) = problems_of(error.__cause__, BaseModel)
-            allowed = problem.allowed.split(", unable to parse")[0]
-            told = str(problem._replace(key=option.opts[-1], allowed=allowed))
-        typer.echo(f"error: {told.rstrip('.?')}; see {error.ctx.command_path} --help", err=True)
-        raise typer.Exit(error.exit_code) from None
+def application(**settings: Any) -> typer.Typer:
+    """Return a command line, yet without commands."""
+    return typer.Typer(
+        add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False, **settings
+    )
 
 
 @cache
@@ -175,13 +127,17 @@ def errors_in_one_line(
 def check_outputs(paths: Mapping[str, Path | None]) -> None:
     """Fail before the long work if the path of a result cannot be written."""
     for option, path in paths.items():
-        if path is not None and not path.parent.is_dir():
-            raise ValueError(f"{option}: {str(path)!r} is not allowed; its folder must exist")
-        if path is not None and path.is_dir():
-            raise ValueError(f"{option}: {str(path)!r} is not allowed; must not be a folder")
-        suffix = SUFFIXES.get(option)
-        if path is not None and suffix is not None and path.suffix.lower() != suffix:
-            raise ValueError(f"{option}: {str(path)!r} is not allowed; must end in {suffix}")
+        if path is None:
+            continue
+        allowed, suffixes = "", SUFFIXES.get(option)
+        if not path.parent.is_dir():
+            allowed = "its folder must exist"
+        elif path.is_dir():
+            allowed = "must not be a folder"
+        elif suffixes is not None and path.suffix.lower() not in suffixes:
+            allowed = f"must end in {' or '.join(suffixes)}"
+        if allowed:
+            raise ValueError(f"{option}: {str(path)!r} is not allowed; {allowed}")
 
 
 def check_folder(option: str, path: Path | None) -> None:
@@ -255,32 +211,22 @@ def busy(what: str) -> Status:
     return Console(stderr=True).status(f"{what} ...")
 
 
-def progress_bar(*, text: bool = True, count: bool = False) -> progress.Progress:
+def progress_bar() -> progress.Progress:
     """Return a progress bar on stderr, if it is a terminal, that disappears when the work is done.
 
-    It shows the elapsed time, a description if ``text``, and the completed count and remaining time
-    if ``count``.
+    It shows a description, the share that is done, and the elapsed and remaining times.
     """
-    columns: list[progress.ProgressColumn] = []
-    if text:
-        columns.append(progress.TextColumn("{task.description}"))
-    columns.append(progress.BarColumn())
-    if count:
-        columns += [progress.MofNCompleteColumn(), progress.TimeRemainingColumn()]
-    else:
-        columns.append(progress.TimeElapsedColumn())
     console = Console(stderr=True)
     return progress.Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    )
+        *progress.Progress.get_default_columns(), progress.TimeElapsedColumn(),
+        console=console, transient=True, disable=not console.is_terminal,
+    )  # fmt: skip
 
 
 @contextmanager
-def progress_of(
-    total: float, *, text: bool = True, count: bool = False
-) -> Generator[Callable[..., None]]:
+def progress_of(total: float) -> Generator[Callable[..., None]]:
     """Yield a function that updates the share and description of one task; see `progress_bar`."""
-    with progress_bar(text=text, count=count) as bar:
+    with progress_bar() as bar:
         task = bar.add_task("", total=total)
 
         def tell(done: float, what: str = "") -> None:

@@ -26,21 +26,12 @@ _PLAIN = {
     "boolean": ("true or false", "truth values"),
     "null": ("null", "nulls"),
 }
-_HEADINGS = ("key", "allowed", "unit", "default", "meaning")
 _PAPER = """\
 To reproduce the paper, use paper/alternative-k, which meets
 20 of 23 statements of its text. paper/sequence-k has the paper's
 magnets and friction and a slow feed, and meets 13. In -strong, magnets
 are stronger on a smoother floor. -literal is the paper's own model."""
 _NULL = "`null` in a file is `None` in Python."
-_PAGE = f"""# All keys of a scene
-
-This page lists every key of a scene, in a YAML file and in `mf.Scene`. A dot separates a group and
-its key: `casing.side` is `casing: {{side: 0.0125}}` in a file and `casing={{"side": 0.0125}}` in
-Python. {_NULL} Keys that you leave out have their defaults. A chain has n
-components. `magfold scenes --keys` prints this table.
-
-"""
 
 
 class Key(NamedTuple):
@@ -56,21 +47,15 @@ class Key(NamedTuple):
 def scenes(
     *,
     keys: Annotated[bool, typer.Option("--keys", help="List all keys of a scene instead.")] = False,
-    markdown: Annotated[bool, typer.Option("--markdown", help="Keys as a page.")] = False,
 ) -> None:
     """List the shipped scenes."""
-    with options.errors_in_one_line():
-        if markdown and not keys:
-            raise ValueError("--markdown: True is not allowed without --keys")
-        if markdown:
-            typer.echo(page(), nl=False)
-        elif keys:
-            _show_keys()
-        else:
-            _show_scenes()
-
-
-def _show_scenes() -> None:
+    if keys:
+        table = options.table("Keys of a scene", dict.fromkeys(Key._fields, False), _NULL)
+        table.columns[0].no_wrap = True
+        for key in scene_keys():
+            table.add_row(*map(escape, key))
+        options.wide_console().print(table)
+        return
     columns = {"name": False, "n": True}
     columns |= dict.fromkeys(("mount", "magnets", "solver", "sequence"), False)
     table = options.table("Shipped scenes", columns, _PAPER)
@@ -80,25 +65,6 @@ def _show_scenes() -> None:
         cells = (name, str(scene.n), scene.mount, magnets, scene.solver.method)
         table.add_row(*cells, " ".join(scene.sequence))
     options.show(table)
-
-
-def _show_keys() -> None:
-    table = options.table("Keys of a scene", dict.fromkeys(_HEADINGS, False), _NULL)
-    table.columns[0].no_wrap = True
-    for key in scene_keys():
-        table.add_row(*map(escape, key))
-    options.wide_console().print(table)
-
-
-def page() -> str:
-    """Return the page that lists all keys, as Markdown."""
-    # There is no column of units, which leaves room for the descriptions.
-    rows = [("key", "allowed", "default", "meaning"), ("---",) * 4]
-    for key in scene_keys():
-        unit = f" [{key.unit}]" if key.unit else ""
-        rows.append((f"`{key.key}`", key.allowed + unit, key.default, key.meaning))
-    lines = ("| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows)
-    return _PAGE + "".join(f"{line}\n" for line in lines)
 
 
 def scene_keys() -> Iterator[Key]:

@@ -43,7 +43,7 @@ def score(
     """
     with options.errors_in_one_line():
         options.check_outputs({"--json": json})
-        with options.progress_bar(text=False, count=True) as bar:
+        with options.progress_bar() as bar:
             task = bar.add_task("")
             found = scored(
                 file,
@@ -53,8 +53,6 @@ def score(
                 minutes,
                 lambda played, wanted: bar.update(task, completed=played, total=wanted),
             )
-        if json is not None:
-            found.write(json)
     ((name, row),) = found.rows.items()
     rate, low, high = (100 * each for each in row.success)
     seconds, (run,) = found.provenance["seconds"], row.runs
@@ -66,4 +64,4 @@ def score(
     }
     options.show(options.entries(f"{name}, {row.kind}", rows))
     typer.echo(f"SHA-256: {row.files[0].sha256}")
-    options.say_written(json)
+    options.save((json, found.write))

@@ -51,7 +51,7 @@ def sweep(  # noqa: PLR0913 - one parameter an option
         )
         chosen = None if outcome is None else sweeps.Outcome.parse(outcome, changed.n)
         total = runs * math.prod(map(len, grid.values()))
-        with options.progress_of(total, text=False, count=True) as tell:
+        with options.progress_of(total) as tell:
             made = sweeps.sweep(
                 changed,
                 grid,
@@ -61,7 +61,7 @@ def sweep(  # noqa: PLR0913 - one parameter an option
                 backend=cast("Any", backend),
                 address=address,
                 state=None if out is None else out / "state",
-                progress=lambda made, total: tell(made),
+                progress=lambda made, _: tell(made),
             )
         show(made, chosen)
     draw = options.drawing("draw_sweep", made, outcome=chosen)
@@ -77,11 +77,6 @@ def grid_of(texts: list[str]) -> dict[str, list[float]]:
     """Return the values described by texts, one text per number of the scene.
 
     Values of a range have twelve digits.
-
-    Raises
-    ------
-    SceneError
-        If a text has none of the allowed forms, or names a number a second time.
     """
     grid: dict[str, list[float]] = {}
     for text in texts:

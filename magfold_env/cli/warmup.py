@@ -21,7 +21,7 @@ def warmup() -> None:
     """Compile all kernels now; later uses load them from disk."""
     with options.errors_in_one_line():
         begun = time.monotonic()
-        with options.progress_bar(count=True) as bar:
+        with options.progress_bar() as bar:
             todo = work()
             task = bar.add_task("compiling", total=len(todo))
             for name, each in todo.items():

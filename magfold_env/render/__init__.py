@@ -16,11 +16,10 @@ except ImportError as error:
 
 from magfold_env.render.animation import save_gif
 from magfold_env.render.assembly import save_sheet
-from magfold_env.render.ensembles import draw_ensemble
+from magfold_env.render.charts import draw_ensemble, draw_sweep
 from magfold_env.render.frames import save_png
 from magfold_env.render.holding import draw_holding
 from magfold_env.render.states import draw_states
-from magfold_env.render.sweeps import draw_sweep
 
 __all__ = [
     "draw_ensemble",

@@ -2,15 +2,17 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 from magfold_env.files import replacing
-from magfold_env.fold import Fold
-from magfold_env.render.canvas import Size, View, tiled
+from magfold_env.fold import Fold, Trajectory
+from magfold_env.render.canvas import Size, tiled
 from magfold_env.render.frames import chain_view, picture
+from magfold_env.shapes import FloatArray
 
 _COLOURS = 64  # colours: enough for flat shapes with smooth edges, at a third of the size of 256
 _MOST_FPS = 50  # viewers slow down frames shorter than 20 ms
@@ -65,53 +67,37 @@ def save_gif(
     if not (math.isfinite(seconds) and seconds > 0 and math.isfinite(hold) and hold >= 0):
         given = f"seconds, hold: {seconds!r}, {hold!r} are not allowed"
         raise ValueError(f"{given}; must be positive and not negative")
-    columns = _columns(len(shown), size)
-    rows = math.ceil(len(shown) / columns)
-    panel = (size[0] // columns, size[1] // rows)
-    panels = [_Panel(fold, target, panel) for fold, target in zip(shown, wanted, strict=True)]
-    longest = max(panel.duration for panel in panels)
-    times = np.linspace(0.0, longest, max(2, round(seconds * fps)))
-    images = [tiled([p.at(float(t)) for p in panels], columns) for t in times]
-    write_gif(images, path, round(1000 / fps), round(1000 * hold))
-
-
-class _Panel:
-    """One fold in its own fixed view."""
-
-    def __init__(self, fold: Fold, target: str | None, size: Size) -> None:
+    for fold in shown:
         if fold.trajectory is None:
             raise ValueError(
                 "folds: a fold without trajectory is not allowed; simulate it with a frame_rate"
             )
-        self._fold, self._target, self._size = fold, target, size
-        self._motion = motion = fold.trajectory.finite()
-        self._view: View = chain_view(fold.scene, motion.angles, motion.base, motion.released)
-        self._drawn: tuple[int, Image.Image] | None = None
-        self.duration = float(motion.time[-1] - motion.time[0])
+    columns = _columns(len(shown), size)
+    panel = (size[0] // columns, size[1] // math.ceil(len(shown) / columns))
+    motions = [fold.trajectory.finite() for fold in shown if fold.trajectory is not None]
+    longest = max(float(motion.time[-1] - motion.time[0]) for motion in motions)
+    times = np.linspace(0.0, longest, max(2, round(seconds * fps)))
+    films = [_film(*each, panel, times) for each in zip(shown, motions, wanted, strict=True)]
+    images = [tiled(frames, columns) for frames in zip(*films, strict=True)]
+    write_gif(images, path, round(1000 / fps), round(1000 * hold))
 
-    def at(self, time: float) -> Image.Image:
-        """Return the frame nearest to `time` [s] after the start; at the end, with the result."""
-        times = self._motion.time - self._motion.time[0]
-        k = int(np.abs(times - time).argmin())
-        if self._drawn is None or self._drawn[0] != k:
-            self._drawn = (k, self._picture(k))
-        return self._drawn[1]
 
-    def _picture(self, k: int) -> Image.Image:
-        fold, motion = self._fold, self._motion
-        caption = f"{motion.time[k] - motion.time[0]:.2f} s"
+def _film(
+    fold: Fold, motion: Trajectory, target: str | None, size: Size, times: FloatArray
+) -> list[Image.Image]:
+    """Return the frames nearest to times [s] after the start, in a fixed view."""
+    view = chain_view(fold.scene, motion.angles, motion.base, motion.released)
+    elapsed = motion.time - motion.time[0]
+
+    @lru_cache(maxsize=1)
+    def drawn(k: int) -> Image.Image:
+        caption = f"{elapsed[k]:.2f} s"
         if k == len(motion) - 1:
             caption += f"  {fold.word} {fold.status}"
-        return picture(
-            fold.scene,
-            motion.angles[k],
-            motion.base[k],
-            int(motion.released[k]),
-            self._view,
-            self._target,
-            caption,
-            self._size,
-        )
+        state = motion.angles[k], motion.base[k], int(motion.released[k])
+        return picture(fold.scene, *state, view, target, caption, size)
+
+    return [drawn(int(np.abs(elapsed - time).argmin())) for time in times]
 
 
 def _columns(count: int, size: Size) -> int:
@@ -126,16 +112,7 @@ def _columns(count: int, size: Size) -> int:
 def write_gif(images: Sequence[Image.Image], path: str | Path, step: int, hold: int) -> None:
     """Write pictures as a GIF that repeats, with one palette, so that it stores only what moves.
 
-    Parameters
-    ----------
-    images
-        The frames.
-    path
-        Path of the file, which is first written under a temporary name.
-    step
-        Duration of each frame [ms].
-    hold
-        Additional duration of the last frame [ms].
+    Each lasts ``step``, and the last one ``hold`` longer [ms].
     """
     palette = images[-1].quantize(_COLOURS)
     frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]

@@ -1,51 +1,48 @@
-"""The assembly sheet: instructions for building a chain, printable on A4."""
+"""The assembly sheet: instructions for building a chain, printable on A4. Needs matplotlib."""
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from PIL import Image
 
+from magfold_env.files import replacing
 from magfold_env.fold import Fold, FoldStatus
-from magfold_env.limit_loads import holding
+from magfold_env.holding_loads import holding
 from magfold_env.minimiser import Mode, minimise
-from magfold_env.render import parts, style
+from magfold_env.render import style
 from magfold_env.render.chain import FACE_NORMALS, magnet_block, square
-from magfold_env.render.sheets import (
-    MARGIN,
-    SMALLEST,
-    Axis,
-    Block,
-    check_suffix,
-    save_pages,
-    text,
-)  # fmt: skip
+from magfold_env.render.sheet_parts import facts, kinds
 from magfold_env.replay.data import WORDS
-from magfold_env.reporting.plotting import GRID, INK, patch
+from magfold_env.reporting.plotting import GRID, INK, figure_class, patch
 from magfold_env.scene import FACES, Scene, SceneError
 from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
+SUFFIXES = (".pdf", ".png")
 LONGEST = 24
 """Largest number of components for which energy minimisation takes seconds."""
 
-_COLUMNS = 3
-_LINE = 4.4  # [mm]
-_LETTERS = 106  # of a line
-_CAPITALS = 78  # of a line of poles
-_NOTE = 34  # letters of a line under a fold's word
-_FAINTEST = 6.0  # [pt] below which casings are drawn without their numbers
-_PICTURE = 40.0  # height of a fold's picture [mm]
-_ABOVE = 26.0  # of what is written above it [mm]
-CARD = (60.0, 60.0)  # width and height [mm]
-
+WIDTH, HEIGHT, MARGIN = 210.0, 297.0, 14.0  # of A4 [mm], as are all lengths below
+CARD = 60.0  # edge of the square of one component
+_INCH, _DPI = 25.4, 150  # the resolution is that of a PNG
+_FOOT, _RULER = 8.0, 50.0
+_COLUMNS, _LINE = 3, 4.4
+_TEXT, _SMALL = 8.5, 8.0  # [pt]
+_LETTERS, _CAPITALS, _NOTE = 106, 78, 34  # of a line of text, of poles, and under a fold's word
+_ABOVE, _PICTURE = 26.0, 40.0  # heights of a fold's text and of its picture
 _SCALES = (50.0, 20.0, 10.0, 5.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1, 0.05)
-_DIAGONAL = 36.0  # longest of a casing on a card [mm]
+_DIAGONAL = 36.0  # longest of a casing on a card
 _FAINT = "#5f656d"
-_POINT = 25.4 / 72.0  # [mm]
+_FAINTEST = 6.0  # [pt] below which casings are drawn without their numbers
 _UPRIGHT = math.pi / 4  # heading of component 1 with which the casings of a full fold stand upright
+
+Block = tuple[float, Callable[[Any, float], None]]
+"""Height of a part of a sheet, and what draws it on a page, an axis in mm, below a height."""
 
 
 class Outcome(NamedTuple):
@@ -79,33 +76,65 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
     ImportError
         If matplotlib is not installed.
     """
-    check_suffix(path)
-    expected = [simulated(fold), *predicted(scene, fold.word)]
-    found, where = parts.kinds(scene)
-    names = [kind.name for kind in found]
-    blocks = [Block(10.0, partial(_title, title=title)), *_facts(scene, fold, found)]
-    blocks.append(Block(_ABOVE + _PICTURE + 2.0, partial(_folds, scene=scene, expected=expected)))
-    withstands = _wrapped(holding_text(fold, drawn=scene.spreads.any), _LETTERS)
-    blocks += [Block(_LINE, partial(_lines, lines=[line])) for line in withstands]
-    legend = _legend(scene)
-    blocks.append(Block(_LINE * len(legend) + 1.0, partial(_lines, lines=legend, faint=True)))
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise ValueError(f"{str(path)!r} is not allowed; must end in {' or '.join(SUFFIXES)}")
+    pages = _pages(_blocks(scene, fold, title))
+    figures = [_figure(page, k, len(pages)) for k, page in enumerate(pages, start=1)]
+    with replacing(path) as temporary:
+        if suffix == ".pdf":
+            backend = import_module("matplotlib.backends.backend_pdf")
+            # No date, so that equal sheets are equal files.
+            with backend.PdfPages(temporary, metadata={"CreationDate": None}) as pdf:
+                for figure in figures:
+                    pdf.savefig(figure)
+        else:
+            pixels = np.vstack([_pixels(figure) for figure in figures])
+            Image.fromarray(pixels).save(temporary, format="PNG", optimize=True, dpi=(_DPI, _DPI))
+
+
+# --- what stands on a sheet ------------------------------------------------------------------
+
+
+def _blocks(scene: Scene, fold: Fold, title: str) -> list[Block]:
+    found, where = kinds(scene)
+    names = np.array([*(kind.name for kind in found), "empty"])[where]
+    total = sum(kind.pieces for kind in found)
+    lines = facts(scene, fold)
+    lines.append(f"{total} magnets, width × height × thickness:" if total else "No magnets.")
+    lines += [f"    {kind.name}   {kind.pieces} pieces, {kind.text}" for kind in found]
+    head = f"Assembly sheet: {title}" if title else "Assembly sheet"
+    blocks: list[Block] = [(10.0, partial(_write, words=head, size=15.0, fontweight="bold"))]
+    blocks += [block for line in lines for block in _lines(line)]
+    blocks += _lines("Sequence: " + " ".join(scene.sequence), letters=_CAPITALS)
+    outcomes = [simulated(fold), *predicted(scene, fold.word)]
+    blocks.append((_ABOVE + _PICTURE + 2.0, partial(_folds, scene=scene, outcomes=outcomes)))
+    blocks += _lines(holding_text(fold, drawn=scene.spreads.any))
+    scale = card_scale(scene)
+    size = f"{scale:g} : 1" if scale >= 1.0 else f"1 : {1.0 / scale:.3g}"
+    blocks += _lines(
+        f"Components are seen from above, {size}, the end of component {scene.n} to the right. "
+        "Letters outside a face are the pole that faces OUT: red N, blue S, – no magnet. "
+        f"A fold's word: {WORDS}",
+        size=_SMALL,
+    )
     for first in range(0, scene.n, _COLUMNS):
-        labels: dict[int, list[str]] = {}
-        for k in range(first, min(first + _COLUMNS, scene.n)):
-            labels[k] = [names[i] if i >= 0 and len(names) > 1 else "" for i in where[k]]
-        blocks.append(Block(CARD[1], partial(_cards, scene=scene, labels=labels)))
-    save_pages(blocks, path)
+        blocks.append((CARD, partial(_cards, scene=scene, first=first, names=names)))
+    return blocks
+
+
+def _lines(words: str, *, letters: int = _LETTERS, size: float = _TEXT) -> list[Block]:
+    """Return a block for each line of a text that is wrapped."""
+    indent = words[: len(words) - len(words.lstrip())] + "    "
+    wrapped = textwrap.wrap(words, letters, subsequent_indent=indent)
+    return [(_LINE, partial(_write, words=line, size=size)) for line in wrapped]
 
 
 def simulated(fold: Fold) -> Outcome:
     """Return the result of the simulation."""
-    sound = bool(np.isfinite(fold.angles).all())
-    return Outcome(
-        "Simulated",
-        fold.word or "(one component)",
-        f"{fold.status}: {fold.message}",
-        fold.joint_angles if sound else None,
-    )
+    joints = fold.joint_angles if np.isfinite(fold.angles).all() else None
+    word = fold.word or "(one component)"
+    return Outcome("Simulated", word, f"{fold.status}: {fold.message}", joints)
 
 
 def holding_text(fold: Fold, *, drawn: bool = False) -> str:
@@ -139,12 +168,10 @@ def predicted(scene: Scene, simulated_word: str) -> list[Outcome]:
 def _prediction(scene: Scene, title: str, mode: Mode, simulated_word: str) -> Outcome:
     if scene.n > LONGEST:
         return Outcome(title, "", f"not searched: more than {LONGEST} components", None)
-    if scene.field is not None and scene.field.any:
-        return Outcome(title, "", "not searched: the field outside counts too", None)
     try:
         best = minimise(scene, mode, top=1).best
     except ValueError as error:
-        return Outcome(title, "", str(error), None)
+        return Outcome(title, "", f"not searched: {error}", None)
     agrees = "as simulated" if best.word == simulated_word else "not what was simulated"
     note = f"{agrees}; {1e3 * best.energy:.3f} mJ".replace("-", "−")
     if best.tied:
@@ -155,139 +182,119 @@ def _prediction(scene: Scene, title: str, mode: Mode, simulated_word: str) -> Ou
     return Outcome(title, best.word or "(one component)", note, word_to_angles(best.word))
 
 
-def _facts(scene: Scene, fold: Fold, found: list[parts.Kind]) -> list[Block]:
-    lines = [*parts.casing_texts(scene), parts.release_text(scene)]
-    if scene.mount == "tube":
-        lines.append(f"The feed pushes or pulls with at most {abs(fold.push_peak):.2g} N.")
-    if scene.obstacles:
-        lines.append(f"Obstacles: {len(scene.obstacles)}; see the scene.")
-    if scene.field is not None and scene.field.magnet is not None:
-        x, y = (parts.millimetres(each) for each in scene.field.magnet.position)
-        lines.append(f"A fixed magnet stands at ({x}, {y}) mm: see the scene.")
-    total = sum(kind.pieces for kind in found)
-    lines.append(f"{total} magnets, width × height × thickness:" if total else "No magnets.")
-    lines += [f"    {kind.name}   {parts.kind_text(kind)}" for kind in found]
-    sequence = "Sequence: " + " ".join(scene.sequence)
-    wrapped = [part for line in lines for part in _wrapped(line, _LETTERS)]
-    wrapped += _wrapped(sequence, _CAPITALS)
-    return [Block(_LINE, partial(_lines, lines=[line])) for line in wrapped]
+# --- pages -----------------------------------------------------------------------------------
 
 
-def _wrapped(line: str, letters: int) -> list[str]:
-    indent = line[: len(line) - len(line.lstrip())]
-    return textwrap.wrap(line, letters, subsequent_indent=indent + "    ")
+def _pages(blocks: Sequence[Block]) -> list[list[Block]]:
+    """Return the blocks page by page; a page is broken before a block that does not fit on it."""
+    pages: list[list[Block]] = [[]]
+    room = full = HEIGHT - 2.0 * MARGIN - _FOOT
+    for block in blocks:
+        if block[0] > room and pages[-1]:
+            pages.append([])
+            room = full
+        pages[-1].append(block)
+        room -= block[0]
+    return pages
 
 
-def _legend(scene: Scene) -> list[str]:
-    scale = card_scale(scene)
-    size = f"{scale:g} : 1" if scale >= 1.0 else f"1 : {1.0 / scale:.3g}"
-    return _wrapped(
-        f"Components are seen from above, {size}, the end of component {scene.n} to the right. "
-        "Letters outside a face are the pole that faces OUT: red N, blue S, – no magnet. "
-        f"A fold's word: {WORDS}",
-        _LETTERS,
-    )
+def _figure(blocks: Sequence[Block], number: int, count: int) -> Any:
+    figure = figure_class()(figsize=(WIDTH / _INCH, HEIGHT / _INCH), dpi=_DPI)
+    axis = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axis.set(xlim=(0.0, WIDTH), ylim=(0.0, HEIGHT))
+    axis.set_axis_off()
+    top = HEIGHT - MARGIN
+    for height, draw in blocks:
+        draw(axis, top)
+        top -= height
+    ends = [MARGIN, MARGIN + _RULER]
+    axis.plot(ends, [MARGIN, MARGIN], color=INK, linewidth=1.0, marker="|", markersize=5.0)
+    words = f"{_RULER:.0f} mm if printed at 100 %"
+    text(axis, MARGIN + _RULER + 3.0, MARGIN, words, _SMALL, va="center")
+    words = f"page {number} of {count}"
+    text(axis, WIDTH - MARGIN, MARGIN, words, _SMALL, va="center", ha="right")
+    return figure
 
 
-def _title(axis: Axis, top: float, title: str) -> None:
-    words = f"Assembly sheet: {title}" if title else "Assembly sheet"
-    text(axis, MARGIN, top, words, 15.0, fontweight="bold")
+def _pixels(figure: Any) -> Any:
+    canvas = import_module("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3]
 
 
-def _lines(axis: Axis, top: float, lines: list[str], faint: bool = False) -> None:
-    for k, line in enumerate(lines):
-        text(axis, MARGIN, top - k * _LINE, line, SMALLEST if faint else 8.5)
+def text(axis: Any, x: float, y: float, words: str, size: float = _TEXT, **look: Any) -> None:
+    """Write text of `size` pt with the top of its first line at a place [mm] unless styled."""
+    axis.text(x, y, words, **{"fontsize": size, "color": INK, "va": "top", **look})
 
 
-def _folds(axis: Axis, top: float, scene: Scene, expected: list[Outcome]) -> None:
-    for k, outcome in enumerate(expected):
-        left = MARGIN + k * CARD[0]
-        text(axis, left, top - 3.0, outcome.title, 8.5, fontweight="bold")
-        word = "\n".join(textwrap.wrap(outcome.word, 24))
-        text(axis, left, top - 7.5, word, 9.5, family="monospace")
-        lower = 4.0 * word.count("\n")
-        note = textwrap.fill(outcome.note, _NOTE, max_lines=4, placeholder=" …")
-        text(axis, left, top - 12.5 - lower, note, SMALLEST)
-        if outcome.joints is not None:
-            bottom = top - _ABOVE - _PICTURE
-            box = (left + 1.0, bottom, CARD[0] - 5.0, _PICTURE - lower)
-            draw_fold(axis, box, scene, headings(outcome.joints, first=_UPRIGHT))
-
-
-def _cards(axis: Axis, top: float, scene: Scene, labels: dict[int, list[str]]) -> None:
-    for column, (k, names) in enumerate(labels.items()):
-        draw_card(axis, (MARGIN + column * CARD[0], top), scene, k, names)
+def _write(axis: Any, top: float, words: str, size: float, **look: Any) -> None:
+    text(axis, MARGIN, top, words, size, **look)
 
 
 # --- cards of single components, and pictures of whole folds ---------------------------------
 
 
+def _folds(axis: Any, top: float, scene: Scene, outcomes: Sequence[Outcome]) -> None:
+    for k, outcome in enumerate(outcomes):
+        left = MARGIN + k * CARD
+        text(axis, left, top - 3.0, outcome.title, fontweight="bold")
+        word = textwrap.fill(outcome.word, 24)
+        text(axis, left, top - 7.5, word, 9.5, family="monospace")
+        lower = 4.0 * word.count("\n")
+        note = textwrap.fill(outcome.note, _NOTE, max_lines=4, placeholder=" …")
+        text(axis, left, top - 12.5 - lower, note, _SMALL)
+        if outcome.joints is not None:
+            box = (left + 1.0, top - _ABOVE - _PICTURE, CARD - 5.0, _PICTURE - lower)
+            draw_fold(axis, box, scene, headings(outcome.joints, first=_UPRIGHT))
+
+
+def _cards(axis: Any, top: float, scene: Scene, first: int, names: Any) -> None:
+    for k in range(first, min(first + _COLUMNS, scene.n)):
+        draw_card(axis, (MARGIN + (k - first) * CARD, top), scene, k, names[k])
+
+
 def card_scale(scene: Scene) -> float:
     """Return the magnification of casings on cards."""
-    fitting = (s for s in _SCALES if 1e3 * scene.casing.diagonal * s <= _DIAGONAL)
-    return next(fitting, _DIAGONAL / (1e3 * scene.casing.diagonal))
+    diagonal = 1e3 * scene.casing.diagonal
+    return next((s for s in _SCALES if diagonal * s <= _DIAGONAL), _DIAGONAL / diagonal)
 
 
 def draw_card(
-    axis: Axis, corner: tuple[float, float], scene: Scene, k: int, names: Sequence[str]
+    axis: Any, corner: tuple[float, float], scene: Scene, k: int, names: Sequence[str]
 ) -> None:
-    """Draw component k seen from above, heading to the right, with the hinges to its neighbours.
+    """Draw component k seen from above, heading to the right, with its poles and neighbours.
 
-    Parameters
-    ----------
-    axis, corner
-        In mm, and the upper left corner of the card on it.
-    scene, k
-        The chain, and the component's index.
-    names
-        Names of the magnets behind the four faces; empty where none is needed.
+    The corner on the axis [mm] is the card's upper left one. Behind the four faces are magnets of
+    some ``names``, or it is "empty".
     """
     left, top = corner
-    middle = np.array([left + CARD[0] / 2.0, top - CARD[1] / 2.0 + 1.0])
+    middle = np.array([left + CARD / 2.0, top - CARD / 2.0])
     scale = 1e3 * card_scale(scene)
-    frame = (left + 0.8, top - CARD[1] + 0.8), CARD[0] - 1.6, CARD[1] - 1.6
+    frame = (left + 0.8, top - CARD + 0.8), CARD - 1.6, CARD - 1.6
     axis.add_patch(patch("Rectangle", *frame, fill=False, edgecolor=GRID, linewidth=0.8))
     text(axis, left + 3.5, top - 3.0, f"{k + 1}", 15.0, fontweight="bold")
-    mass = f"{1e3 * scene.masses[k]:.3g} g" if np.ptp(scene.masses) > 0.0 else ""
-    words = f"{scene.sequence[k]}  {mass}".strip()
-    text(axis, left + CARD[0] - 3.5, top - 3.8, words, 9.0, ha="right", family="monospace")
+    mass = f"  {1e3 * scene.masses[k]:.3g} g" if np.ptp(scene.masses) > 0.0 else ""
+    words = scene.sequence[k] + mass
+    text(axis, left + CARD - 3.5, top - 3.8, words, 9.0, ha="right", family="monospace")
     _draw_component(axis, scene, k, 0.0, middle, scale)
-    side = scene.casing.side * scale
     for f, pole in enumerate(scene.sequence[k]):
         normal = np.array([np.cos(FACE_NORMALS[f]), np.sin(FACE_NORMALS[f])])
-        x, y = middle + (side / 2.0 + 4.6) * normal
-        colour = _colour({"N": style.NORTH, "S": style.SOUTH}.get(pole, style.FAINT))
-        sign = pole if pole != "-" else "–"
-        outside = {"ha": "left" if normal[0] > 0 else "right", "va": "center"}
-        inwards = -2.0 * np.sign(normal[0])
-        text(axis, x + inwards, y + 1.2, sign, 15.0, color=colour, fontweight="bold", **outside)
-        text(axis, x + inwards, y - 2.6, FACES[f], SMALLEST, color=_FAINT, **outside)
-        kind = names[f] if pole != "-" else "empty"
-        text(axis, x - 2.5 * inwards, y + 1.2, kind, SMALLEST, color=_FAINT, **outside)
-    half = scene.casing.diagonal * scale / 2.0
-    for end, neighbour in ((-1, k - 1), (1, k + 1)):
-        words, aside = _hinge(scene, k, neighbour), "right" if end < 0 else "left"
-        x = middle[0] + end * (half + 1.8)
-        text(axis, x, middle[1], words, SMALLEST, va="center", ha=aside)
-    if scene.mount == "tube":
-        _draw_feed(axis, scene, middle[0], top - CARD[1] + 4.6)
-
-
-def _hinge(scene: Scene, k: int, neighbour: int) -> str:
-    if 0 <= neighbour < scene.n:
-        return f"hinge\nto {neighbour + 1}"
-    return "pinned" if scene.mount == "pinned" and k == 0 and neighbour < 0 else "free\nend"
-
-
-def _draw_feed(axis: Axis, scene: Scene, x: float, y: float) -> None:
-    way = -1.0 if scene.feed.direction == "forward" else 1.0
-    arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.1}
-    axis.annotate("", (x + 9.0 * way, y), (x - 3.0 * way, y), arrowprops=arrow)
-    text(axis, x - 5.0 * way, y, "feed", SMALLEST, va="center", ha="right" if way > 0 else "left")
+        x, y = middle + (scene.casing.side * scale / 2.0 + 4.6) * normal
+        out = float(np.sign(normal[0]))
+        colour = style.shares({"N": style.NORTH, "S": style.SOUTH}.get(pole, style.FAINT))
+        outside = {"ha": "left" if out > 0 else "right", "va": "center"}
+        sign = pole.replace("-", "–")
+        text(axis, x - 2 * out, y + 1.2, sign, 15.0, color=colour, fontweight="bold", **outside)
+        text(axis, x - 2 * out, y - 2.6, FACES[f], _SMALL, color=_FAINT, **outside)
+        text(axis, x + 5 * out, y + 1.2, names[f], _SMALL, color=_FAINT, **outside)
+    for out, neighbour in ((-1, k - 1), (1, k + 1)):
+        words = f"hinge\nto {neighbour + 1}" if 0 <= neighbour < scene.n else "end"
+        x = middle[0] + out * (scene.casing.diagonal * scale / 2.0 + 1.8)
+        text(axis, x, middle[1], words, _SMALL, va="center", ha="left" if out > 0 else "right")
 
 
 def draw_fold(
-    axis: Axis, box: tuple[float, float, float, float], scene: Scene, angles: FloatArray
+    axis: Any, box: tuple[float, float, float, float], scene: Scene, angles: FloatArray
 ) -> None:
     """Draw a chain with headings [rad], shape (n,), as large as a box allows.
 
@@ -304,37 +311,23 @@ def draw_fold(
 
 
 def _draw_component(
-    axis: Axis, scene: Scene, k: int, heading: float, middle: FloatArray, scale: float
+    axis: Any, scene: Scene, k: int, heading: float, middle: FloatArray, scale: float
 ) -> None:
     """Draw casing, magnets, number and hinges; `scale` is mm on paper per metre."""
     side = scene.casing.side * scale
-    line = min(0.9, 0.05 * side)
     corners = square(middle, heading, side)
-    _polygon(axis, corners, style.CASING, style.CASING_EDGE, line)
+    edge = {"edgecolor": style.shares(style.CASING_EDGE), "linewidth": min(0.9, 0.05 * side)}
+    axis.add_patch(patch("Polygon", corners, facecolor=style.shares(style.CASING), **edge))
     for f, pole in enumerate(scene.sequence[k] if scene.magnets is not None else ""):
         if pole != "-":
             _, block = magnet_block(scene, f, heading, np.zeros(2))
-            _polygon(axis, scale * block + middle, style.NORTH if pole == "N" else style.SOUTH)
+            colour = style.shares(style.NORTH if pole == "N" else style.SOUTH)
+            axis.add_patch(patch("Polygon", scale * block + middle, color=colour, linewidth=0))
     for end, inner in ((corners[2], k > 0), (corners[0], k < scene.n - 1)):
         if inner:
-            dot = {"color": _colour(style.CASING_EDGE), "linewidth": 0}
+            dot = {"color": style.shares(style.CASING_EDGE), "linewidth": 0}
             axis.add_patch(patch("Circle", end, 0.055 * side, **dot))
-    size = 0.3 * side / _POINT
+    size = 0.3 * side / _INCH * 72.0
     if size >= _FAINTEST:
         inside = {"ha": "center", "va": "center_baseline", "fontweight": "bold"}
         text(axis, middle[0], middle[1], f"{k + 1}", size, **inside)
-
-
-def _polygon(
-    axis: Axis,
-    corners: FloatArray,
-    fill: style.Colour,
-    edge: style.Colour | None = None,
-    line: float = 0.0,
-) -> None:
-    edges = {"edgecolor": "none" if edge is None else _colour(edge), "linewidth": line}
-    axis.add_patch(patch("Polygon", corners, facecolor=_colour(fill), **edges))
-
-
-def _colour(colour: style.Colour) -> Any:
-    return tuple(channel / 255.0 for channel in colour)

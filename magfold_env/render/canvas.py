@@ -46,13 +46,8 @@ class View(NamedTuple):
 class Canvas:
     """A picture of a part of the plane, y upwards, with equal scales in both directions.
 
-    Parameters
-    ----------
-    view
-        The area that must be visible [m]; it is centred, and the picture shows more if the shapes
-        differ.
-    size
-        Width and height [px].
+    The view [m] is centred, and the picture, of a width and a height [px], shows more of the plane
+    if the shapes differ.
     """
 
     def __init__(self, view: View, size: Size, background: Colour = FLOOR) -> None:

@@ -26,26 +26,15 @@ def draw_chain(
 ) -> None:
     """Draw casings with numbers, magnets with the letters of their poles, and hinges.
 
-    A face without a magnet in the sequence stays bare.
-
-    Parameters
-    ----------
-    canvas, scene
-        The canvas to draw on, and the scene with the casing, the magnets and the sequence.
-    angles
-        Absolute headings [rad], shape (n,).
-    base
-        Component 1's outer hinge [m], shape (2,).
-    loaded
-        Which components have their magnets, shape (n,); the others are drawn with empty places.
+    A face without a magnet in the sequence stays bare. Headings [rad] have the shape (n,),
+    component 1's outer hinge [m] has (2,). Components that are not ``loaded`` (n,) are drawn with
+    empty places for their magnets.
     """
     side = scene.casing.side
     middles = centres(angles, side=side, base=base)
+    width = max(1.0, 0.012 * side * canvas.scale)
     for k, middle in enumerate(middles):
-        corners = square(middle, angles[k], side)
-        canvas.polygon(
-            corners, style.CASING, style.CASING_EDGE, max(1.0, 0.012 * side * canvas.scale)
-        )
+        canvas.polygon(square(middle, angles[k], side), style.CASING, style.CASING_EDGE, width)
         if scene.magnets is not None:
             _draw_magnets(canvas, scene, middle, angles[k], scene.sequence[k] if loaded[k] else "")
         canvas.label(str(k + 1), middle, 0.24 * side, style.INK)

@@ -34,34 +34,22 @@ _KEY = (
 class Snapshot:
     """The content of a picture."""
 
-    scene: Scene
-    """The scene with the sizes, the tube and the sequence."""
-    angles: FloatArray
-    """Absolute headings [rad], shape (n,)."""
-    base: FloatArray
-    """Component 1's outer hinge [m], shape (2,)."""
-    released: int
-    """Number of components out of the tube."""
-    target: str
-    """The target word."""
-    held: BoolArray
-    """Which components friction holds, shape (n,)."""
-    chosen: BoolArray
-    """Which components have been chosen, so that the sequence contains them, shape (n,)."""
-    title: str
-    """Progress of the episode."""
-    message: str = ""
-    """Message about the end of the episode."""
-    rows: tuple[tuple[str, str], ...] = ()
-    """Names and values to show."""
-    predicted: str | None = None
-    """The predicted word."""
+    scene: Scene  # with the sizes, the tube and the sequence
+    angles: FloatArray  # absolute headings, (n,) [rad]
+    base: FloatArray  # component 1's outer hinge, (2,) [m]
+    released: int  # number of components out of the tube
+    target: str  # word
+    held: BoolArray  # which components friction holds, (n,)
+    chosen: BoolArray  # which components have been chosen, so that the sequence has them, (n,)
+    title: str  # progress of the episode
+    message: str = ""  # about the end of the episode
+    rows: tuple[tuple[str, str], ...] = ()  # names and values to show
+    predicted: str | None = None  # word
     is_loaded: bool = True
     """False while the magnets of a chain that is built beforehand are not yet chosen."""
     marked: int | None = None
     """Index of a component in the tube whose magnets are being chosen; its faces are numbered."""
-    overlay: tuple[str, ...] = ()
-    """Lines of text above the chain; a tab separates two columns."""
+    overlay: tuple[str, ...] = ()  # lines of text above the chain; a tab separates two columns
 
 
 def snapshot_picture(

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from PIL import Image
 
+from magfold_env.minimiser import State
 from magfold_env.render import style
 from magfold_env.render.canvas import Canvas, View, save_image, tiled
 from magfold_env.render.chain import draw_chain, draw_conflicts
@@ -17,30 +17,6 @@ from magfold_env.shapes import centres, headings, word_to_angles
 _PANEL = 260  # px
 _TEXT = 15.0  # px
 _COLUMNS = 5
-
-
-class State(Protocol):
-    """The properties of a state that are drawn."""
-
-    @property
-    def word(self) -> str:
-        """Fold word."""
-        ...
-
-    @property
-    def energy(self) -> float:
-        """Magnetic energy [J]."""
-        ...
-
-    @property
-    def conflicts(self) -> Sequence[tuple[int, int]]:
-        """Pairs of components, numbered from 1, whose touching faces have equal poles."""
-        ...
-
-    @property
-    def stable(self) -> bool:
-        """Whether the word is fully folded and has no conflict."""
-        ...
 
 
 def draw_states(scene: Scene, states: Sequence[State], path: str | Path) -> None:

@@ -1,4 +1,4 @@
-"""Colours and line widths of all pictures."""
+"""Colours of all pictures."""
 
 Colour = tuple[int, int, int] | tuple[int, int, int, int]
 
@@ -23,3 +23,8 @@ PANEL: Colour = (240, 240, 236)
 MARKED: Colour = (126, 58, 168)
 HELD: Colour = (90, 90, 90)
 SHADE: Colour = (250, 249, 246, 246)
+
+
+def shares(colour: Colour) -> tuple[float, ...]:
+    """Return a colour as matplotlib has it, from 0 to 1."""
+    return tuple(channel / 255.0 for channel in colour)

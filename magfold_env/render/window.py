@@ -18,15 +18,7 @@ SMALLEST: Size = (400, 300)
 
 
 class Window:
-    """A resizable window; it opens with the first picture.
-
-    Parameters
-    ----------
-    size
-        Initial width and height [px].
-    title
-        Title of the window.
-    """
+    """A resizable window of an initial width and height [px]; it opens with the first picture."""
 
     def __init__(self, size: Size, title: str) -> None:
         self._size, self._title = size, title

@@ -23,37 +23,21 @@ class Recording(NamedTuple):
     """A recorded fold: m frames of n components, component 1 first, all of them finite."""
 
     scene: Scene
-    """The simulated scene."""
-    word: str
-    """Fold word at the end; empty if the simulation failed."""
+    word: str  # at the end; empty if the simulation failed
     status: str
-    """Status of the fold."""
-    message: str
-    """Message about the status."""
-    energy: float
-    """Magnetic energy at the end [J]."""
-    duration: float
-    """Simulated time [s]."""
-    time: FloatArray
-    """Times [s], shape (m,)."""
-    angles: FloatArray
-    """Absolute headings [rad], shape (m, n)."""
-    base: FloatArray
-    """Component 1's outer hinge [m], shape (m, 2)."""
-    released: IntArray
-    """Number of components out of the tube, shape (m,)."""
-    order: IntArray
-    """Number of components that leave the tube before each, shape (n,)."""
-    loaded: IntArray
-    """Number of components with magnets, shape (m,)."""
-    push: FloatArray
-    """Force of the feed along the tube [N], shape (m,)."""
-    kinetic: FloatArray
-    """Kinetic energy [J], shape (m,)."""
-    magnetic: FloatArray | None
-    """Magnetic energy [J], shape (m,); None if there is none or it is unknown."""
-    feed: str
-    """Description of the feed."""
+    message: str  # about the status
+    energy: float  # magnetic, at the end [J]
+    duration: float  # simulated time [s]
+    time: FloatArray  # (m,) [s]
+    angles: FloatArray  # absolute headings, (m, n) [rad]
+    base: FloatArray  # component 1's outer hinge, (m, 2) [m]
+    released: IntArray  # number of components out of the tube, (m,)
+    order: IntArray  # number of components that leave the tube before each, (n,)
+    loaded: IntArray  # number of components with magnets, (m,)
+    push: FloatArray  # force of the feed along the tube, (m,) [N]
+    kinetic: FloatArray  # energy, (m,) [J]
+    magnetic: FloatArray | None  # energy, (m,) [J]; None if there is none or it is unknown
+    feed: str  # description of the feed
     earlier: Sequence[tuple[int, Sequence[str]]] = ()
     """Sequences before that of `scene`, with the frames before which they end, if it changed."""
 
@@ -67,17 +51,17 @@ def page_data(fold: Recording) -> dict[str, Any]:
         "message": fold.message,
         "sequence": list(scene.sequence),
         "earlier": [[end, list(sequence)] for end, sequence in fold.earlier],
-        "side": _rounded(_MILLI * scene.casing.side, _LENGTH),
+        "side": _millimetres(scene.casing.side),
         "order": fold.order.tolist(),
         "magnets": _magnets(scene),
         "pinned": scene.mount == "pinned",
         "tube": _tube(scene),
-        "obstacles": [_rounded(_MILLI * each.corners, _LENGTH) for each in scene.obstacles],
+        "obstacles": [_millimetres(each.corners) for each in scene.obstacles],
         "field": _field(scene),
         "facts": _facts(fold),
         "time": _rounded(fold.time, _TIME),
         "angles": _rounded(fold.angles, _ANGLE),
-        "base": _rounded(_MILLI * fold.base, _LENGTH),
+        "base": _millimetres(fold.base),
         "released": fold.released.tolist(),
         "loaded": fold.loaded.tolist(),
         "magnetic": None if fold.magnetic is None else _scaled(_MILLI * fold.magnetic),
@@ -90,16 +74,13 @@ def _magnets(scene: Scene) -> dict[str, list[float]] | None:
     if scene.magnets is None:
         return None
     names: tuple[Length, ...] = ("width", "thickness", "inset")
-    return {name: _rounded(_MILLI * scene.magnets.by_face(name), _LENGTH) for name in names}
+    return {name: _millimetres(scene.magnets.by_face(name)) for name in names}
 
 
 def _tube(scene: Scene) -> dict[str, float] | None:
     if scene.mount != "tube":
         return None
-    return {
-        "bore": _rounded(_MILLI * scene.bore, _LENGTH),
-        "wall": _rounded(_MILLI * scene.feed.wall, _LENGTH),
-    }
+    return {"bore": _millimetres(scene.bore), "wall": _millimetres(scene.feed.wall)}
 
 
 def _field(scene: Scene) -> dict[str, Any] | None:
@@ -109,7 +90,7 @@ def _field(scene: Scene) -> dict[str, Any] | None:
     magnet = scene.field.magnet
     return {
         "uniform": [_MILLI * component for component in scene.field.uniform],
-        "corners": None if magnet is None else _rounded(_MILLI * magnet.outline.corners, _LENGTH),
+        "corners": None if magnet is None else _millimetres(magnet.outline.corners),
     }
 
 
@@ -145,6 +126,10 @@ def _scaled(values: FloatArray) -> list[float]:
     largest = float(np.abs(values).max())
     digits = _DIGITS if largest == 0.0 else _DIGITS - int(np.ceil(np.log10(largest)))
     return _rounded(values, digits)
+
+
+def _millimetres(metres: float | FloatArray) -> Any:
+    return _rounded(_MILLI * metres, _LENGTH)
 
 
 def _rounded(values: float | FloatArray, digits: int) -> Any:

@@ -81,7 +81,7 @@ def test_help_and_wrong_options_are_told_plainly(
     assert "─" not in told
     assert call(monkeypatch, "--none") == 2
     told = capsys.readouterr().err
-    assert told.startswith("error: No such option: --none")
+    assert "No such option: --none" in told
     assert "─" not in told
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from magfold_env.browser import __main__ as command
@@ -46,7 +47,9 @@ def test_without_a_linker_one_line_says_what_is_missing(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(wasm, "linker", lambda: None)
-    found = CliRunner().invoke(command.app, ["build", "--out", str(tmp_path)])
+    app = typer.Typer()
+    app.command()(command.main)
+    found = CliRunner().invoke(app, ["--out", str(tmp_path)])
     assert found.exit_code == 2
     assert found.stderr.count("\n") == 1
     assert "needs" in found.stderr

@@ -21,37 +21,26 @@ def bits(value: Any) -> Any:
     return [bits(each) for each in value.tolist()]
 
 
-def ended(session: Session) -> dict[str, Any]:
-    assert session.status is not None
-    return {
-        "status": session.status.value,
-        "word": session.word,
-        "steps": session.steps,
-        "evaluations": session.evaluations,
-        "released": session.released,
-        "time": bits(session.time),
-        "energy": bits(session.energy()),
-        "headings": bits(session.angles),
-        "rates": bits(session.rates),
-        "peak": bits(session.account.push_peak),
-    }
+def ended(run: Session | mf.Fold) -> dict[str, Any]:
+    """Return how a run ended, as a page's script does."""
+    assert run.status is not None
+    found = {
+        "status": run.status.value, "word": run.word, "steps": run.steps,
+        "evaluations": run.evaluations, "time": bits(run.time), "headings": bits(run.angles),
+    }  # fmt: skip
+    if isinstance(run, mf.Fold):
+        released, energy, peak = run.scene.n - run.in_tube, run.energy, run.push_peak
+    else:
+        released, energy, peak = run.released, run.energy(), run.account.push_peak
+        found["rates"] = bits(run.rates)
+    return found | {"released": released, "energy": bits(energy), "peak": bits(peak)}
 
 
 def compare(scenes: list[mf.Scene]) -> None:
     found = built.run({"task": "folds", "scenes": [told(scene) for scene in scenes]})
     for scene, there in zip(scenes, found, strict=True):
         fold = mf.simulate(scene)
-        here = {
-            "status": fold.status.value,
-            "word": fold.word,
-            "steps": fold.steps,
-            "evaluations": fold.evaluations,
-            "released": fold.scene.n - fold.in_tube,
-            "time": bits(fold.time),
-            "energy": bits(fold.energy),
-            "headings": bits(fold.angles),
-            "peak": bits(fold.push_peak),
-        }
+        here = ended(fold)
         assert {name: there[name] for name in here} == here, told(scene)
         # Its sines are not those of NumPy.
         assert np.allclose(there["base"], fold.base, rtol=0.0, atol=1e-15)

@@ -8,7 +8,7 @@ import pytest
 from gymnasium.utils import seeding
 
 import magfold_env  # noqa: F401 - registers the environments
-from magfold_env.browser import networks
+from magfold_env.browser import games
 from magfold_env.scoring.player import Player
 from tests.browser import built
 from tests.browser.test_engine import bits
@@ -81,7 +81,7 @@ def test_an_episode_is_that_of_the_environment(game: str) -> None:
 def test_a_network_acts_as_the_policy_that_was_shipped(game: str) -> None:
     from agents.evaluation.shipped import load_shipped  # noqa: PLC0415 - needs torch
 
-    name, _, number = networks.POLICIES[game].rpartition("-")
+    name, _, number = games.POLICIES[game].rpartition("-")
     saved, env = load_shipped(name, int(number)), make(game)
     episodes: list[Any] = []
     for seed in range(EPISODES[game]):
@@ -99,7 +99,7 @@ def test_a_network_acts_as_the_policy_that_was_shipped(game: str) -> None:
 
 def test_weights_are_rounded_to_24_bits() -> None:
     numbers = np.random.default_rng(0).standard_normal(10_000).astype(np.float32)
-    planes = np.frombuffer(networks.shortened(numbers), dtype=np.uint8).reshape(3, -1)
+    planes = np.frombuffer(games.shortened(numbers), dtype=np.uint8).reshape(3, -1)
     bits = np.zeros(numbers.size, dtype="<u4")
     for plane, shift in zip(planes, (24, 16, 8), strict=True):
         bits |= plane.astype("<u4") << np.uint32(shift)

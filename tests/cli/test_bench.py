@@ -1,10 +1,10 @@
-"""The `magfold bench` commands: what their help says."""
+"""The `magfold bench` commands: their help, and what they print without a checkout."""
 
 import pytest
 from typer.testing import CliRunner
 
 from magfold_bench.presentation import descriptions
-from magfold_env.cli import app, measurement, options
+from magfold_env.cli import app, options
 
 
 def test_help_lists_every_benchmark() -> None:
@@ -16,12 +16,12 @@ def test_help_lists_every_benchmark() -> None:
 @pytest.mark.parametrize(
     "arguments", [["bench", "--quick"], ["bench", "dynamics", "--only", "folds"], ["stress"]]
 )
-def test_without_a_checkout_a_command_says_how_to_get_one(
+def test_without_a_checkout_a_command_prints_how_to_get_one(
     arguments: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(measurement, "find_spec", lambda _: None)
-    installed = options.Application()
-    measurement.add_to(installed)
+    monkeypatch.setattr(app, "find_spec", lambda _: None)
+    installed = options.application()
+    app.add_measurement(installed)
     result = CliRunner().invoke(installed, arguments)
     assert (result.exit_code, result.stdout) == (2, "")
     assert result.stderr.startswith(f"error: {arguments[0]}: ")

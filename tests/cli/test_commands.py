@@ -65,7 +65,7 @@ def shown_of_states(data: dict[str, Any]) -> list[str]:
     assert [each["word"] for each in ranked["states"]] == [state.word for state in found]
     assert [each["stable"] for each in ranked["states"]] == [state.stable for state in found]
     assert (forward["mode"], backward["mode"]) == ("forward", "backward")
-    return [f"{1e3 * state.energy:.4f}" for state in found] + ["S1A", "S1C"]
+    return [f"{1e3 * state.energy:.4f}" for state in found] + [forward["states"][0]["word"]]
 
 
 def designed() -> dict[str, Any]:
@@ -122,8 +122,8 @@ CASES = {
         ).to_dict(),
         lambda _: ["4 points of 3 releases, seed 2, the same draws at each"],
     ),
-    "hold": Case(
-        f"hold {THIRD} --angle 90 --angle 300 --json h.json --png h.png",
+    "holding": Case(
+        f"holding {THIRD} --angle 90 --angle 300 --json h.json --png h.png",
         ["h.json", "h.png"],
         held,
         lambda data: [f"{data['pull'][0]:.4g}"],
@@ -157,6 +157,17 @@ def test_a_command_writes_and_shows_what_its_function_returns(
 def test_the_version_is_that_of_the_package() -> None:
     assert run("--version").stdout.split() == ["magfold_env", version("magfold_env")]
     assert mf.__version__ == version("magfold_env")
+
+
+@pytest.mark.parametrize("line", ["fold", "bend", "fold --bend", "play --seed -1"])
+def test_misuse_ends_with_2_and_the_usage(line: str) -> None:
+    result = run(*line.split())
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith("Usage: ")
+
+
+def test_the_former_name_of_holding_warns() -> None:
+    assert "'hold' is deprecated" in run("hold", "nowhere.json").stderr
 
 
 @pytest.mark.parametrize("command", ["fold", "minimise", "ensemble"])
@@ -212,8 +223,8 @@ def test_a_sheet_is_written(quick: str, tmp_path: Path, suffix: str, begins: byt
 def test_a_fold_from_a_file_is_held_like_one_that_is_simulated(tmp_path: Path) -> None:
     path, mounted = tmp_path / "fold.json", ("--mount", "pinned", "--seed", 1)
     assert run("fold", THIRD, *mounted, "--json", path).exit_code == 0
-    assert run("hold", path).stdout == run("hold", THIRD, *mounted).stdout
-    fails_in_one_line(run("hold", path, "--friction", 0.1), "a fold from a file is what it is")
+    assert run("holding", path).stdout == run("holding", THIRD, *mounted).stdout
+    fails_in_one_line(run("holding", path, "--friction", 0.1), "a fold from a file is what it is")
 
 
 # --- runs that go on in their folder --------------------------------------------------------------

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from magfold_env.browser import build, laboratory
+from magfold_env.browser import build
 from tests.command_line import fails_in_one_line, run
 
 
@@ -14,7 +14,7 @@ def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "laboratory.html"
     path.write_text("<!doctype html>", "utf-8")
     monkeypatch.setattr(build, "PACKED", path)
-    monkeypatch.setattr(laboratory, "is_of", lambda *_: True)
+    monkeypatch.setattr(build, "is_of", lambda *_: True)
     return path
 
 
@@ -49,5 +49,5 @@ def test_a_packed_page_of_other_sources_is_not_taken(
     monkeypatch.setattr(build, "PACKED", page)
     monkeypatch.setattr(build, "kept", lambda: tmp_path)
     assert build.page() == tmp_path / build.PAGE
-    page.write_text(laboratory.page(build._sources(), b"", b"", b"{}", b"{}"), "utf-8")
+    page.write_text(build.html(build._sources(), {}), "utf-8")
     assert build.page() == page

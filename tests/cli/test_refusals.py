@@ -16,6 +16,7 @@ REFUSED = [
     (f"fold {BASE} --html /", "--html: '/' is not allowed; must not be a folder"),
     (f"fold {BASE} --gif x.mp4", "--gif: 'x.mp4' is not allowed; must end in .gif"),
     (f"fold {BASE} --sheet x.svg", "--sheet: 'x.svg' is not allowed; must end in .pdf or .png"),
+    *((f"{command} /", "error: /: ") for command in ("fold", "minimise", "ensemble")),
     ("minimise anchor", "field: an external field is not allowed"),
     (f"minimise {BASE} --top 0", "top: 0 is not allowed; must be from 1 to 10000000"),
     (f"minimise {BASE} --png /nowhere/x.png", "--png: '/nowhere/x.png' is not allowed; its "),
@@ -39,18 +40,14 @@ REFUSED = [
     (f"sweep {BASE} --over friction=-1:1", "at friction=-1: friction: -1 is not allowed; must be"),
     (f"sweep {BASE} --over friction=0:1 --over friction=0:1", "is not allowed; must not name"),
     (f"sweep {BASE} --over friction=0:1 --outcome LR", "outcome: 'LR' is not allowed; must be a"),
-    (f"hold {BASE} --held 1", "held: 1 is not allowed; must be from 1 to 6 and not the one"),
-    ("hold nowhere.json", "error: nowhere.json: No such file or directory"),
+    (f"holding {BASE} --held 1", "held: 1 is not allowed; must be from 1 to 6 and not the one"),
+    ("holding nowhere.json", "error: nowhere.json: No such file or directory"),
     ("play --target ''", "targets: '' is not allowed; must be a fully folded word of 6 components"),
     ("play --target lrl", "; did you mean LRL?"),
     ("play --target LRL --components 5", "--components: 5 is not allowed; must be 4"),
     ("play --scene pendulum-3", "scene.mount: 'pinned' is not allowed; must be 'tube'"),
     ("score no.safetensors", "env: None is not allowed; must be one of MagFold/UnknownFloor-v0"),
     ("bench dynamics --only rest", "'rest' is not allowed; must be one of scaling, folds, "),
-    ("scenes --markdown", "--markdown: True is not allowed without --keys"),
-    ("fold", ""),
-    ("bend", ""),
-    ("fold --bend", ""),
 ]
 
 

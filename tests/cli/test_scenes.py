@@ -1,6 +1,5 @@
 """`magfold scenes`: the shipped scenes, and all keys of a scene."""
 
-import re
 from collections.abc import Iterator
 
 import pytest
@@ -84,9 +83,3 @@ def test_the_keys_are_printed(keys: dict[str, Key]) -> None:
     assert result.exit_code == 0
     shown = [row[0] for row in rows(result.stdout) if row[0]]
     assert shown == [*keys]
-
-
-def test_the_page_of_keys_lists_them_all(keys: dict[str, Key]) -> None:
-    result = run("scenes", "--keys", "--markdown")
-    assert result.exit_code == 0
-    assert re.findall(r"^\| `(.+?)` \|", result.stdout, re.MULTILINE) == [*keys]

@@ -76,11 +76,8 @@ def _shipped(folder: str, most: int) -> list[bytes]:
 
 
 def _scenes() -> list[bytes]:
-    scene = mf.load_scene("anchor")
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "whole.yaml"
-        mf.save_scene(scene, path)
-        return [*_shipped("scenes", 4000), path.read_bytes()]
+    saved = _written(lambda path: mf.save_scene(mf.load_scene("anchor"), path))
+    return [*_shipped("scenes", 4000), saved]
 
 
 def _suites() -> list[bytes]:
@@ -145,11 +142,8 @@ def _read_choices(path: Path) -> None:
 
 
 def _choices() -> list[bytes]:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "choices.json"
-        file = ChoiceFile(path, KEY)
-        file.add("LR", Chosen(("NSNS",) * 3, (0.1,) * 3, calls=10, successes=3, releases=4))
-        return [path.read_bytes()]
+    chosen = Chosen(("NSNS",) * 3, (0.1,) * 3, calls=10, successes=3, releases=4)
+    return [_written(lambda path: ChoiceFile(path, KEY).add("LR", chosen))]
 
 
 def _written(write: Callable[[Path], object]) -> bytes:

@@ -17,14 +17,14 @@ import magfold_env as mf
 from agents.settings import TrainSettings, checked
 from magfold_env.cli import app
 from magfold_env.envs.tasks.world import ChainOptions, FeedOptions, FoldOptions
-from tests.command_line import fails_in_one_line, run
+from tests.command_line import run
 
 NO_NUMBERS = ("x?", "nan", "")
 """Nor words, modes or files of any kind."""
 
 ARGUMENTS: Mapping[str, list[str]] = {
     "fold": ["paper/sequence-3"],
-    "hold": ["paper/sequence-3"],
+    "holding": ["paper/sequence-3"],
     "minimise": ["paper/sequence-3"],
     "ensemble": ["paper/sequence-3"],
     "sweep": ["paper/sequence-3", "--over", "friction=0.1:0.2:2"],
@@ -69,9 +69,11 @@ def test_wrong_options_of_commands_are_told(
 ) -> None:
     monkeypatch.chdir(folder)
     result = run(command, *ARGUMENTS.get(command, []), option, value)
+    assert (result.exit_code, result.stdout) == (2, "")
     # Numbers of a scene are named by its keys, "feed.speed".
-    fails_in_one_line(result, option.removeprefix("--").rstrip("s"), value)
-    assert "must" in result.stderr or "allowed" in result.stderr or "no such" in result.stderr
+    assert option.removeprefix("--").rstrip("s") in result.stderr
+    assert re.search("must|allowed|no such|should be", result.stderr)
+    assert "Traceback" not in result.stderr
     assert {path.name for path in folder.iterdir()} == {"actions.json"}
 
 
@@ -170,65 +172,52 @@ def few() -> mf.Ensemble:
     return mf.ensemble(SCENE, 2)
 
 
-def swept(**changes: Any) -> object:
-    return mf.sweep(**{"scene": SCENE, "over": {"friction": [0.1, 0.2]}, "runs": 1, **changes})
-
-
-def designed(**changes: Any) -> object:
-    return mf.design(**{"target": "LR", "runs": 1, **changes})
-
-
 RUNS = {
     "runs": (*NO_COUNT, 0, 10**9), "seed": NO_COUNT, "workers": (*NO_COUNT, 0, 10**9),
     "backend": NO_CHOICE, "progress": NO_FUNCTION, "state": NO_PATH, "scene": NO_SCENE,
 }  # fmt: skip
+SEARCHED = {
+    "scene": NO_SCENE, "top": (*NO_WHOLE, 0), "among": NO_CHOICE, "progress": NO_FUNCTION
+}  # fmt: skip
 USES: list[tuple[Callable[..., object], Mapping[str, tuple[object, ...]]]] = [
     (
-        partial(mf.simulate, SCENE),
-        {"frame_rate": (*NO_POSITIVE, 1e12), "seed": (*NO_WHOLE, 10.0)},
+        partial(mf.simulate, scene=SCENE),
+        {"scene": NO_SCENE, "frame_rate": (*NO_POSITIVE, 1e12), "seed": (*NO_WHOLE, 10.0)},
     ),
-    (mf.simulate, {"scene": NO_SCENE}),
-    (partial(mf.simulate_batch, SCENE), {"seeds": (5, None)}),
-    (partial(mf.simulate_batch, SCENE, [0, 1]), {"threads": (*NO_COUNT, 0, 10**9)}),
-    (lambda scenes: mf.simulate_batch(scenes, [0]), {"scenes": (5, None)}),
-    (lambda **changes: mf.ensemble(**{"scene": SCENE, "runs": 1, **changes}), RUNS),
-    (swept, {**RUNS, "over": (5, "friction")}),
-    (lambda friction: swept(over={"friction": friction}), {"friction": (5, "x?", [1.0], [2, 1])}),
     (
-        designed,
+        partial(mf.simulate_batch, scenes=SCENE, seeds=[0, 1]),
+        {"scenes": (5, None), "seeds": (5, None), "threads": (*NO_COUNT, 0, 10**9)},
+    ),
+    (partial(mf.ensemble, scene=SCENE, runs=1), RUNS),
+    (
+        partial(mf.sweep, scene=SCENE, over={"friction": [0.1, 0.2]}, runs=1),
+        {**RUNS, "over": (5, "friction")},
+    ),
+    (
+        lambda friction: mf.sweep(SCENE, {"friction": friction}, 1),
+        {"friction": (5, "x?", [1.0], [2, 1])},
+    ),
+    (
+        partial(mf.design, target="LR", runs=1),
         {
-            **{key: values for key, values in RUNS.items() if key not in {"runs", "scene"}},
-            "runs": NO_COUNT, "scene": tuple(each for each in NO_SCENE if each is not None),
+            **RUNS, "runs": NO_COUNT, "scene": tuple(each for each in NO_SCENE if each is not None),
             "target": ("lr", "LX", 5, None, ["L"], ""), "mode": NO_CHOICE, "objective": NO_CHOICE,
             "search": NO_CHOICE, "budget": (*NO_COUNT, 0), "goal": (*NO_POSITIVE, 1.5),
             "speeds": (5, [], ()),
         },
     ),
-    (
-        lambda **changes: mf.minimise(**{"scene": SCENE, **changes}),
-        {
-            "scene": NO_SCENE, "mode": NO_CHOICE, "top": (*NO_WHOLE, 0), "among": NO_CHOICE,
-            "progress": NO_FUNCTION,
-        },
-    ),
-    (
-        lambda **changes: mf.ground_state(**{"scene": SCENE, **changes}),
-        {
-            "scene": NO_SCENE, "top": (*NO_WHOLE, 0), "among": NO_CHOICE, "progress": NO_FUNCTION,
-        },
-    ),
-    (partial(mf.sequence_of, n=3), {"number": (*NO_WHOLE, 1 << 12)}),
-    (partial(mf.sequence_of, 0), {"n": (*NO_WHOLE, 0, 10**9)}),
-    (partial(mf.energy, SCENE), {"angles": NO_ANGLES}),
-    (partial(mf.forces, SCENE), {"angles": NO_ANGLES}),
-    (
-        partial(mf.accelerations, SCENE, rates=[0.0] * SCENE.n),
-        {"angles": NO_ANGLES},
-    ),
-    (partial(mf.energy, angles=[0.0]), {"scene": NO_SCENE}),
-    (lambda **changes: few().probability(**changes), {
-        "word": ("x?", 5, "LL", ["L"]), "status": NO_CHOICE,
+    (partial(mf.minimise, scene=SCENE), {**SEARCHED, "mode": NO_CHOICE}),
+    (partial(mf.ground_state, scene=SCENE), SEARCHED),
+    (partial(mf.sequence_of, number=0, n=3), {
+        "number": (*NO_WHOLE, 1 << 12), "n": (*NO_WHOLE, 0, 10**9),
     }),
+    (partial(mf.energy, scene=SCENE, angles=[0.0]), {"scene": NO_SCENE, "angles": NO_ANGLES}),
+    (partial(mf.forces, scene=SCENE), {"angles": NO_ANGLES}),
+    (partial(mf.accelerations, scene=SCENE, rates=[0.0] * SCENE.n), {"angles": NO_ANGLES}),
+    (
+        lambda **changes: few().probability(**changes),
+        {"word": ("x?", 5, "LL", ["L"]), "status": NO_CHOICE},
+    ),
     (lambda index: few().generator(index), {"index": (*NO_WHOLE, 2, -3)}),
     (lambda frame_rate: few().replay(0, frame_rate=frame_rate), {"frame_rate": NO_POSITIVE}),
     (mf.holding, {"fold": (None, 5, "x?", SCENE)}),
@@ -240,27 +229,22 @@ USES: list[tuple[Callable[..., object], Mapping[str, tuple[object, ...]]]] = [
         },
     ),
     (
-        lambda **changes: mf.channel(
-            **{"start": (0, 0), "end": (1, 0), "width": 0.1, "wall": 0.1, **changes}
-        ),
+        partial(mf.channel, start=(0, 0), end=(1, 0), width=0.1, wall=0.1),
         {"start": NO_POINT, "end": NO_POINT, "width": NO_POSITIVE, "wall": NO_POSITIVE},
     ),
     (
-        lambda **changes: mf.chamber(
-            **{"corner": (0, -1), "size": (2, 2), "opening": 0.1, "wall": 0.1, **changes}
-        ),
+        partial(mf.chamber, corner=(0, -1), size=(2, 2), opening=0.1, wall=0.1),
         {"corner": NO_POINT, "size": NO_POINT, "opening": NO_POSITIVE, "wall": NO_POSITIVE},
     ),
     (
-        lambda **changes: mf.funnel(**{"bore": 0.1, "length": 0.1, **changes}),
+        partial(mf.funnel, bore=0.1, length=0.1),
         {
             "bore": NO_POSITIVE, "length": NO_POSITIVE, "wall": NO_POSITIVE,
             "angle": (*NO_POSITIVE, 1.6),
         },
     ),
-    (mf.load_scene, {"scene": (5, None, ["a"])}),
-    (partial(mf.save_scene, path=FILE), {"scene": NO_SCENE}),
-    (partial(mf.save_scene, SCENE), {"path": NO_PATH}),
+    (lambda scene: mf.load_scene(scene), {"scene": (5, None, ["a"])}),  # noqa: PLW0108 - its name
+    (partial(mf.save_scene, scene=SCENE, path=FILE), {"scene": NO_SCENE, "path": NO_PATH}),
     (lambda path: fold().to_json(path), {"path": NO_PATH}),
     (lambda path: few().to_csv(path), {"path": NO_PATH}),
     (mf.Ensemble.from_json, {"path": NO_PATH}),
@@ -278,9 +262,7 @@ CALLS = [
 def test_wrong_arguments_are_told(
     function: Callable[..., object], name: str, value: object
 ) -> None:
-    # The first argument of `load_scene` is a scene's name or path.
-    given = {"name_or_path" if function is mf.load_scene else name: value}
-    is_told(lambda: function(**given), name, value)
+    is_told(lambda: function(**{name: value}), name, value)
     assert not Path(FILE).exists()
 
 

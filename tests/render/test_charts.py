@@ -6,7 +6,7 @@ import pytest
 import magfold_env as mf
 from magfold_env.ensembles.releases import Run
 from magfold_env.ensembles.sweeps import scenes
-from magfold_env.render.sweeps import chart
+from magfold_env.render.charts import chart
 from magfold_env.shapes import headings, word_to_angles
 
 pytest.importorskip("matplotlib.figure")

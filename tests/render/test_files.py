@@ -1,6 +1,6 @@
 """Pictures and animations of folds: what the files are."""
 
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 
 import magfold_env as mf
+from magfold_env.minimiser.states import state_of
 from magfold_env.render import draw_states, save_gif, save_png, style
 from tests.folds import FREE, recorded
 from tests.render.test_render import count_of
@@ -69,17 +70,9 @@ def test_a_fold_that_broke_down_is_shown_up_to_there(tmp_path: Path) -> None:
         save_gif(fold, path)
 
 
-@dataclass(frozen=True)
-class _State:
-    word: str
-    energy: float
-    conflicts: tuple[tuple[int, int], ...]
-    stable: bool
-
-
 def test_a_sheet_of_states_rings_conflicts_alone(tmp_path: Path) -> None:
     def drawn(conflicts: tuple[tuple[int, int], ...]) -> np.ndarray:
-        states = [_State("LRLLL", -1e-2, conflicts, not conflicts), _State("SSSSS", 0.0, (), False)]
+        states = [replace(state_of(FREE, "LRLLL"), conflicts=conflicts), state_of(FREE, "SSSSS")]
         draw_states(FREE, states, tmp_path / "states.png")
         with Image.open(tmp_path / "states.png") as image:
             return np.asarray(image.convert("RGB"))

@@ -102,17 +102,6 @@ class Page:
         self.call("Input.dispatchKeyEvent", type="keyDown", key=key, **text, **parameters)
         self.call("Input.dispatchKeyEvent", type="keyUp", key=key, **parameters)
 
-    def drag(self, *places: tuple[float, float]) -> None:
-        """Press the left button at the first place [px], move to the others, let go."""
-        for k, (x, y) in enumerate(places):
-            kind = "mouseMoved" if k else "mousePressed"
-            self._mouse(kind, x, y, button="left", buttons=1, clickCount=1)
-        self._mouse("mouseReleased", *places[-1], button="left", clickCount=1)
-
-    def wheel(self, x: float, y: float, turned: float) -> None:
-        """Turn the wheel [px] at a place [px]."""
-        self._mouse("mouseWheel", x, y, deltaX=0, deltaY=turned)
-
     def resize(self, width: int, height: int, *, dark: bool = False, scale: float = 1) -> None:
         """Set the window's size [px] and the preferred colours."""
         size = {"width": width, "height": height, "deviceScaleFactor": scale}
@@ -124,9 +113,6 @@ class Page:
         """Return a picture of the window, or of the whole page, as PNG."""
         answer = self.call("Page.captureScreenshot", captureBeyondViewport=whole)
         return base64.b64decode(answer["data"])
-
-    def _mouse(self, kind: str, x: float, y: float, **parameters: Any) -> None:
-        self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **parameters)
 
     def _read(self) -> dict[str, Any]:
         while b"\0" not in self._buffer:

@@ -106,7 +106,7 @@ def bar_of(row: Row) -> Bar:
 
 def draw_experiment(rows: list[Row]) -> Any:
     """Return the bars of the nine ensembles, one row per sequence: the paper's Figure 18."""
-    from magfold_env.render.ensembles import bar_chart  # noqa: PLC0415 - an extra
+    from magfold_env.render.charts import bar_chart  # noqa: PLC0415 - an extra
 
     panels: dict[str, list[Bar]] = {}
     for row in rows:

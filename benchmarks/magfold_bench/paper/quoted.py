@@ -6,10 +6,15 @@ dynamics and internal energy optimisation. Lengths in metres, angles in radians.
 
 import math
 
-from magfold_env.cli import minimise
+from magfold_env.minimiser import Mode
 
 SEQUENCES = (1, 2, 3)
-TABLE_1 = minimise.TABLE_1
+TABLE_1: dict[int, dict[Mode, str]] = {
+    1: {"forward": "S1A", "backward": "S1C"},
+    2: {"forward": "S2B", "backward": "S2B"},
+    3: {"forward": "S3A", "backward": "S3A"},
+}
+"""Results of the component-by-component search, by sequence and direction."""
 
 SCORE_S1A, SCORE_S1B = -25.8098, -25.6527
 """Coulomb energies of Figure 19; no unit is given, mJ is the right order."""

@@ -1,12 +1,14 @@
 """The paper's sequences, its names for their folded states, and pictures of states."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Literal, NamedTuple, Self
+from typing import Literal
 
 from magfold_bench.paper.reproduction import Plot
 from magfold_bench.tables import Row
 from magfold_env.minimiser import State, minimise
+from magfold_env.minimiser.states import state_of
 from magfold_env.scene import Scene, load_scene
 
 Model = Literal["literal", "device"]
@@ -18,23 +20,6 @@ MODELS: dict[Model, str] = {
     "literal": "the paper's point charges",
     "device": "magnets as built",
 }
-
-
-class Drawn(NamedTuple):
-    """A state as it is drawn; its energy is the paper's score."""
-
-    word: str
-    energy: float
-    conflicts: tuple[tuple[int, int], ...]
-    stable: bool
-
-    @classmethod
-    def of(cls, row: Row) -> Self:
-        """Return the state to draw for a row."""
-        listed = [pair.split("-") for pair in str(row["conflicts"]).split(", ") if pair]
-        conflicts = tuple((int(first), int(second)) for first, second in listed)
-        energy = 1e-3 * float(row["score [mJ]"])
-        return cls(str(row["word"]), energy, conflicts, row["stable"] == "yes")
 
 
 def scene_of(number: int, model: Model) -> Scene:
@@ -79,6 +64,10 @@ def plot(name: str, number: int, rows: list[Row], caption: str) -> Plot:
     def save(path: Path) -> None:
         from magfold_env.render import draw_states  # noqa: PLC0415 - an extra
 
-        draw_states(scene_of(number, "literal"), [Drawn.of(row) for row in rows], path)
+        scene = scene_of(number, "literal")
+        states = [state_of(scene, str(row["word"])) for row in rows]
+        # The energy that the paper states is its score.
+        scored = [replace(state, energy=state.coulomb_score) for state in states]
+        draw_states(scene, scored, path)
 
     return Plot(name, caption, save)

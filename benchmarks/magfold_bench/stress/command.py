@@ -41,7 +41,7 @@ def stress(
             options.wide_console().print(report.verdict_table(rerun.name, verdict))
             kept = not verdict.broken
         else:
-            with options.progress_of(cases, count=True) as tell:
+            with options.progress_of(cases) as tell:
                 tally = campaign.run(
                     cases, seed, only or [], workers=workers, minutes=minutes, out=out,
                     progress=lambda tally: tell(tally.cases, f"{len(tally.failures)} break a law"),

@@ -1,22 +1,21 @@
-"""`magfold hold`: the loads that a fold withstands before it opens or a pull takes it apart."""
+"""`magfold holding`: the loads that a fold withstands before it opens or gives way to a pull."""
 
+import math
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from magfold_env import limit_loads
+from magfold_env import holding_loads
 from magfold_env.cli import options
 from magfold_env.cli.ensemble import changed_scene
 from magfold_env.fold import Fold
 from magfold_env.scene import Problem, SceneError, load_scene
 from magfold_env.simulation.simulate import simulate
 
-_ENDLESS = "none"
 
-
-def hold(  # noqa: PLR0913 - one parameter an option
+def holding(  # noqa: PLR0913 - one parameter an option
     scene: Annotated[
         str, typer.Argument(help="Shipped scene, YAML file, or JSON file of a fold, at rest.")
     ],
@@ -44,15 +43,12 @@ def hold(  # noqa: PLR0913 - one parameter an option
     with options.errors_in_one_line(), options.busy("simulating"):
         options.check_outputs({"--png": png, "--json": json})
         if png is not None:
-            options.need_render()
+            options.need_render(charts=True)
         if angle is not None and not np.isfinite(angle).all():
             raise ValueError(f"--angle: {angle} is not allowed; must be finite numbers")
         changes: dict[str, Any] = {
-            "mount": mount,
-            "direction": direction,
-            "speed": speed,
-            "friction": friction,
-        }
+            "mount": mount, "direction": direction, "speed": speed, "friction": friction
+        }  # fmt: skip
         if Path(scene).suffix.lower() != ".json":
             fold = simulate(changed_scene(load_scene(scene), **changes), seed)
         elif any(change is not None for change in changes.values()):
@@ -61,33 +57,32 @@ def hold(  # noqa: PLR0913 - one parameter an option
         else:
             fold = Fold.from_json(scene)
         directions = None if angle is None else np.radians(angle)
-        found = limit_loads.holding(fold, directions=directions, pulled=pulled, held=held)
+        found = holding_loads.holding(fold, directions=directions, pulled=pulled, held=held)
     show(found)
     options.save((png, options.drawing("draw_holding", found)), (json, found.to_json))
 
 
-def show(found: limit_loads.Holding) -> None:
+def show(found: holding_loads.Holding) -> None:
     """Print the moments by joint and the pull by direction."""
     columns = {"joint": True, "letter": False, "left, mN·m": True, "right, mN·m": True}
     joints = options.table(
         f"Moments that open the joints of {found.fold.word or '(one component)'}",
         columns | {"stiffness, mN·m/rad": True},
     )
-    for joint, (letter, ways) in enumerate(zip(found.fold.word, found.opening, strict=True), 1):
-        slope = f"{1e3 * found.stiffness[joint - 1]:.4g}"
-        joints.add_row(str(joint), letter, *(_milli(moment) for moment in ways), slope)
+    for joint, letter in enumerate(found.fold.word):
+        values = (*found.opening[joint], found.stiffness[joint])
+        joints.add_row(str(joint + 1), letter, *(_cell(1e3 * value) for value in values))
     by = f"component {found.held} held" if found.held else "the mount and the floor hold"
     pulls = options.table(
         f"Pull on component {found.pulled}, {by}",
         {"towards": True, "left of its front": True, "N": True},
     )
-    ways = zip(np.degrees(found.directions), np.degrees(found.from_front), strict=True)
-    for (towards, turned), force in zip(ways, found.pull, strict=True):
-        told = f"{force:.4g}" if np.isfinite(force) else _ENDLESS
-        pulls.add_row(f"{towards:.4g}°", f"{turned:.0f}°", told)
+    ways = zip(np.degrees(found.directions), np.degrees(found.from_front), found.pull, strict=True)
+    for towards, turned, force in ways:
+        pulls.add_row(f"{towards:.4g}°", f"{turned:.0f}°", _cell(force))
     options.show(joints, pulls)
     typer.echo(f"{found}.")
 
 
-def _milli(moment: float) -> str:
-    return f"{1e3 * moment:.4g}" if np.isfinite(moment) else _ENDLESS
+def _cell(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "none"

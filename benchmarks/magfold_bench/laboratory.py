@@ -1,17 +1,15 @@
-"""Time the laboratory in a headless Chromium: ``python -m tests.browser.timing [FILE]``.
+"""Time the laboratory in a headless Chromium: ``python -m magfold_bench.laboratory [FILE]``.
 
-For an idle machine. Without a FILE the laboratory's page is built first. Prints, each with what it
-is to be at most: when the page is ready, a fold of six components by the page's own clock, a click
-on a face to the frame that shows it, the frames of a film that plays, and its size.
+For an idle machine, in a checkout. Without a FILE the page is built first. Prints, each with what
+it may be at most: when the page is ready, a fold of six components by the page's own clock, a click
+on a face to the frame that shows it, the frames of a film that plays, and the page's size.
 """
 
 import gzip
-import json
 import random
 import sys
 import tempfile
 import time
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +19,6 @@ from magfold_env.browser import build
 from tests.replay import chromium
 
 REPEATS = 41
-tell = partial(print, flush=True)
 # Notes when the page has made its laboratory, on the clock that begins with the navigation.
 WATCH = """
 let made;
@@ -32,7 +29,7 @@ Object.defineProperty(window, "laboratory", {
 """
 FOLD = """(() => {
   const sequence = laboratory.scene.sequence.map(randomFaces);
-  const scene = { ...laboratory.scene, mount: MOUNT, sequence };
+  const scene = { ...laboratory.scene, mount: "MOUNT", sequence };
   delete scene.start_angles;
   delete scene.start_offsets;
   const from = performance.now();
@@ -88,37 +85,32 @@ def clicked(page: chromium.Page) -> float:
     return page.value("took")
 
 
-def played(page: chromium.Page) -> Any:
-    """Play a film and return the times between its frames [ms]."""
-    page.value(PLAY)
-    page.until("window.played")
-    return np.diff(page.value("times"))
-
-
-def tell_times(what: str, values: Any, allowed: str) -> None:
+def show(what: str, values: Any, allowed: str) -> None:
     """Print a median and where 95 % lie, in ms."""
     median, most = np.percentile(values, [50, 95])
-    tell(f"{what}: {median:.1f} ms, 95 % within {most:.1f} ms ({allowed})")
+    print(f"{what}: {median:.1f} ms, 95 % within {most:.1f} ms ({allowed})", flush=True)  # noqa: T201
 
 
 def main() -> None:
     """Measure all, and print it."""
     file = Path(sys.argv[1]) if sys.argv[1:] else build.page()
+    size = len(gzip.compress(file.read_bytes()))
+    print(f"the page, gzipped: {size / 1e6:.2f} MB (1.5)")  # noqa: T201
     with tempfile.TemporaryDirectory() as profile, chromium.page(Path(profile)) as page:
         page.resize(1400, 900)
         page.call("Page.addScriptToEvaluateOnNewDocument", source=WATCH)
-        tell_times("opened and ready", [opened(page, file) for _ in range(11)], "500")
+        show("opened and ready", [opened(page, file) for _ in range(11)], "500")
         for mount, allowed in (("free", "10"), ("tube", "20")):
-            fold = FOLD.replace("MOUNT", json.dumps(mount))
-            tell_times(f"fold, {mount}", [page.value(fold) for _ in range(REPEATS)], allowed)
+            fold = FOLD.replace("MOUNT", mount)
+            show(f"fold, {mount}", [page.value(fold) for _ in range(REPEATS)], allowed)
         page.value(LISTEN)
-        tell_times("click to its frame", [clicked(page) for _ in range(REPEATS)], "100")
-        tell_times("between frames of a film", played(page), "16.7: 60 a second")
+        show("click to its frame", [clicked(page) for _ in range(REPEATS)], "100")
+        page.value(PLAY)
+        page.until("window.played")
+        show("between frames of a film", np.diff(page.value("times")), "16.7: 60 a second")
         page.value(SLOW)
         times = [clicked(page) for _ in range(REPEATS)]
-        tell_times("click to its frame while 12 components fold slowly", times, "100")
-    size = len(gzip.compress(file.read_bytes()))
-    tell(f"the page, gzipped: {size / 1e6:.2f} MB (1.5)")
+        show("click to its frame while 12 components fold slowly", times, "100")
 
 
 if __name__ == "__main__":

@@ -1,16 +1,33 @@
-"""Charts of sweeps: the frequency of each outcome by parameter. Needs matplotlib."""
+"""Charts of ensembles and sweeps: the frequency of each outcome. Needs matplotlib."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from magfold_env.ensembles.releases import Bar, Ensemble, bars
 from magfold_env.ensembles.sweeps import Outcome, Sweep
-from magfold_env.render.ensembles import COLOUR_OF
+from magfold_env.render.chain import square
 from magfold_env.reporting import plotting
+from magfold_env.shapes import centres, headings
 
+SLOTS = 6
+"""Largest number of outcomes in a panel; if there are more, the rarest share one bar."""
+
+COLOUR_OF = {
+    "folded": plotting.COLOURS[3],
+    "misfolded": plotting.COLOURS[2],
+    "held": plotting.COLOURS[1],
+    "jammed": plotting.COLOURS[5],
+    "unsettled": plotting.COLOURS[4],
+    "failed": plotting.COLOURS[0],
+    "others": plotting.GRID,
+}
+"""Colours of the statuses."""
+_WIDTH, _ALONE, _HEIGHT = 3.5, 4.6, 3.3  # of a panel [inch]
 LINES = 6
 """Largest number of outcomes drawn over one parameter."""
 MAPS = 4
@@ -21,6 +38,78 @@ _CELL = 0.52  # [inch]
 _MAP = "Blues"  # from light to dark, distinguishable with all kinds of colour vision
 _DARK = 0.55  # share above which cells are dark
 _EVEN = 1e-6  # steps, or ratios, that agree to this share are equal
+
+
+def draw_ensemble(ensemble: Ensemble, path: str | Path) -> None:
+    """Draw the frequency of each word and status, with Wilson intervals, as a PNG.
+
+    Below each bar is the chain of the first run with this outcome, with component 1 filled.
+    """
+    title = f"{len(ensemble)} releases, {ensemble.scene.mount}"
+    plotting.save_figure(bar_chart({title: bars(ensemble)}), path)
+
+
+def bar_chart(charts: Mapping[str, Sequence[Bar]]) -> Any:
+    """Return a figure with a panel of bars, most frequent first, for each title, row by row."""
+    width = _WIDTH if len(charts) > 1 else _ALONE
+    figure, axes = plotting.panels(len(charts), "", width, _HEIGHT, shared=False)
+    figure.get_layout_engine().set(h_pad=0.12)
+    shown = {name: _most(content) for name, content in charts.items()}
+    for axis, (name, content) in zip(axes, shown.items(), strict=True):
+        _draw_panel(axis, name, content)
+    used = {bar.status for content in shown.values() for bar in content}
+    handles = [
+        plotting.patch("Patch", color=c, label=name)
+        for name, c in COLOUR_OF.items()
+        if name in used
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
+    return figure
+
+
+def _most(content: Sequence[Bar]) -> list[Bar]:
+    """Return at most `SLOTS` bars."""
+    if len(content) <= SLOTS:
+        return list(content)
+    rate = sum(bar.rate for bar in content[SLOTS - 1 :])
+    return [*content[: SLOTS - 1], Bar("", "others", rate, math.nan, math.nan, ())]
+
+
+def _draw_panel(axis: Any, name: str, content: Sequence[Bar]) -> None:
+    places, rates = np.arange(len(content)), np.array([bar.rate for bar in content])
+    errors = [rates - [bar.low for bar in content], [bar.high for bar in content] - rates]
+    axis.bar(places, rates, color=[COLOUR_OF[bar.status] for bar in content], width=0.62)
+    axis.errorbar(
+        places, rates, np.maximum(errors, 0.0), fmt="none", ecolor=plotting.INK, capsize=3
+    )
+    axis.set_title(name, fontsize=10, color=plotting.INK)
+    axis.set_xlim(-0.5, SLOTS - 0.5)
+    axis.set_ylim(0.0, 1.05)
+    axis.set_yticks([0.0, 0.5, 1.0], ["0", "50 %", "100 %"])
+    axis.set_xticks(places, [_label(bar) for bar in content], fontsize=7)
+    axis.tick_params(axis="x", length=0)
+    axis.grid(visible=False, axis="x")
+    for place, bar in zip(places, content, strict=True):
+        if bar.joints:
+            corner = ((place + 0.08) / SLOTS, -0.46)
+            _draw_outline(axis.inset_axes([*corner, 0.84 / SLOTS, 0.32]), bar)
+
+
+def _label(bar: Bar) -> str:
+    return "others" if bar.status == "others" else bar.word or "(one component)"
+
+
+def _draw_outline(axis: Any, bar: Bar) -> None:
+    """Draw the casings of a chain, turned so that those of a full fold are upright."""
+    angles = headings(bar.joints, first=math.pi / 4)
+    for k, (middle, angle) in enumerate(zip(centres(angles), angles, strict=True)):
+        face = COLOUR_OF[bar.status] if k == 0 else "white"
+        corners = square(middle, float(angle), 1.0)
+        look = {"facecolor": face, "edgecolor": plotting.INK, "linewidth": 0.8, "clip_on": False}
+        axis.add_patch(plotting.patch("Polygon", corners, **look))
+    axis.set_aspect("equal")
+    axis.autoscale_view()
+    axis.set_axis_off()
 
 
 def draw_sweep(sweep: Sweep, path: str | Path, outcome: Outcome | None = None) -> None:
@@ -82,9 +171,7 @@ def _lines(sweep: Sweep, outcome: Outcome | None) -> Any:
 def _colours(outcomes: Sequence[Outcome]) -> list[str]:
     """Return a colour for each outcome: a status has its own, and words get the remaining ones."""
     own = [None if each.word else COLOUR_OF[str(each.status)] for each in outcomes]
-    left = iter(
-        [each for each in (*plotting.COLOURS[3:], *plotting.COLOURS[:3]) if each not in own]
-    )
+    left = (c for c in (*plotting.COLOURS[3:], *plotting.COLOURS[:3]) if c not in own)
     return [each or next(left) for each in own]
 
 
@@ -111,25 +198,19 @@ def _maps(sweep: Sweep, outcome: Outcome | None) -> Any:
     widest = max(max(part.rate - part.low, part.high - part.rate) for part in found)
     title = f"{_title(sweep)}; 95 % intervals within ±{100 * widest:.0f} %"
     (x_name, x), (y_name, y) = across, up
-    columns = min(len(rates), 2)
-    rows = -(-len(rates) // columns)
-    width, height = (_CELL * min(max(len(values), 6), _TICKS) for values in (x, y))
-    size = (columns * (width + 0.8) + 1.2, rows * (height + 0.8) + 0.9)
-    figure = plotting.figure_class()(figsize=size, layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    width, height = (_CELL * min(max(len(values), 6), _TICKS) + 0.8 for values in (x, y))
+    figure, axes = plotting.panels(len(rates), title, width, height, shared=False)
     image = None
-    for axis, (name, shares) in zip(axes, rates.items(), strict=False):
+    for axis, (name, shares) in zip(axes, rates.items(), strict=True):
+        axis.grid(visible=False)
         image = axis.imshow(shares, vmin=0.0, vmax=1.0, cmap=_MAP, origin="lower", aspect="auto")
         axis.set_title(name, fontsize=10, color=plotting.INK)
         _mark(axis.set_xticks, x)
         _mark(axis.set_yticks, y)
         axis.tick_params(length=0, labelsize=8)
-        axis.spines[:].set_color(plotting.GRID)
+        axis.spines[:].set(color=plotting.GRID, visible=True)
         if max(shares.shape) <= _TICKS:
             _write_numbers(axis, shares)
-    for axis in axes[len(rates) :]:
-        axis.set_axis_off()
-    figure.suptitle(title, color=plotting.INK)
     figure.supxlabel(x_name, fontsize=10, color=plotting.INK)
     figure.supylabel(y_name, fontsize=10, color=plotting.INK)
     bar = figure.colorbar(image, ax=axes.tolist(), fraction=0.05, aspect=30)

@@ -13,6 +13,7 @@ from __future__ import annotations
 import importlib
 import json
 import math
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -30,7 +31,7 @@ from magfold_env.engine.workspace import MOST_CONSTRAINED, new_work
 from magfold_env.files import write_text
 from magfold_env.fold import Fold, FoldStatus, loaded
 from magfold_env.scene import Problem, SceneError, errors
-from magfold_env.shapes import BoolArray, FloatArray, IntArray
+from magfold_env.shapes import BoolArray, FloatArray
 from magfold_env.simulation.pack import pack, pack_obstacles
 
 # Neither package has types.
@@ -185,18 +186,16 @@ def holding(
     forces = _Forces(fold)
     balance, opening = _Balance(fold, forces, fixed), np.empty((n - 1, 2))
     for joint in range(n - 1):
-        couple = np.zeros((n, 3))
-        couple[joint : joint + 2, 2] = -1.0, 1.0
+        couple = _wrench(n, {joint: (0.0, 0.0, -1.0), joint + 1: (0.0, 0.0, 1.0)})
         opening[joint] = balance.limit(couple), balance.limit(-couple)
     if held:
         balance = _Balance(fold, forces, fixed | (np.arange(n) == held - 1))
-    pull = np.empty(len(angles))
-    for k, angle in enumerate(angles):
-        load = np.zeros((n, 3))
-        load[pulled - 1, :2] = math.cos(angle), math.sin(angle)
-        pull[k] = balance.limit(load)
+    pull = [
+        balance.limit(_wrench(n, {pulled - 1: (math.cos(angle), math.sin(angle), 0.0)}))
+        for angle in angles
+    ]
     stiffness = _stiffnesses(forces, fold, from_first=not fixed[-1])
-    return Holding(fold, opening, stiffness, angles, pull, pulled, held)
+    return Holding(fold, opening, stiffness, angles, np.array(pull), pulled, held)
 
 
 def in_tube(fold: Fold) -> BoolArray:
@@ -259,7 +258,7 @@ def _stiffnesses(forces: _Forces, fold: Fold, *, from_first: bool) -> FloatArray
     """
     found = np.empty(fold.scene.n - 1)
     for joint, angle in enumerate(fold.joint_angles):
-        if fold.scene.contact and abs(angle) > 0.5 * math.pi - NEAR:
+        if _at_stop(fold, angle):
             # From the stop: a one-sided difference of second order.
             step = -math.copysign(STEP, angle)
             turns, weights = (0.0, step, 2.0 * step), np.array([-1.5, 2.0, -0.5]) / step
@@ -307,7 +306,9 @@ class _Balance:
         either_way = _hinge_wrenches(forces, pinned=fold.scene.mount == "pinned")
         pushing = [*_stop_wrenches(fold), *_contact_wrenches(fold, forces)]
         rubs = np.flatnonzero(self._moves & (forces.grip > 0.0))
-        rubbing = _friction_wrenches(forces, rubs)
+        # Friction along x, along y and about the centre.
+        units = np.diag([1.0, 1.0, forces.model.arm]).tolist()
+        rubbing = [_wrench(fold.scene.n, {i: unit}) for i in rubs.tolist() for unit in units]
         columns = [self._scaled(wrench) for wrench in (*either_way, *pushing, *rubbing)]
         self._size, self._grip = 3 * int(self._moves.sum()), forces.grip[rubs] / self._unit
         self._pushing = len(either_way) + np.arange(len(pushing))
@@ -334,13 +335,7 @@ class _Balance:
         return (wrench / self._lengths)[self._moves].ravel()
 
     def _make_exact(self) -> None:
-        """Subtract the residual of the fold's balance, which is almost zero at rest.
-
-        Raises
-        ------
-        SceneError
-            If the residual is larger.
-        """
+        """Subtract the residual of the fold's balance, which is almost zero at rest."""
         size = self._size
         found = self._solve(-np.eye(size), np.ones(size), np.zeros(size))
         assert found is not None  # any gap can be filled
@@ -357,10 +352,7 @@ class _Balance:
         self._right[:size] = balanced
 
     def limit(self, load: FloatArray) -> float:
-        """Return the largest multiple of a load, given as a wrench, that can be balanced.
-
-        Infinite if every multiple is balanced.
-        """
+        """Return the largest multiple of a wrench that can be balanced; infinite if all are."""
         column = self._scaled(load)[:, None]
         size = float(np.abs(column).max(initial=0.0))
         if size == 0.0:
@@ -398,28 +390,24 @@ class _Balance:
         return np.array(solution.x)
 
 
+def _wrench(n: int, rows: Mapping[int, Sequence[Any]]) -> FloatArray:
+    """Return a wrench (n, 3) of some components, given by their indices; the others get nothing."""
+    wrench = np.zeros((n, 3))
+    for k, row in rows.items():
+        wrench[k] = row
+    return wrench
+
+
 def _hinge_wrenches(forces: _Forces, *, pinned: bool) -> list[FloatArray]:
     """Return the wrenches of hinges along x and y, which push and pull both components."""
     n, reach = forces.model.n, forces.reach
     found: list[FloatArray] = []
     for hinge in range(-1 if pinned else 0, n - 1):
         for axis in np.eye(2):
-            wrench = np.zeros((n, 3))
+            rows = {hinge + 1: (*-axis, _cross(reach[hinge + 1], axis))}
             if hinge >= 0:
-                wrench[hinge] = *axis, _cross(reach[hinge], axis)
-            wrench[hinge + 1] = *-axis, _cross(reach[hinge + 1], axis)
-            found.append(wrench)
-    return found
-
-
-def _friction_wrenches(forces: _Forces, components: IntArray) -> list[FloatArray]:
-    """Return the wrenches of the floor on components: along x, along y and about the centre."""
-    found: list[FloatArray] = []
-    for i in components:
-        for row in np.diag([1.0, 1.0, forces.model.arm]):
-            wrench = np.zeros((forces.model.n, 3))
-            wrench[i] = row
-            found.append(wrench)
+                rows[hinge] = *axis, _cross(reach[hinge], axis)
+            found.append(_wrench(n, rows))
     return found
 
 
@@ -427,11 +415,15 @@ def _stop_wrenches(fold: Fold) -> list[FloatArray]:
     """Return the wrenches of stops, which open their joints."""
     found: list[FloatArray] = []
     for joint, angle in enumerate(fold.joint_angles):
-        if fold.scene.contact and abs(angle) > 0.5 * math.pi - NEAR:
-            wrench = np.zeros((fold.scene.n, 3))
-            wrench[joint : joint + 2, 2] = np.copysign([1.0, -1.0], [angle, -angle])
-            found.append(wrench)
+        if _at_stop(fold, angle):
+            way = math.copysign(1.0, angle)
+            rows = {joint: (0.0, 0.0, way), joint + 1: (0.0, 0.0, -way)}
+            found.append(_wrench(fold.scene.n, rows))
     return found
+
+
+def _at_stop(fold: Fold, angle: float) -> bool:
+    return fold.scene.contact and abs(angle) > 0.5 * math.pi - NEAR
 
 
 def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
@@ -467,10 +459,9 @@ def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
         normal = np.array([c * ux - s * uy, s * ux + c * uy])
         arm = np.array(boxes.corner(work, other, corner))
         centre = np.stack([work.boxes.x, work.boxes.y], axis=1)
-        wrench = np.zeros((n, 3))
-        if other < n:
-            wrench[other] = *normal, _cross(arm, normal)
-        if box < n:
-            wrench[box] = *-normal, -_cross(centre[other] + arm - centre[box], normal)
-        found.append(wrench)
+        rows = {
+            other: (*normal, _cross(arm, normal)),
+            box: (*-normal, -_cross(centre[other] + arm - centre[box], normal)),
+        }
+        found.append(_wrench(n, {k: row for k, row in rows.items() if k < n}))
     return found
