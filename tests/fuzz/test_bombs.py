@@ -5,7 +5,7 @@ import time
 import pytest
 
 from agents.settings import SettingsError, load_settings
-from agents.tuning.search import load_search
+from agents.tune import load_search
 from tests.command_line import fails_in_one_line, run
 from tests.fuzz.readers import READERS, outcome
 
