@@ -59,18 +59,7 @@ class Refolding(NamedTuple):
 
 
 class DrawingBack:
-    """Plays folds whose first attempt may fail, in every row of episodes.
-
-    Parameters
-    ----------
-    found : sequence of Redoing
-        The settings of each row.
-
-    Attributes
-    ----------
-    times : array of int, shape (m,)
-        Number of times each row has drawn in.
-    """
+    """Plays folds whose first attempt may fail, in every row of episodes, by the row's settings."""
 
     def __init__(self, found: Sequence[Redoing]) -> None:
         self._first = Following([each.first.way for each in found])
@@ -80,6 +69,7 @@ class DrawingBack:
         self._goal: Floats = np.full(len(found), np.nan)
         self._stood: Ints = np.zeros(len(found), dtype=np.int64)
         self.times: Ints = np.zeros(len(found), dtype=np.int64)
+        """Number of times each row has drawn in."""
 
     def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:
         """Return the speeds of some rows for the next step [m/s]."""
@@ -126,13 +116,7 @@ def _turned_wrong(episodes: Any, rows: Ints, wrong: Floats, stood: Bools) -> Boo
 
 
 class DrawingBackTwice:
-    """Plays two folds, with the chain drawn in between, in every row of episodes.
-
-    Parameters
-    ----------
-    found : sequence of Refolding
-        The settings of each row.
-    """
+    """Plays two folds, with the chain drawn in between, in every row of episodes."""
 
     def __init__(self, found: Sequence[Refolding]) -> None:
         self._folds = {

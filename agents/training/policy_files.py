@@ -37,10 +37,9 @@ class SavedPolicy:
 
 def _kind(settings: PolicySettings) -> tuple[type[policies.BasePolicy], dict[str, Any]]:
     """Return the class of a policy with given settings, and the options of its features."""
-    dictionary = isinstance(settings.observations, policy_file.Boxes)
-    return network(
-        settings.algorithm, settings.features, dictionary, settings.backward, settings.lstm
-    )
+    boxes = isinstance(settings.observations, policy_file.Boxes)
+    own = settings.algorithm, settings.features, boxes, settings.backward, settings.lstm
+    return network(*own)
 
 
 def make(settings: PolicySettings) -> policies.BasePolicy:
@@ -90,14 +89,13 @@ def begin_with(path: str | Path, model: base_class.BaseAlgorithm, shown: Shown) 
     ValueError
         If there is no such file, or it is damaged or has other networks, actions or observations.
     """
-    settings, policy = _read(Path(path))
-    aside = {"steps", "blind"}
-    own = _settings_of(model, shown)
-    theirs, wanted = (each.model_dump(exclude=aside) for each in (settings, own))
-    if where := difference(theirs, wanted):
+    saved, aside = load(path), {"steps", "blind"}
+    both = saved.shown, _settings_of(model, shown)
+    theirs, own = (settings.model_dump(exclude=aside) for settings in both)
+    if where := difference(theirs, own):
         raise ValueError(f"{path}: holds another policy, {where}; must be one of the same networks")
-    model.policy.load_state_dict(policy.state_dict())
-    return settings.steps
+    model.policy.load_state_dict(saved.policy.state_dict())
+    return saved.steps
 
 
 def load(path: str | Path) -> SavedPolicy:
@@ -108,12 +106,6 @@ def load(path: str | Path) -> SavedPolicy:
     ValueError
         If there is no such file, it is damaged, or a model of Stable-Baselines3.
     """
-    settings, policy = _read(Path(path))
-    return SavedPolicy(policy, settings, settings.steps)
-
-
-def _read(path: Path) -> tuple[PolicySettings, policies.BasePolicy]:
-    """Return the settings in a policy file, and the networks with its weights."""
     file = policy_file.read(path)
     try:
         policy = make(file.settings)
@@ -128,7 +120,7 @@ def _read(path: Path) -> tuple[PolicySettings, policies.BasePolicy]:
         raise ValueError(f"{path}: weights: {error}") from None
     policy.load_state_dict({name: torch.from_numpy(each) for name, each in weights.items()})
     policy.set_training_mode(False)
-    return file.settings, policy
+    return SavedPolicy(policy, file.settings, file.settings.steps)
 
 
 def _settings_of(model: base_class.BaseAlgorithm, shown: Shown) -> PolicySettings:

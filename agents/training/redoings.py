@@ -7,19 +7,20 @@ their own stream.
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 from zlib import crc32
 
 import numpy as np
 
 from agents.open_loops.schedules import LONGEST_PAUSE, Schedule
 from agents.open_loops.search import Search
-from agents.settings import REPROGRAM_ENV, EnvSettings
+from agents.settings import EnvSettings
 from agents.training.drawing_back import DrawingBack, DrawingBackTwice, Redoing, Refolding
 from agents.training.envs import make_env
 from agents.training.open_loops import best_open_loops, field_of, kept_search
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.baselines.legs import Leg
+from magfold_env.envs.reprogram import ReprogramEnv
 from magfold_env.envs.spaces.actions import SLOWEST_LEVEL
 from magfold_env.scene import Scene
 
@@ -39,24 +40,17 @@ STANDS = LONGEST_PAUSE + 1, 75
 def searched(
     settings: EnvSettings, effort: Search, folder: Path
 ) -> list[Redoing] | list[Refolding]:
-    """Return how every task of an environment is done.
+    """Return the best settings for every task of an environment in which a given chain folds.
 
-    Parameters
-    ----------
-    settings : EnvSettings
-        Settings of the environment, in which a given chain folds.
-    effort : Search
-        Number of open loops tried for every task, and of their episodes.
-    folder : Path
-        Where what is searched is kept, for other runs too.
+    `effort` is that of the search for open loops; `folder` stores searches, also for other runs.
     """
     best = best_open_loops(settings, effort, folder)
     key = {"open loops": effort, "drawing back": EFFORT}
     jobs = [(settings, number, each) for number, each in enumerate(best)]
     places: list[int] = kept_search("drawing back", settings, key, folder, _search, jobs)
-    scene = _scene_of_two_folds(settings)
+    env: Any = make_env(settings).unwrapped
     found: list[Any] = [
-        _tried(each, number, scene)[place]
+        _tried(env, number, each)[place]
         for number, (each, place) in enumerate(zip(best, places, strict=True))
     ]
     return found
@@ -64,34 +58,25 @@ def searched(
 
 def _search(settings: EnvSettings, number: int, best: Sequence[Schedule]) -> int:
     env: Any = make_env(settings).unwrapped
-    found = _tried(best, number, _scene_of_two_folds(settings))
+    found = _tried(env, number, best)
     return field_of(env).race(number, found, STREAM, EFFORT.budget, playing)[0].place
 
 
-def _tried(
-    best: Sequence[Schedule], number: int, scene: Scene | None
-) -> Sequence[Redoing | Refolding]:
-    if scene is None:
-        return candidates(best, number, EFFORT.candidates)
-    return candidates_twice(best, number, EFFORT.candidates, scene)
-
-
-def _scene_of_two_folds(settings: EnvSettings) -> Scene | None:
-    if settings.id != REPROGRAM_ENV:
-        return None
-    env: Any = make_env(settings).unwrapped
-    return cast("Scene", env.world.scene)
+def _tried(env: Any, number: int, best: Sequence[Schedule]) -> Sequence[Redoing | Refolding]:
+    if isinstance(env, ReprogramEnv):
+        return candidates_twice(best, number, EFFORT.candidates, env.world.scene)
+    return candidates(best, number, EFFORT.candidates)
 
 
 def playing(found: Sequence[Any]) -> Plan:
-    """Return what does as is found, one a row."""
+    """Return a plan that plays by some settings, one per row."""
     return (DrawingBackTwice if isinstance(found[0], Refolding) else DrawingBack)(found)
 
 
 def candidates(best: Sequence[Schedule], number: int, count: int) -> list[Redoing]:
     """Return the candidates for a task, by its number, from its best open loops."""
     rng = _rng(number)
-    found = [_plain(best[0], each) for each in (best[0], *_onward(best))]
+    found = [Redoing(best[0], each, 0.6, 0.3, 0.2, -0.3) for each in (best[0], *_onward(best))]
     while len(found) < count:
         found.append(_drawn(rng, best))
     return found[:count]
@@ -113,13 +98,8 @@ def candidates_twice(
 
 
 def _rng(number: int) -> np.random.Generator:
-    return np.random.default_rng(
-        np.random.SeedSequence(number, spawn_key=(crc32(b"drawing back"),))
-    )
-
-
-def _plain(first: Schedule, again: Schedule) -> Redoing:
-    return Redoing(first, again, 0.6, 0.3, 0.2, -0.3)
+    key = (crc32(b"drawing back"),)
+    return np.random.default_rng(np.random.SeedSequence(number, spawn_key=key))
 
 
 def _drawn(rng: np.random.Generator, best: Sequence[Schedule]) -> Redoing:
