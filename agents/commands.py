@@ -16,6 +16,8 @@ EnvChanges = Annotated[
     list[str] | None,
     typer.Option(help="Change of an environment setting, KEY=VALUE, such as targets=n8."),
 ]
+Draws = Annotated[int, typer.Option(min=1, help="Episodes per target.")]
+Processes = Annotated[int, typer.Option(min=1, help="Number of parallel processes.")]
 Assignments = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Any other setting: learner.gamma=0.9."),

@@ -7,8 +7,10 @@ from typing import Annotated
 import typer
 
 from agents.commands import (
+    Draws,
     EnvChanges,
     EnvConfig,
+    Processes,
     progress_bar,
     reported_errors,
     run_command,
@@ -19,9 +21,6 @@ from agents.settings import EnvSettings, env_settings
 from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import physics_digest
-
-SHOWN = 4
-"""Number of targets whose folds the report plays."""
 
 
 def evaluate(
@@ -61,14 +60,21 @@ def compare(
     folder: Path,
     built: bool = False,
 ) -> report.Played:
-    """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
+    """Evaluate, show the table, and write numbers and a page to `folder`.
 
     The comparison includes random actions and the energy minimiser's designs, the latter unless a
     target has none. Given methods come first. The other arguments are those of `evaluate`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     typer.echo(page.conditions(settings, draws))
-    every = [*methods, *_usual(methods, settings)]
+    env = episodes.make_env(settings)
+    usual = [report.RANDOM]
+    if missing := [target for target in env.targets if env.baseline_of(target).flagged]:
+        typer.echo(f"the minimiser has no design for {', '.join(missing)} and is left out")
+    else:
+        usual.append(report.REFERENCE)
+    taken = {method.name for method in methods}
+    every = [*methods, *(episodes.Method(name, (name,)) for name in usual if name not in taken)]
     results = evaluate(every, settings, draws, processes, built)
     summaries = report.summarise(results)
     options.show(
@@ -77,25 +83,9 @@ def compare(
     )
     seeds = evaluation_seeds(draws)
     report.results_of(settings, every, seeds, results, summaries).write(folder / "results.json")
-    pictures = page.draw(folder, results, summaries)
-    moving = episodes.make_env(settings).task.fidelity == "dynamics"
-    shown = page.replays(results, SHOWN) if moving else {}
-    page.write_page(folder / "report.html", settings, draws, summaries, pictures, shown)
+    page.write_page(folder / "report.html", settings, draws, results, summaries)
     options.say_written(folder / "results.json", folder / "report.html")
     return results
-
-
-def _usual(given: Sequence[episodes.Method], settings: EnvSettings) -> list[episodes.Method]:
-    """Return the methods for comparison that are not given."""
-    env = episodes.make_env(settings)
-    names = [report.RANDOM]
-    missing = [target for target in env.targets if env.baseline_of(target).flagged]
-    if missing:
-        typer.echo(f"the minimiser has no design for {', '.join(missing)} and is left out")
-    else:
-        names.append(report.REFERENCE)
-    taken = {method.name for method in given}
-    return [episodes.Method(name, (name,)) for name in names if name not in taken]
 
 
 def main(
@@ -108,8 +98,8 @@ def main(
     ] = None,
     config: EnvConfig = "ppo-tube-feed",
     env: EnvChanges = None,
-    draws: Annotated[int, typer.Option(min=1, help="Episodes per target.")] = 20,
-    processes: Annotated[int, typer.Option(min=1, help="Episodes played at a time.")] = 2,
+    draws: Draws = 20,
+    processes: Processes = 2,
     built: Annotated[
         bool, typer.Option(help="Also fold every choice in a chain built beforehand (preloaded).")
     ] = True,
@@ -117,7 +107,6 @@ def main(
 ) -> None:
     """Compare random actions, the energy minimiser's designs, searches and trained policies."""
     with reported_errors(ValueError):
-        options.need_render(charts=True)
         options.check_folder("--output", output)
         settings = env_settings(config, env or [])
         methods = episodes.parse_methods(agents or [])

@@ -12,7 +12,6 @@ from agents.evaluation.episodes import Method
 from agents.evaluation.policies import NO_MOTION
 from agents.settings import SettingsError, env_settings, load_settings
 from agents.training.run import train
-from magfold_env.cli import options
 
 CONFIG = "ppo-quickstart"
 """Settings of the training."""
@@ -28,7 +27,6 @@ def main(
     It also plays without motion: the difference shows the benefit of observing the chain.
     """
     with reported_errors(SettingsError):
-        options.need_render(charts=True)
         settings = load_settings(CONFIG, minutes=minutes)
         policy = train(settings, output, resume=False)
         method = Method("PPO", (str(policy),))

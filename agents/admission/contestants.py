@@ -139,19 +139,16 @@ def play_oracle(
     arena: Arena, best: dict[int, list[Any]], budget: int, start: int, stop: int
 ) -> list[list[list[float]]]:
     """Return success and score of `ORACLE` and `SAME_DRAW` in each of some episodes."""
-    return [_play_oracle(arena, best, budget, episode) for episode in range(start, stop)]
-
-
-def _play_oracle(
-    arena: Arena, best: dict[int, list[Any]], budget: int, episode: int
-) -> list[list[float]]:
-    numbers, seeds = arena.draws(episode, episode + 1)
-    number = int(numbers[0])
-    tried = arena.open_loops.raced(best[number], number, arena.drawn(episode)[1])
-    field = Field(copied_episodes(arena, episode, WIDTH), arena.open_loops)
-    winner = field.race(0, tried, copies(episode), budget)[0]
-    ends = arena.field.follow(np.repeat(numbers, len(tried)), seeds * len(tried), tried)
-    return [ends[winner.place].tolist(), max(ends.tolist())]
+    found: list[list[list[float]]] = []
+    for episode in range(start, stop):
+        numbers, seeds = arena.draws(episode, episode + 1)
+        number = int(numbers[0])
+        tried = arena.open_loops.raced(best[number], number, arena.drawn(episode)[1])
+        field = Field(copied_episodes(arena, episode, WIDTH), arena.open_loops)
+        winner = field.race(0, tried, copies(episode), budget)[0]
+        ends = arena.field.follow(np.repeat(numbers, len(tried)), seeds * len(tried), tried)
+        found.append([ends[winner.place].tolist(), max(ends.tolist())])
+    return found
 
 
 def copied_episodes(arena: Arena, episode: int, count: int) -> Any:

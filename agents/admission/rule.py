@@ -7,11 +7,8 @@ Differences are paired, because both contestants play the same draws.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from agents.admission.contestants import BLIND, FROZEN, OPEN_LOOP, ORACLE, RANDOM, TRAINED
 from agents.evaluation import intervals
-from agents.evaluation.report import numbers
 from magfold_env.reporting.intervals import share
 from magfold_env.scoring.results import Row
 
@@ -87,7 +84,7 @@ def judge(ends: Ends) -> Verdict:
     low, high = (float(ends[name][..., 1].mean()) for name in (RANDOM, ORACLE))
     rows = {
         name: Row(
-            success=numbers(_share(each[..., 0])),
+            success=_share(each[..., 0]),
             score=(score := float(each[..., 1].mean())),
             figures={"normalised": (score - low) / (high - low) if high > low else None},
         )
@@ -123,14 +120,14 @@ def _share(success: intervals.Floats) -> intervals.Estimate:
     if len(success) > 1:
         return intervals.estimate(success, None)
     found = share(int(success.sum()), success.size)
-    return intervals.Estimate(*map(np.asarray, (found.rate, found.low, found.high)))
+    return intervals.Estimate(found.rate, found.low, found.high)
 
 
 def markdown(verdict: Verdict) -> str:
     """Return the rows and the results of the lines as tables."""
     text = ["| | success | score | normalised |", "|---|---|---|---|"]
     for name, row in verdict.rows.items():
-        success = intervals.Estimate(*map(np.asarray, row.success))
+        success = intervals.Estimate(*row.success)
         score = row.figures["normalised"]
         normalised = "–" if score is None else f"{score:.2f}"
         text.append(f"| {name} | {success} | {row.score:.3f} | {normalised} |")

@@ -14,7 +14,7 @@ With replaced speeds, a policy still observes the chain and the actual speeds.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -89,7 +89,7 @@ class Method:
     """The policies compared under one name."""
 
     name: str
-    """Name in tables and pictures."""
+    """Name in tables."""
     policies: tuple[str, ...]
     """Arguments of `agents.evaluation.policies.make_policy`, one per seed."""
     change: Change = None
@@ -122,12 +122,9 @@ class Method:
                 f"{text!r} is not allowed; must be random, minimiser, a path, or NAME=PATH,PATH,… "
                 "with a path for each seed"
             )
-        return cls(name or (listed if listed in shipped else _short(files)), files)
-
-
-def _short(files: Sequence[str]) -> str:
-    path = Path(files[0])
-    return path.parent.name if path.stem == "policy" and path.parent.name else path.stem
+        path = Path(listed)
+        short = path.parent.name if path.stem == "policy" and path.parent.name else path.stem
+        return cls(name or (listed if listed in shipped else short), files)
 
 
 def parse_methods(texts: Sequence[str]) -> list[Method]:
@@ -221,9 +218,12 @@ def check(policy: str, settings: EnvSettings) -> None:
         try:
             player(env, [number], [np.random.default_rng(0)])(env.episodes, np.array([0]))
         except ValueError as error:
-            trained = policy.endswith(".safetensors")
+            path = Path(policy)
+            trained = path.suffix == ".safetensors"
             remedy = "; magfold score plays the policies of tracks" if trained else ""
-            raise ValueError(f"{policies.as_given(policy)}: {error}{remedy}") from None
+            # A policy of the project is known by its name.
+            given = path.stem if path.parent == policies.policies_dir() else policy
+            raise ValueError(f"{given}: {error}{remedy}") from None
 
 
 def play(
@@ -304,33 +304,19 @@ def spread_over(
     yield from without_warning(parallel(joblib.delayed(function)(*job) for job in jobs))
 
 
+@dataclass
 class Table:
-    """Players' episodes, row by row, played on several processes.
+    """Players' episodes, row by row, played on several processes."""
 
-    Parameters
-    ----------
-    bar : rich.progress.Progress
-        Shows the progress of every row.
-    processes : int
-        How many.
-    folder : Path, optional
-        Folder that stores episodes; stored ones are not played again.
-    key : dict, optional
-        Everything that the episodes depend on, as JSON values.
-    wait : bool
-        Whether to wait for another run that uses the folder instead of raising an error.
-    """
-
-    def __init__(
-        self,
-        bar: Progress,
-        processes: int,
-        folder: Path | None = None,
-        key: Mapping[str, Any] | None = None,
-        wait: bool = False,
-    ) -> None:
-        self._bar, self._processes, self.folder = bar, processes, folder
-        self._key, self._wait = key or {}, wait
+    bar: Progress
+    """Shows the progress of every row."""
+    processes: int
+    folder: Path | None = None
+    """Folder that stores episodes; stored ones are not played again."""
+    key: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """Everything that the episodes depend on, as JSON values."""
+    wait: bool = False
+    """Whether to wait for another run that uses the folder instead of raising an error."""
 
     def row(
         self,
@@ -343,40 +329,22 @@ class Table:
     ) -> list[Any]:
         """Return a number of records of a player; stored records are not played again.
 
-        Parameters
-        ----------
-        name : str
-            Of the row, and of its folder.
-        count : int
-            How many.
-        job, played : callable
-            `job` maps the first record and the one after the last to the argument of `played`,
-            which returns the records in some process; stored records must be JSON values.
-        block : int
-            Records of a job.
-        key : dict, optional
-            Further values that these records depend on.
+        `name` is that of the row and of its folder, and `key` contains further values that these
+        records depend on. `job` maps the first of at most `block` records and the one after the
+        last to the argument of `played`, which returns them in some process; stored records must be
+        JSON values.
         """
-        task = self._bar.add_task(name, total=count, note="")
+        task = self.bar.add_task(name, total=count, note="")
         path = None if self.folder is None else self.folder / name.replace(" ", "-")
-        with Checkpoint(path, {**self._key, **(key or {})}, self._wait) as kept:
+        with Checkpoint(path, {**self.key, **(key or {})}, self.wait) as kept:
             records = [] if path is None else kept.load()[:count]
             jobs = [job(at, min(at + block, count)) for at in range(len(records), count, block)]
-            for found in spread_over(self._processes, played, jobs):
+            for found in spread_over(self.processes, played, jobs):
                 for record in found:
                     records.append(record)
                     kept.add(record)
-                self._bar.update(task, completed=len(records), note=_note(records))
+                self.bar.update(task, completed=len(records))
         return records
-
-
-def _note(records: Sequence[Any]) -> str:
-    """Return the share of successes so far, if known."""
-    if isinstance(records[0], Outcome):
-        records = [each.record for each in records]
-    if not isinstance(records[0], dict):
-        return ""
-    return f"success {100 * sum(each['success'] for each in records) / len(records):.0f} %"
 
 
 def play_all(

@@ -13,7 +13,7 @@ from agents.admission import __main__ as admission
 from agents.evaluate import compare
 from agents.evaluation import policies
 from agents.evaluation.episodes import Method
-from agents.evaluation.report import numbers, summarise
+from agents.evaluation.report import summarise
 from agents.evaluation.shipped import Card, CardError, load_shipped, shipped_files
 from agents.ship import app, ship_policies, with_results
 from agents.training import policy_files
@@ -69,7 +69,7 @@ def test_the_card_takes_what_an_evaluation_found(card: Card, tmp_path: Path) -> 
     assert found.tasks == tuple(dict.fromkeys(each.target for each in results[NAME][0]))
     for kept, run in zip(found.rows[NAME].runs, results[NAME], strict=True):
         assert kept.success == "".join(str(int(each.success)) for each in run)
-    assert found.rows[NAME].success == numbers(summarise(results)[NAME].success)
+    assert found.rows[NAME].success == summarise(results)[NAME].success
     assert found.env == settings.model_dump(mode="json", exclude_defaults=True)
 
 
