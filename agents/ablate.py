@@ -111,7 +111,7 @@ def main(
     ] = None,
 ) -> None:
     """Compare a trained policy with itself without some of its parts."""
-    with reported_errors(ValueError):
+    with reported_errors():
         settings = env_settings(config, env or [])
         parsed = Method.parse(policy)
         method = Method(parsed.name, parsed.policies[:seeds])

@@ -288,7 +288,7 @@ def main(
     """Choose a sequence and speeds for every target; an interrupted search continues."""
     path = output or Path("runs/baselines") / f"{search}.json"
     calls = targets = 0
-    with reported_errors(ValueError):
+    with reported_errors():
         settings = env_settings(config, env or [])
         total = len(episodes.make_env(settings).targets)
         found = choose(search, settings, path, budget, goal, seed, processes)

@@ -106,7 +106,7 @@ def main(
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/evaluation"),
 ) -> None:
     """Compare random actions, the energy minimiser's designs, searches and trained policies."""
-    with reported_errors(ValueError):
+    with reported_errors():
         options.check_folder("--output", output)
         settings = env_settings(config, env or [])
         methods = episodes.parse_methods(agents or [])

@@ -107,7 +107,7 @@ def main(
     seen: list[dict[str, float]] = []
     policies: list[Any] = []
     other = None
-    with reported_errors(ValueError):
+    with reported_errors():
         dealt = deal(list(folded_words(components)), folds)
         words = [word for held in dealt for word in held]
         length = f"components={components}"

@@ -118,7 +118,7 @@ def main(
     ] = None,
 ) -> None:
     """Record episodes in the folder MINARI_DATASETS_PATH, by default ~/.minari/datasets."""
-    with reported_errors(ValueError, extras="agents,minari"):
+    with reported_errors(extras="agents,minari"):
         content: dict[str, Any] = {"id": env_id}
         for change in env or []:
             put(content, *parse_assignment(change))

@@ -107,7 +107,7 @@ def main(
     output: Annotated[Path, typer.Option(help="The page.")] = PAGE,
 ) -> None:
     """Write the scoreboard from the files."""
-    with reported_errors(ValueError, OSError):
+    with reported_errors():
         write_text(output, page(scores))
     typer.echo(f"written: {output}")
 

@@ -106,7 +106,7 @@ def policies_command(
     folder: Folder = None,
 ) -> None:
     """Write the policies of training runs and a card."""
-    with reported_errors(ValueError):
+    with reported_errors():
         card = ship_policies(name, runs, folder or policies_dir())
     typer.echo(f"{name}: {len(card.policies)} policies", err=True)
 
@@ -122,7 +122,7 @@ def results_command(
 ) -> None:
     """Add results to the card."""
     path = (folder or policies_dir()) / f"{name}.json"
-    with reported_errors(ValueError):
+    with reported_errors():
         card = with_results(Card.read(path), files)
         card.write(path)
     typer.echo(f"{name}: {', '.join(each.view for each in card.results)}", err=True)

@@ -264,7 +264,9 @@ def main(
     ] = None,
 ) -> None:
     """Train with settings drawn from ranges and print the best; an interrupted search continues."""
-    with reported_errors(ValueError, extras="tune"):
+    with reported_errors(extras="tune"):
+        import optuna  # noqa: F401, PLC0415  # pyright: ignore[reportUnusedImport] (tells early)
+
         search = load_search(config, assignments or (), trials)
         folder = output or Path("runs") / search.settings.name
         report_best(search_here(search, folder, storage, minutes), search, folder)

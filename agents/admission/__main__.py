@@ -156,7 +156,7 @@ def main(  # noqa: PLR0913 - one parameter an option
     searched, raced = Search(*search), Search(*race)
     seeing, unseeing = policy or [], blind or []
     given = {TRAINED: seeing, DRAWN: seeing, FROZEN: seeing, BLIND: unseeing}
-    with reported_errors(ValueError):
+    with reported_errors():
         arena = own_arena(env_id, tasks)
         if raced.candidates > searched.candidates:
             raise ValueError(

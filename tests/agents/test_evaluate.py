@@ -1,12 +1,9 @@
-import importlib
 import json
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
-from typer.testing import CliRunner
 
 from agents.evaluate import compare
 from agents.evaluation.episodes import Method, Outcome, make_env, play
@@ -14,9 +11,11 @@ from agents.evaluation.policies import ChoiceFile, Chosen, designs
 from agents.evaluation.report import Played, summarise
 from agents.settings import EnvSettings, env_settings, load_settings
 from magfold_env.simulation.simulate import simulate
+from tests.agents.training import call
 from tests.markup import Markup
 
 SETTINGS = EnvSettings(targets=("LRLLL", "RLRRR"))
+FLOOR = ("MagFold/UnknownFloor-v0", "--output", "{path}")
 SHORT = ("--env", "components=3", "--env", "targets=[LR, RL]")
 
 
@@ -122,11 +121,16 @@ TRACK = "; magfold score plays the policies of "
         ("evaluate", ["no-such"], "no-such: no such file; "),
         ("baselines", ["robust", "--config", "no-such"], "no-such: no such file; "),
         ("baselines", ["robst"], "search: 'robst' is not allowed"),
+        ("admission.__main__", ["MagFold/TubeFeed-v0"], "id: 'MagFold/TubeFeed-v0' is not allowed"),
+        ("admission.__main__", [*FLOOR, "--search", "1000", "900"], "budget: 900 is not allowed"),
+        ("admission.__main__", [*FLOOR, "--race", "1001", "9000"], "--race: 1001 open loops are "),
+        ("admission.__main__", [*FLOOR, "--blind", "no.safetensors"], "no.safetensors: no such "),
         ("evaluate", ["ppo-tube-fed"], "did you mean ppo-tube-feed?"),
         ("ablate", ["ppo-tube-fed"], "did you mean ppo-tube-feed?"),
         ("evaluate", ["--env", "colour=red"], "env.colour: 'red' is not allowed; unknown key"),
         ("evaluate", ["ppo-lumen"], "ppo-lumen-0: policy: its spaces"),
         ("evaluate", ["ppo-lumen"], TRACK),
+        ("ablate", ["random", "--env", "id=MagFold/SequenceDesign-v0"], "env.id: 'MagFold/Seque"),
         ("evaluate", ["--config", "ppo-lumen"], "env.id: 'MagFold/Lumen-v0' is not allowed;"),
         ("evaluate", ["--config", "ppo-tray"], TRACK),
         ("evaluate", ["{path}", *SHORT], "{path}: target: 'RL' has no choice; must be one of LR"),
@@ -143,9 +147,7 @@ def test_what_is_wrong_is_told_in_a_line_before_anything_begins(
     choice = Chosen(("NSNS", "SN-N", "NSNS"), (0.1,) * 3, calls=0, successes=0, releases=0)
     path = tmp_path / "choices.json"
     ChoiceFile(path, {}).add("LR", choice)
-    app = typer.Typer()
-    app.command()(importlib.import_module(f"agents.{module}").main)
-    result = CliRunner().invoke(app, [each.format(path=path) for each in arguments])
+    result = call(module, *(each.format(path=path) for each in arguments))
     assert (result.exit_code, result.stdout) == (2, ""), result.output
     assert result.stderr.startswith("error: ")
     assert said.format(path=path) in result.stderr

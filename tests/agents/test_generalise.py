@@ -2,13 +2,12 @@ import json
 from pathlib import Path
 
 import pytest
-import typer
 import yaml
-from typer.testing import CliRunner
 
-from agents.generalise import deal, main, summary
+from agents.generalise import deal, summary
 from agents.settings import load_settings
 from magfold_env.shapes import folded_words, mirror
+from tests.agents.training import call
 
 WORDS = list(folded_words(5))
 TINY = {
@@ -42,11 +41,9 @@ def test_what_is_lost_is_taken_word_by_word() -> None:
 def test_the_command_trains_plays_and_goes_on(tmp_path: Path) -> None:
     config = tmp_path / "tiny.yaml"
     config.write_text(yaml.safe_dump(TINY), encoding="utf-8")
-    app = typer.Typer()
-    app.command()(main)
-    arguments = [str(config), "--components", "4", "--folds", "2", "--draws", "2"]
-    arguments += ["--processes", "1", "--against", "random", "--output", str(tmp_path / "runs")]
-    first = CliRunner().invoke(app, arguments)
+    given = [config, "--components", 4, "--folds", 2, "--draws", 2, "--processes", 1]
+    given += ["--against", "random", "--output", tmp_path / "runs"]
+    first = call("generalise", *given)
     assert first.exit_code == 0, first.output
     trained = (tmp_path / "runs" / "fold-1" / "policy.safetensors").stat().st_mtime_ns
     content = json.loads((tmp_path / "runs" / "generalise.json").read_text(encoding="utf-8"))
@@ -57,6 +54,6 @@ def test_the_command_trains_plays_and_goes_on(tmp_path: Path) -> None:
         assert set(settings.env.targets or ()) == set(held) - set(fold["held"]) == set(fold["seen"])
         assert settings.seed == k
     assert set(content["figures"]["other"]) == set(held)
-    again = CliRunner().invoke(app, arguments)
+    again = call("generalise", *given)
     assert again.exit_code == 0, again.output
     assert (tmp_path / "runs" / "fold-1" / "policy.safetensors").stat().st_mtime_ns == trained

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.settings import EnvSettings, SettingsError
+from agents.settings import EnvSettings
 from agents.training import mending
 from agents.training.envs import make_env
 from agents.training.imitation import Demonstrations
@@ -98,5 +98,3 @@ def test_demonstrations_can_show_it(
     given = tiny(env={"id": ANCHOR, "difficulty": 0.1}, imitate={"plan": "mending", "random": 0.0})
     steps = Demonstrations(given, tmp_path).block(range(8))
     assert {BACK, PULL} <= set(steps.actions[:, 3].tolist())
-    with pytest.raises((SettingsError, ValueError), match=r"imitate\.plan"):
-        tiny(env={"id": "MagFold/Tray-v0"}, imitate={"plan": "mending"})

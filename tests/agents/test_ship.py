@@ -5,11 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from agents import ablate
-from agents.admission import __main__ as admission
 from agents.evaluate import compare
 from agents.evaluation import policies
 from agents.evaluation.episodes import Method
@@ -19,7 +16,7 @@ from agents.ship import app, ship_policies, with_results
 from agents.training import policy_files
 from agents.training.run import train
 from magfold_env.scoring.results import FORMAT, Results
-from tests.agents.training import tiny
+from tests.agents.training import call, tiny
 
 pytestmark = pytest.mark.train
 
@@ -79,12 +76,10 @@ def test_the_card_takes_what_an_ablation_found_and_keeps_the_rest(
 ) -> None:
     compare([Method.parse(NAME)], tiny().env, 1, 1, tmp_path / "out")
     card = with_results(card, [tmp_path / "out" / "results.json"])
-    command = typer.Typer()
-    command.command()(ablate.main)
-    given = [NAME, "--draws", "1", "--processes", "1", "--seeds", "1", "--output", str(tmp_path)]
+    given = [NAME, "--draws", 1, "--processes", 1, "--seeds", 1, "--output", tmp_path]
     for change in ("fidelity=quasistatic", "components=3", "randomisation=null"):
         given += ["--env", change]
-    done = CliRunner().invoke(command, given)
+    done = call("ablate", *given)
     assert done.exit_code == 0, done.output
     found = with_results(card, [tmp_path / "ablation.json"])
     assert tuple(found.of("evaluation")) == card.results
@@ -123,11 +118,9 @@ def test_an_admission_tells_what_cards_take(tmp_path: Path) -> None:
     floor = "MagFold/UnknownFloor-v0"
     train(tiny(env={"id": floor}, timesteps=24), tmp_path / "run")
     card = ship_policies(NAME, [tmp_path / "run"], tmp_path)
-    command = typer.Typer()
-    command.command()(admission.main)
-    given = [floor, "--policy", str(tmp_path / "run" / "policy.safetensors"), "--tasks", "1"]
-    given += ["--episodes", "3", "--search", "13", "32", "--race", "13", "32"]
-    done = CliRunner().invoke(command, [*given, "--processes", "1", "--output", str(tmp_path)])
+    given = [floor, "--policy", tmp_path / "run" / "policy.safetensors", "--tasks", 1]
+    given += ["--episodes", 3, "--search", 13, 32, "--race", 13, 32, "--processes", 1]
+    done = call("admission.__main__", *given, "--output", tmp_path)
     assert done.exit_code == 0, done.output
     (found,) = with_results(card, [tmp_path / "admission.json"]).results
     assert (found.id, card.numbers(found.rows["trained"])) == (floor, [0])

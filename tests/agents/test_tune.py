@@ -9,9 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer
 import yaml
-from typer.testing import CliRunner
 
 pytest.importorskip("optuna", reason="needs Optuna, the extra tune")
 import optuna
@@ -21,14 +19,11 @@ from agents.settings import SettingsError, load_settings, save_settings
 from agents.training import run
 from agents.training.folder import RunInfo
 from agents.training.run import DivergedError, train
-from agents.tune import folder_of, load_search, main, search_here
+from agents.tune import folder_of, load_search, search_here
 from magfold_env.files import configs_dir
-from tests.agents.training import same_weights, tiny
+from tests.agents.training import call, same_weights, tiny
 
 pytestmark = pytest.mark.train
-
-app = typer.Typer()
-app.command()(main)
 
 SPACE: dict[str, Any] = {
     "learner.learning_rate": {"low": 1e-4, "high": 1e-1, "log": True},
@@ -71,12 +66,12 @@ def test_the_same_command_goes_on_and_the_best_settings_train_the_same_policy_ag
     file: Path, tmp_path: Path
 ) -> None:
     folder = tmp_path / "out"
-    arguments = [str(file), "--output", str(folder)]
-    assert CliRunner().invoke(app, arguments).exit_code == 0
+    given = "tune", file, "--output", folder
+    assert call(*given).exit_code == 0
     first = study_in(folder).trials
-    assert CliRunner().invoke(app, arguments).exit_code == 0
+    assert call(*given).exit_code == 0
     assert study_in(folder).trials == first
-    result = CliRunner().invoke(app, [*arguments, "--trials", "3"])
+    result = call(*given, "--trials", 3)
     assert result.exit_code == 0
     trials = study_in(folder).trials
     assert trials[:2] == first
@@ -251,6 +246,6 @@ def test_wrong_searches_name_key_value_and_remedy(
 def test_shipped_searches_are_valid_and_a_wrong_one_ends_the_command(file: Path) -> None:
     for path in (configs_dir() / "tuning").glob("*.yaml"):
         load_search(path.stem)
-    result = CliRunner().invoke(app, [changed(file, trials=-1)])
+    result = call("tune", changed(file, trials=-1))
     assert result.exit_code == 2
     assert "trials: -1 is not allowed" in result.output
