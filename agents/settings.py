@@ -395,16 +395,10 @@ class TrainSettings(Group, frozen=True):
 def load_settings(
     path: str | Path, assignments: Sequence[str] = (), **overrides: Any
 ) -> TrainSettings:
-    """Read the settings in the YAML file `path`.
+    """Read the settings in a YAML file, or in the one of that name in ``configs/agents``.
 
-    Parameters
-    ----------
-    path : str or Path
-        A file, or the name of one in ``configs/agents``, with or without its suffix.
-    assignments : sequence of str
-        Settings at any depth to replace, such as ``learner.gamma=0.9``; the values are YAML.
-    **overrides
-        Top-level settings to replace; None leaves the file's value.
+    `assignments` such as ``learner.gamma=0.9`` replace settings at any depth; their values are
+    YAML. `overrides` replace top-level settings; None leaves the file's value.
 
     Raises
     ------

@@ -53,25 +53,9 @@ def measure(
 ) -> tuple[dict[str, Any], Ranking]:
     """Play the episodes that the table's folder does not contain yet.
 
-    Parameters
-    ----------
-    arena : Arena
-        The track.
-    table : Table
-        Stores the episodes.
-    efforts : (Search, Search)
-        Those of the search for open loops, and of the oracle's race.
-    episodes : int
-        Number of episodes of every contestant.
-    given : mapping
-        Paths of policies by how they play.
-
-    Returns
-    -------
-    ends : dict
-        Success and score of every contestant, (runs, episodes, 2).
-    found : dict
-        The candidates for open loops.
+    Returns success and score of every contestant, (runs, episodes, 2), and the candidates for open
+    loops. `efforts` are those of the search for open loops and of the oracle's race; `given`
+    contains paths of policies by the name of their contestant.
     """
     searched, raced = efforts
 

@@ -160,12 +160,9 @@ def at_speed(policy: Policy, speed: float | None) -> Policy:
 def make_policy(name: str) -> Policy:
     """Return the policy called `name`.
 
-    Parameters
-    ----------
-    name : str
-        ``random``; ``minimiser``, the design that rewards are measured against; the path of
-        choices that `agents.baselines` wrote (``.json``), or of a policy (``.safetensors``);
-        ``no-motion:`` and one of these, which is then shown no motion.
+    The name is ``random``; ``minimiser``, the design that rewards are measured against; the path of
+    choices that `agents.baselines` wrote (``.json``), or of a policy (``.safetensors``); or
+    ``no-motion:`` and one of these, which is then shown no motion.
 
     Raises
     ------

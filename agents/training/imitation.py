@@ -26,7 +26,7 @@ from torch.nn.utils.rnn import pad_sequence
 from agents.commands import progress_bar
 from agents.open_loops.search import Search
 from agents.settings import TrainSettings
-from agents.training import redoings
+from agents.training import drawing_back
 from agents.training.envs import make_env
 from agents.training.mending import Mending, mended
 from magfold_env.envs.baselines.constant_speed import Plan
@@ -89,8 +89,8 @@ class Demonstrations:
             ways = mended(settings.env, folder)
             self._plan = lambda numbers: Mending([ways[number] for number in numbers])
         elif self._given.plan == "drawing back":
-            found = redoings.searched(settings.env, effort, folder)
-            self._plan = lambda numbers: redoings.playing([found[number] for number in numbers])
+            found = drawing_back.searched(settings.env, effort, folder)
+            self._plan = lambda numbers: drawing_back.playing([found[number] for number in numbers])
         else:
             self._plan = env.plan_of
 

@@ -8,10 +8,8 @@ import io
 import json
 import pickle
 import random
-import struct
 import warnings
 import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,20 +51,6 @@ FEATURES = {
     symmetry.FromOneSide: "symmetric",
 }
 """Features of networks, by class."""
-
-UNREADABLE = (
-    OSError,
-    ValueError,  # among them are wrong text and wrong JSON
-    AttributeError,
-    KeyError,
-    TypeError,
-    RuntimeError,  # encrypted, of an unknown method, or nested too deeply
-    EOFError,
-    struct.error,
-    zipfile.BadZipFile,
-    zlib.error,
-)
-"""Possible errors when reading a file that is damaged or not a zip file."""
 
 MODEL, REPLAY, REST = "model.zip", "replay_buffer.pkl", "state.pkl"
 _RECORDS = ("name_to_value", "name_to_count", "name_to_excluded")
@@ -343,7 +327,7 @@ def read_archive(path: Path, key: Mapping[str, Any]) -> dict[str, bytes]:
         with zipfile.ZipFile(path) as archive:
             members = {name: archive.read(name) for name in archive.namelist()}
         found = json.loads(members.pop(KEY))
-    except UNREADABLE as e:
+    except Exception as e:  # a damaged zip file raises errors of many kinds
         raise CheckpointError(f"{path}: is damaged ({e}); {_REMEDY}") from None
     if where := difference(found, json.loads(json.dumps(key))):
         raise CheckpointError(f"{path}: was written by another run, {where}; {_REMEDY}")

@@ -11,7 +11,7 @@ from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
 from stable_baselines3.common import base_class, policies
 
 from agents.settings import checked
-from agents.training.models import CLASSES, FEATURES, UNREADABLE, network
+from agents.training.models import CLASSES, FEATURES, network
 from magfold_env.checkpoint import difference
 from magfold_env.scoring import policy_file
 from magfold_env.scoring.policy_file import PolicySettings, Shown
@@ -109,7 +109,7 @@ def load(path: str | Path) -> SavedPolicy:
     file = policy_file.read(path)
     try:
         policy = make(file.settings)
-    except (*UNREADABLE, AssertionError) as error:
+    except Exception as error:
         raise ValueError(f"{path}: its networks cannot be made: {error}") from None
     shapes = {name: tuple(tensor.shape) for name, tensor in policy.state_dict().items()}
     try:

@@ -31,7 +31,7 @@ from agents.open_loops import orders
 from agents.open_loops.orders import Orders
 from agents.open_loops.schedules import Schedule, constant
 from agents.open_loops.search import Field, halving, rounds
-from agents.training import mending, open_loops, redoings
+from agents.training import drawing_back, mending, open_loops
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.legs import Leg
 from magfold_env.envs.chains.arrays import Floats, Ints
@@ -275,7 +275,7 @@ def test_the_field_plays_what_a_single_environment_plays(env_id: str) -> None:
 
 def test_draws_of_results_are_used_for_nothing_else() -> None:
     others = ["evaluation", "validation", "selection", "scoring", "search 0", SEARCH]
-    others += [mending.STREAM, redoings.STREAM, open_loops.STREAM]
+    others += [mending.STREAM, drawing_back.STREAM, open_loops.STREAM]
     streams = [*others, *map(copies, range(1000))]
     seeds = {seed for stream in streams for seed in episode_seeds(stream, 30)}
     assert len(seeds) == 30 * len(streams)

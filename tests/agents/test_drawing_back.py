@@ -9,17 +9,19 @@ import pytest
 from agents.open_loops.schedules import LONGEST_PAUSE, constant
 from agents.open_loops.search import Search, open_loops_of
 from agents.settings import EnvSettings
-from agents.training import open_loops, redoings
+from agents.training import drawing_back, open_loops
 from agents.training.drawing_back import (
     LEAST,
     PATIENCE,
+    STREAM,
     DrawingBack,
     DrawingBackTwice,
     Redoing,
     Refolding,
+    candidates,
+    candidates_twice,
 )
 from agents.training.envs import make_env
-from agents.training.redoings import STREAM, candidates, candidates_twice
 from magfold_env.envs.baselines.legs import Following, Leg
 from magfold_env.envs.reprogram import BACK, FIRST, HORIZON, SECOND, ReprogramEnv
 from magfold_env.envs.tasks.draws import episode_seeds
@@ -165,13 +167,13 @@ def test_for_every_task_the_best_of_some_settings_is_found(
 ) -> None:
     every: Any = make_env(SETTINGS).unwrapped
     few: Any = UnknownFloorEnv(tasks=every.tasks[8:10])
-    for module in redoings, open_loops:
+    for module in drawing_back, open_loops:
         monkeypatch.setattr(module, "make_env", lambda _: few)
     monkeypatch.setattr(open_loops.os, "sched_getaffinity", lambda _: {0})
     # Two candidates play the whole budget in one round.
-    monkeypatch.setattr(redoings, "EFFORT", Search(2, 80))
+    monkeypatch.setattr(drawing_back, "EFFORT", Search(2, 80))
     effort = Search(13, 39)
-    found = redoings.searched(SETTINGS, effort, tmp_path)
+    found = drawing_back.searched(SETTINGS, effort, tmp_path)
     best = open_loops.best_open_loops(SETTINGS, effort, tmp_path)
     seeds = episode_seeds(STREAM, 40)
     field = open_loops.field_of(few)
@@ -182,7 +184,7 @@ def test_for_every_task_the_best_of_some_settings_is_found(
             for each in tried
         ]
         assert one == tried[int(np.mean(ends, axis=1).argmax())]
-    assert found == redoings.searched(SETTINGS, effort, tmp_path)
+    assert found == drawing_back.searched(SETTINGS, effort, tmp_path)
 
 
 def _plan(found: Redoing, part: slice) -> DrawingBack:
