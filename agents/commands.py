@@ -68,9 +68,11 @@ def progress_bar() -> progress.Progress:
 def text_table(title: str, rows: Sequence[Mapping[str, str]]) -> table.Table:
     """Return a table of rows with equal keys, the headings; intervals have their own line."""
     shown = table.Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
+    cells = [[cell.replace(" (", "\n(") for cell in row.values()] for row in rows]
     for k, name in enumerate(rows[0]):
-        shown.add_column(name, justify="right" if k else "left")
-    for row in rows:
-        cells = (cell.replace(" (", "\n(") for cell in row.values())
-        shown.add_row(*(cell.replace(" ", "\N{NO-BREAK SPACE}") for cell in cells))
+        # Headings may break into lines; cells may not.
+        width = max(len(line) for row in cells for line in row[k].splitlines() or [""])
+        shown.add_column(name, justify="right" if k else "left", min_width=width if k else None)
+    for row in cells:
+        shown.add_row(*row)
     return shown
