@@ -265,7 +265,7 @@ def main(
 ) -> None:
     """Train with settings drawn from ranges and print the best; an interrupted search continues."""
     with reported_errors(extras="tune"):
-        import optuna  # noqa: F401, PLC0415  # pyright: ignore[reportUnusedImport] (tells early)
+        import optuna  # noqa: F401, PLC0415  # pyright: ignore[reportUnusedImport] (an extra, reported first)
 
         search = load_search(config, assignments or (), trials)
         folder = output or Path("runs") / search.settings.name

@@ -189,7 +189,7 @@ def main(  # noqa: PLR0913 - one parameter an option
             for line in verdict.lines
         ],
         "headroom": verdict.headroom,
-        "verdict": verdict.said,
+        "verdict": verdict.decision,
     }
     results = report.made("admission", env_id, rows, figures=figures)
     text = rule.markdown(verdict)

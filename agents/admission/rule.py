@@ -68,7 +68,7 @@ class Verdict:
     """Success of the oracle minus that of the trained policies; None without them."""
 
     @property
-    def said(self) -> str:
+    def decision(self) -> str:
         """The verdict: whether the task is admitted, and if so whether it is solved."""
         held = [line.holds for line in self.lines]
         if False in held:
@@ -138,5 +138,9 @@ def markdown(verdict: Verdict) -> str:
         for line in verdict.lines
     ]
     headroom = verdict.headroom.points() if verdict.headroom else "–"
-    text += [f"| headroom: {ORACLE} − {TRAINED} | {headroom} | |", "", f"Verdict: {verdict.said}."]
+    text += [
+        f"| headroom: {ORACLE} − {TRAINED} | {headroom} | |",
+        "",
+        f"Verdict: {verdict.decision}.",
+    ]
     return "\n".join(text) + "\n"

@@ -254,7 +254,7 @@ def play(
         return plan
 
     (ends,) = scoring.play(env.episodes, [number], [seed], plan_of)
-    told = {name: column.tolist()[0] for name, column in ends.items()}
+    end = {name: column.tolist()[0] for name, column in ends.items()}
     reward = env.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
     episodes, row = env.episodes, np.array([0])
     scene = env.to_scene() if episodes.arrays.fed[0] == env.scene.n else None
@@ -263,10 +263,10 @@ def play(
     return Outcome(
         target=target,
         word=str(episodes.words(row)[0]),
-        status=told["status"],
+        status=end["status"],
         seed=seed,
-        success=told["is_success"],
-        score=told["score"],
+        success=end["is_success"],
+        score=end["score"],
         reward=float(reward[0]),
         joints=tuple(env.state.joint_angles.tolist()),
         choice=None if scene is None else policies.OpenLoop.of_actions(env, in_order),
@@ -357,7 +357,7 @@ def play_all(
 ) -> list[Outcome]:
     """Return the results of a method's policy in `episodes`, pairs of target and seed, in order.
 
-    If `built` every choice is folded once more, whatever the method says.
+    If `built`, every choice is also folded in a chain built beforehand, as with ``method.built``.
     """
     change, built = method.change, built or method.built
 

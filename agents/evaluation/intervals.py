@@ -1,4 +1,4 @@
-"""What success over seeds and targets says: means, interquartile means, intervals.
+"""Statistics of success over seeds and targets: means, interquartile means, intervals.
 
 The aggregates are those of rliable (Agarwal et al., *Deep Reinforcement Learning at the Edge of the
 Statistical Precipice*, 2021): the interquartile mean is the mean of the middle half of all runs on

@@ -108,8 +108,8 @@ def conditions(settings: EnvSettings, draws: int) -> str:
     given = {"randomisation": "nominal"} | settings.unshaped().options()
     if not isinstance(given.get("targets", ""), str):
         del given["targets"]  # the tables name them
-    told = ", ".join(f"{key} {_text(value)}" for key, value in given.items())
-    return f"{settings.id}, {told}; {draws} draws of each target that no training or search saw."
+    changed = ", ".join(f"{key} {_text(value)}" for key, value in given.items())
+    return f"{settings.id}, {changed}; {draws} draws of each target that no training or search saw."
 
 
 def _folds(settings: EnvSettings, results: report.Played) -> list[Block]:

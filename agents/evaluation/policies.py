@@ -260,7 +260,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Chosen]]:
     """Return what the choices in a file depend on, and the choices by target."""
     with reading_json(path, "a file of choices of agents.baselines, or is damaged", FORMAT) as data:
         if data.pop("checksum") != _checksum(data):
-            raise ValueError("checksum: they are not what was saved")
+            raise ValueError("checksum: differs from that of the choices")
         key, given = dict(data["key"]), data["choices"]
     try:
         return key, TypeAdapter(dict[str, Chosen]).validate_python(given)

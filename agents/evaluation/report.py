@@ -135,8 +135,8 @@ def overall_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
         }
         for name, each in summaries.items()
     ]
-    said = [column for column in rows[0] if any(row[column] != "–" for row in rows)]
-    return [{column: row[column] for column in said} for row in rows]
+    filled = [column for column in rows[0] if any(row[column] != "–" for row in rows)]
+    return [{column: row[column] for column in filled} for row in rows]
 
 
 def files_of(policies: Sequence[str]) -> tuple[File, ...]:

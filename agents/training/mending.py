@@ -75,7 +75,7 @@ class Mending:
         fed, n = episodes.arrays.fed[rows], episodes.world.scene.n
         self._back[rows] &= fed > 1
         chains = [self._ways[row][place] for row, place in zip(rows, self.at[rows], strict=True)]
-        # A complete chain is left or drawn back, whatever else the action says.
+        # Of the actions on a complete chain, only the way matters.
         pairs = zip(chains, np.minimum(fed, n - 1), strict=True)
         parts, lies = np.array([chain.fed[place] for chain, place in pairs]).T
         back = self._back[rows]

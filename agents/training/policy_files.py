@@ -81,7 +81,7 @@ def save(
 def begin_with(path: str | Path, model: base_class.BaseAlgorithm, shown: Shown) -> int:
     """Set the networks of `model` to the weights of a policy that `save` wrote.
 
-    Nothing else of the policy is used; optimisers begin anew. Returns the number of its training
+    Nothing else of the policy is used; optimisers start fresh. Returns the number of its training
     steps.
 
     Raises

@@ -319,7 +319,7 @@ def test_each_line_of_the_rule_decides(
 ) -> None:
     verdict = rule.judge(ends_of(ADMITTED | changes, runs=2))
     assert [line.holds for line in verdict.lines] == holds
-    assert verdict.said == said
+    assert verdict.decision == said
     assert [verdict.rows[name].figures["normalised"] for name in (RANDOM, ORACLE)] == [0.0, 1.0]
 
 
@@ -335,7 +335,7 @@ def test_what_was_not_given_is_not_measured() -> None:
     rates = {name: ADMITTED[name] for name in (RANDOM, OPEN_LOOP, ORACLE)}
     verdict = rule.judge(ends_of(rates))
     assert [line.holds for line in verdict.lines] == [True, None, None, None]
-    assert verdict.said == "not measured as a whole"
+    assert verdict.decision == "not measured as a whole"
     assert rule.markdown(verdict).count("not measured |") == 3
     # Wilson's, of 700 in 1000.
     assert verdict.rows[OPEN_LOOP].success == pytest.approx((0.7, 0.6709, 0.7276), abs=1e-4)

@@ -112,7 +112,7 @@ class Scripted:
 
 
 @pytest.mark.medium
-@pytest.mark.parametrize("pruner", ["median", "hyperband", "none"])
+@pytest.mark.parametrize("pruner", ["median", "hyperband"])
 def test_runs_that_do_badly_are_broken_off(
     pruner: str, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -121,16 +121,10 @@ def test_runs_that_do_badly_are_broken_off(
     monkeypatch.setattr(run, "train", runs)
     settings = {"timesteps": 288, "validate_every": 48}
     given = {"settings": settings, "trials": 6, "startup_trials": 5, "pruner": pruner}
-    search = load_search(changed(file, **given))
-    found = search_here(search, tmp_path / "out").trials
-    states = [trial.state for trial in found]
-    if pruner == "none":
-        assert states == [TrialState.COMPLETE] * 6
-        assert runs.validated == [6] * 6
-    else:
-        assert states[-1] is TrialState.PRUNED
-        assert runs.validated[-1] == 2
-        assert all(trial.value == 0.9 for trial in found[:-1])
+    *found, last = search_here(load_search(changed(file, **given)), tmp_path / "out").trials
+    assert last.state is TrialState.PRUNED
+    assert runs.validated[-1] == 2
+    assert all(trial.value == 0.9 for trial in found)
 
 
 @pytest.mark.medium
