@@ -1,11 +1,9 @@
 """Ablation of a trained policy: ``python -m agents.ablate POLICY``.
 
-The policy plays tube feed unchanged and with parts of it removed (see
-`agents.evaluation.episodes`), on the same targets and draws. The choices of the frozen policy are
-also played with chains built beforehand, whose magnets also act inside the tube. Intervals are 95
-%, by the bootstrap over training seeds and targets together; those of differences are paired by
-seed, target and draws. An interrupted command continues when it is called again; a finished one
-prints its table again.
+The policy plays tube feed unchanged and with parts of it removed, as ``docs/evaluation.md``
+describes, on the same targets and draws. Intervals are 95 %, by the bootstrap over training seeds
+and targets together; those of differences are paired by seed, target and draws. An interrupted
+command continues when it is called again; a finished one prints its table again.
 """
 
 from pathlib import Path

@@ -1,6 +1,7 @@
 """Compare policies on fixed draws: ``python -m agents.evaluate [NAME=PATH,PATH,... ...]``."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -28,15 +29,13 @@ def evaluate(
     settings: EnvSettings,
     draws: int,
     processes: int = 2,
-    built: bool = False,
     folder: Path | None = None,
 ) -> report.Played:
     """Play every policy on every target with the same draws, which training never uses.
 
-    Each policy plays `draws` episodes on each target, in `processes` processes. If `built` is true,
-    each choice is also folded as a chain that is built beforehand. The result maps each method's
-    name to its runs. Episodes that `folder` contains are not played again, and come without their
-    choices and scenes.
+    Each policy plays `draws` episodes on each target, in `processes` processes. The result maps
+    each method's name to its runs. Episodes that `folder` contains are not played again, and come
+    without their choices and scenes.
     """
     seeds = evaluation_seeds(draws)
     wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]
@@ -45,8 +44,7 @@ def evaluate(
         table = episodes.Table(bar, processes, folder, key)
         return {
             each.name: [
-                episodes.play_all(table, each, policy, settings, wanted, built)
-                for policy in each.policies
+                episodes.play_all(table, each, policy, settings, wanted) for policy in each.policies
             ]
             for each in methods
         }
@@ -63,7 +61,8 @@ def compare(
     """Evaluate, show the table, and write numbers and a page to `folder`.
 
     The comparison includes random actions and the energy minimiser's designs, the latter unless a
-    target has none. Given methods come first. The other arguments are those of `evaluate`.
+    target has none. Given methods come first. If `built`, each choice is also folded as a chain
+    that is built beforehand. The other arguments are those of `evaluate`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     typer.echo(page.conditions(settings, draws))
@@ -75,7 +74,8 @@ def compare(
         usual.append(report.REFERENCE)
     taken = {method.name for method in methods}
     every = [*methods, *(episodes.Method(name, (name,)) for name in usual if name not in taken)]
-    results = evaluate(every, settings, draws, processes, built)
+    every = [replace(method, built=built) for method in every]
+    results = evaluate(every, settings, draws, processes)
     summaries = report.summarise(results)
     options.show(
         text_table("Success by target", report.targets_rows(summaries)),

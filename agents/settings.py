@@ -42,13 +42,16 @@ AutoOr = Annotated[
 """A number, or ``auto`` to let the learner adapt it."""
 
 
-class SettingsError(SceneError):
-    """Settings that cannot be used: one line per problem, each naming key, value and remedy."""
+SettingsError = SceneError
+"""Settings that cannot be used: one line per problem, each naming key, value and remedy."""
 
 
 class Group(Part, frozen=True):  # pyright: ignore[reportGeneralTypeIssues] (it is frozen too)
     """Settings that belong together; unknown keys are errors."""
 
+
+GROUP = "group of settings"
+"""What a file must contain, for messages."""
 
 Settings = TypeVar("Settings", bound=pydantic.BaseModel)
 
@@ -405,8 +408,7 @@ def load_settings(
     SettingsError
         If there is no such file, or something in it is not allowed.
     """
-    file = find_config(path, "agents")
-    content = read_mapping(file)
+    content = io.read_mapping(find_config(path, "agents"), GROUP)
     content |= {key: value for key, value in overrides.items() if value is not None}
     for assignment in assignments:
         put(content, *parse_assignment(assignment))
@@ -470,14 +472,6 @@ def find_config(path: str | Path, kind: str) -> Path:
             return candidate
     shipped = ", ".join(sorted(file.stem for file in folder.glob("*.yaml")))
     raise SettingsError(f"{path}: no such file; shipped settings: {shipped}")
-
-
-def read_mapping(file: Path) -> dict[str, Any]:
-    """Read a YAML file, which must contain keys and values."""
-    try:
-        return io.read_mapping(file, "group of settings")
-    except SceneError as error:
-        raise SettingsError(str(error)) from None
 
 
 def parse_assignment(assignment: str) -> tuple[str, Any]:

@@ -25,7 +25,7 @@ from agents.training.folder import RunInfo
 from magfold_env.checkpoint import difference
 from magfold_env.cli import options
 from magfold_env.files import physics_digest
-from magfold_env.scene import Problem, SceneError
+from magfold_env.scene import Problem, SceneError, io
 
 HEARTBEAT = 60
 """Interval of a trial's heartbeat [s]; after twice that time without one, it is resumed."""
@@ -113,7 +113,7 @@ def load_search(path: str, assignments: Sequence[str] = (), trials: int | None =
         If there is no such file, or something is not allowed in the search, in the settings it
         varies, or in those of a trial at either end of a range.
     """
-    content = train_settings.read_mapping(train_settings.find_config(path, "tuning"))
+    content = io.read_mapping(train_settings.find_config(path, "tuning"), train_settings.GROUP)
     if trials is not None:
         content["trials"] = trials
     settings = train_settings.checked(TuneSettings, content, path)

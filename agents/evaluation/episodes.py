@@ -1,16 +1,7 @@
 """The table of a comparison: players and their episodes.
 
-A part of a player may be removed:
-
-================ =================================================================================
-no motion        none in what it is shown, see `magfold_env.scoring.shown.blind`
-frozen           it repeats the actions of one episode in which nothing is drawn
-a speed          its choice of magnets, every component fed at this one speed [m/s]
-random speeds    its choice of magnets, the speed of each step drawn evenly from those on offer,
-                 which lie evenly on a log scale
-================ =================================================================================
-
-With replaced speeds, a policy still observes the chain and the actual speeds.
+A part of a player may be removed, as ``docs/evaluation.md`` describes under "Ablations". With
+replaced speeds, a policy still observes the chain and the actual speeds.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -43,7 +34,7 @@ Result = TypeVar("Result")
 NO_MOTION, FROZEN, RANDOM_SPEEDS = "no motion", "frozen", "random speeds"
 
 Change = str | float | None
-"""The removed part: one of the names, or all speeds but one [m/s]; None for nothing."""
+"""The removed part: one of the names, or all speeds except one [m/s]; None for nothing."""
 
 
 @dataclass(frozen=True)
@@ -231,16 +222,14 @@ def play(
     env: FoldEnv[Any],
     target: str,
     seed: int,
-    rng: np.random.Generator | None = None,
     built: bool = False,
 ) -> Outcome:
-    """Play one episode, whose draws follow from `seed`.
+    """Play one episode, whose draws follow from `seed`; the policy's own follow from `target` too.
 
-    The policy's own draws come from `rng`; by default they follow from `seed` and `target`. If
-    `built`, the same choice is also folded in a chain built beforehand.
+    If `built`, the same choice is also folded in a chain built beforehand.
     """
     key = (1, crc32(target.encode()))
-    rng = rng or np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
     number, actions = env.world.number_of(target), list[Any]()
 
     def plan_of(_: slice) -> Plan:
@@ -258,7 +247,7 @@ def play(
     reward = env.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
     episodes, row = env.episodes, np.array([0])
     scene = env.to_scene() if episodes.arrays.fed[0] == env.scene.n else None
-    judged = built_beforehand(env, scene, target) if built else None
+    built_success, built_score = built_beforehand(env, scene, target) if built else (None, None)
     in_order = actions if env.scene.feed.direction == "forward" else actions[::-1]
     return Outcome(
         target=target,
@@ -271,21 +260,20 @@ def play(
         joints=tuple(env.state.joint_angles.tolist()),
         choice=None if scene is None else policies.OpenLoop.of_actions(env, in_order),
         scene=scene,
-        built=None if judged is None else judged[0],
-        built_score=None if judged is None else judged[1],
+        built=built_success,
+        built_score=built_score,
     )
 
 
 def built_beforehand(
     env: FoldEnv[Any], scene: mf.Scene | None, target: str
-) -> tuple[bool, float] | None:
-    """Return success and score of the chain of an episode when it is built beforehand.
+) -> tuple[bool | None, float | None]:
+    """Return success and score of an episode's chain when it is built beforehand.
 
-    The result is None without dynamics; without a `scene`, the simulation failed and the score is
-    0.
+    Both are None without dynamics; without a `scene`, the simulation failed.
     """
     if env.task.fidelity != "dynamics":
-        return None
+        return None, None
     if scene is None:
         return False, 0.0
     fold = mf.simulate(scene.replace(feed={"loading": "preloaded"}))
@@ -353,38 +341,32 @@ def play_all(
     policy: str,
     settings: EnvSettings,
     episodes: Sequence[tuple[str, int]],
-    built: bool = False,
 ) -> list[Outcome]:
-    """Return the results of a method's policy in `episodes`, pairs of target and seed, in order.
-
-    If `built`, every choice is also folded in a chain built beforehand, as with ``method.built``.
-    """
-    change, built = method.change, built or method.built
+    """Return the results of a method's policy in `episodes`, pairs of target and seed, in order."""
+    stored = table.folder is not None
 
     def job(start: int, stop: int) -> tuple[Any, ...]:
-        return policy, change, settings, episodes[start:stop], built
+        return policy, method, settings, episodes[start:stop], stored
 
-    if table.folder is None:
+    if not stored:
         return table.row(method.name, len(episodes), job, _play)
     digest = file_digest(policy) or policy
     targets, seeds = (list(dict.fromkeys(each)) for each in zip(*episodes, strict=True))
-    key = {"player": digest, "change": change, "built": built, "targets": targets, "seeds": seeds}
+    key = {"player": digest, "change": method.change, "built": method.built}
+    key |= {"targets": targets, "seeds": seeds}
     name = f"{method.name} {digest[:16]}"
-    records = table.row(name, len(episodes), job, _records, key=key)
+    records = table.row(name, len(episodes), job, _play, key=key)
     return [Outcome(**record) for record in records]
-
-
-def _records(*job: Any) -> list[dict[str, Any]]:
-    return [each.record for each in _play(*job)]
 
 
 def _play(
     policy: str,
-    change: Change,
+    method: Method,
     settings: EnvSettings,
     episodes: Sequence[tuple[str, int]],
-    built: bool,
-) -> list[Outcome]:
-    """Play episodes with this process's own policy and environment."""
-    player, env = changed(policy, change, settings), own_env(settings)
-    return [play(player, env, target, seed, built=built) for target, seed in episodes]
+    stored: bool,
+) -> list[Any]:
+    """Play episodes with this process's own policy and environment; `stored` returns records."""
+    player, env = changed(policy, method.change, settings), own_env(settings)
+    found = [play(player, env, target, seed, method.built) for target, seed in episodes]
+    return [each.record for each in found] if stored else found
