@@ -1,26 +1,29 @@
 """Ablation of a trained policy: ``python -m agents.ablate POLICY``.
 
-The policy plays tube feed unchanged and with parts of it removed (see
-`agents.evaluation.episodes`), on the same targets and draws. The choices of the frozen policy are
-also played with chains built beforehand, whose magnets also act inside the tube. Intervals are 95
-%, by the bootstrap over training seeds and targets together; those of differences are paired by
-seed, target and draws. An interrupted command continues when it is called again; a finished one
-prints its table again.
+The policy plays tube feed unchanged and with parts of it removed, as ``docs/evaluation.md``
+describes, on the same targets and draws. Intervals are 95 %, by the bootstrap over training seeds
+and targets together; those of differences are paired by seed, target and draws. An interrupted
+command continues when it is called again; a finished one prints its table again.
 """
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
-from rich import table
 
-from agents.commands import EnvChanges, EnvConfig, reported_errors, run_command, text_table
+from agents.commands import (
+    Draws,
+    EnvChanges,
+    EnvConfig,
+    Processes,
+    reported_errors,
+    run_command,
+    text_table,
+)
 from agents.evaluate import evaluate
 from agents.evaluation import episodes, intervals, report
-from agents.evaluation.episodes import Method
-from agents.evaluation.report import Played, by_target, targets_of
+from agents.evaluation.episodes import FROZEN, NO_MOTION, RANDOM_SPEEDS, Change, Method
 from agents.settings import EnvSettings, env_settings
 from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
@@ -50,70 +53,40 @@ def measure(
             f"env.id: {settings.id!r} is not allowed; must be MagFold/TubeFeed-v0 or "
             "MagFold/TubeFeedGoal-v0, where a policy may see what its choices have done"
         )
-    speeds = {f"{speed:.3f} m/s": speed for speed in env.actions.speeds.tolist()}
-    words = (episodes.NO_MOTION, episodes.FROZEN)
-    changes: dict[str, episodes.Change] = {
-        SEEING: None, **{word: word for word in words}, **speeds,
-        episodes.RANDOM_SPEEDS: episodes.RANDOM_SPEEDS,
-    }  # fmt: skip
+    changes: dict[str, Change] = {SEEING: None, NO_MOTION: NO_MOTION, FROZEN: FROZEN}
+    changes |= {f"{speed:.3f} m/s": speed for speed in env.actions.speeds.tolist()}
+    changes[RANDOM_SPEEDS] = RANDOM_SPEEDS
     dynamics = env.task.fidelity == "dynamics"
     methods = [
-        Method(name, method.policies, change, dynamics and change == episodes.FROZEN)
+        Method(name, method.policies, change, dynamics and change == FROZEN)
         for name, change in changes.items()
     ]
     results = evaluate(methods, settings, draws, processes, folder=folder / "episodes")
-    rows = summarise(results, dynamics)
     files = report.files_of(method.policies)
-    return {name: row.model_copy(update={"files": files}) for name, row in rows.items()}
+    return {
+        name: row.model_copy(update={"files": files})
+        for name, row in summarise(results, dynamics).items()
+    }
 
 
-def summarise(results: Played, built: bool = False) -> dict[str, Row]:
+def summarise(results: report.Played, built: bool = False) -> dict[str, Row]:
     """Return a row for each ablation, and for the frozen policy with chains `built` beforehand.
 
     ``difference`` is the success minus that of the unchanged policy.
     """
-    targets, seeing = targets_of(results), by_target(results[SEEING])
+    targets, seeing = report.targets_of(results), report.by_target(results[SEEING])
     tried = {name: (runs, "success", "score") for name, runs in results.items()}
     if built:
-        tried[BUILT] = results[episodes.FROZEN], "built", "built_score"
+        tried[BUILT] = results[FROZEN], "built", "built_score"
     rows: dict[str, Row] = {}
     for name, (runs, ended, score) in tried.items():
-        success = by_target(runs, ended)
-        above = intervals.estimate(success - seeing, targets)
+        success = report.by_target(runs, ended)
         rows[name] = Row(
-            success=report.numbers(intervals.estimate(success, targets)),
+            success=intervals.estimate(success, targets),
             score=float(np.mean([getattr(each, score) for run in runs for each in run])),
-            figures={"difference": report.numbers(above)},
+            figures={"difference": intervals.estimate(success - seeing, targets)},
         )
     return rows
-
-
-def best_speed(rows: Mapping[str, Row]) -> str:
-    """Return the best fixed speed, by success, then score."""
-    fixed = [name for name in rows if name.endswith(" m/s")]
-    return max(fixed, key=lambda name: (rows[name].success[0], rows[name].score or 0.0))
-
-
-def show(name: str, rows: Mapping[str, Row], count: int) -> table.Table:
-    """Return the table of results; `count` is the number of episodes in each row."""
-    lines: list[dict[str, str]] = []
-    for each, row in rows.items():
-        success, above = (
-            intervals.Estimate(*map(np.asarray, values))
-            for values in (row.success, row.figures["difference"])
-        )
-        points = "" if each == SEEING else above.points()
-        cells = each, str(success), f"{row.score:.3f}", points
-        columns = "", "success (95 %)", "score", f"points above {SEEING}"
-        lines.append(dict(zip(columns, cells, strict=True)))
-    shown = text_table(f"{name}, {count} episodes a row", lines)
-    shown.caption_justify = "left"
-    shown.caption = (
-        f"Best of the speeds, chosen on these draws: {best_speed(rows)}. Where all "
-        f"episodes end alike an interval has no width; Wilson's of {count} successes is "
-        f"{intervals.percent(share(count, count).low)}–100 %."
-    )
-    return shown
 
 
 def main(
@@ -129,14 +102,14 @@ def main(
     ] = None,
     config: EnvConfig = "ppo-tube-feed",
     env: EnvChanges = None,
-    draws: Annotated[int, typer.Option(min=1, help="Episodes per target.")] = 20,
-    processes: Annotated[int, typer.Option(min=1, help="Number of parallel processes.")] = 2,
+    draws: Draws = 20,
+    processes: Processes = 2,
     output: Annotated[
         Path | None, typer.Option(help="Folder of the results; runs/ablation-POLICY by default.")
     ] = None,
 ) -> None:
     """Compare a trained policy with itself without some of its parts."""
-    with reported_errors(ValueError):
+    with reported_errors():
         settings = env_settings(config, env or [])
         parsed = Method.parse(policy)
         method = Method(parsed.name, parsed.policies[:seeds])
@@ -145,11 +118,33 @@ def main(
         folder = output or Path("runs") / f"ablation-{method.name}"
         episodes.warm_up(settings)
         rows = measure(method, settings, draws, processes, folder)
-    own_seeds, best = tuple(evaluation_seeds(draws)), {"best speed": best_speed(rows)}
-    results = report.made("ablation", settings, rows, seeds=own_seeds, figures=best)
+    speeds = [name for name in rows if name.endswith(" m/s")]
+    best = max(speeds, key=lambda name: (rows[name].success[0], rows[name].score or 0.0))
+    results = report.made(
+        "ablation", settings.id, rows, env=report.own_settings(settings),
+        seeds=tuple(evaluation_seeds(draws)), figures={"best speed": best},
+    )  # fmt: skip
     results.write(folder / "ablation.json")
+    lines = [
+        {
+            "": name,
+            "success (95 %)": str(intervals.Estimate(*row.success)),
+            "score": f"{row.score:.3f}",
+            f"points above {SEEING}": ""
+            if name == SEEING
+            else intervals.Estimate(*row.figures["difference"]).points(),
+        }
+        for name, row in rows.items()
+    ]
     count = len(method.policies) * len(episodes.make_env(settings).targets) * draws
-    options.show(show(method.name, rows, count))
+    shown = text_table(f"{method.name}, {count} episodes a row", lines)
+    shown.caption_justify = "left"
+    shown.caption = (
+        f"Best of the speeds, chosen on these draws: {best}. Where all episodes end alike an "
+        f"interval has no width; Wilson's of {count} successes is "
+        f"{intervals.percent(share(count, count).low)}–100 %."
+    )
+    options.show(shown)
     options.say_written(folder / "ablation.json")
 
 

@@ -16,6 +16,8 @@ EnvChanges = Annotated[
     list[str] | None,
     typer.Option(help="Change of an environment setting, KEY=VALUE, such as targets=n8."),
 ]
+Draws = Annotated[int, typer.Option(min=1, help="Episodes per target.")]
+Processes = Annotated[int, typer.Option(min=1, help="Number of parallel processes.")]
 Assignments = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Any other setting: learner.gamma=0.9."),
@@ -37,13 +39,12 @@ def _leave_to_the_command(ended: threading.ExceptHookArgs) -> None:
 
 
 @contextmanager
-def reported_errors(*kinds: type[Exception], extras: str = "") -> Generator[None]:
-    """Print a user error on one line of stderr and end with exit code 2.
+def reported_errors(extras: str = "") -> Generator[None]:
+    """Print wrong values, file errors and missing modules on one line; end with exit code 2.
 
-    These are the `kinds` of errors, file errors, and missing modules, with a hint to `extras` if
-    given; all other errors pass.
+    `extras` are those that a missing module may belong to.
     """
-    with options.errors_in_one_line((*kinds, OSError, ImportError)):
+    with options.errors_in_one_line():
         try:
             yield
         except ModuleNotFoundError as error:
@@ -68,12 +69,10 @@ def text_table(title: str, rows: Sequence[Mapping[str, str]]) -> table.Table:
     """Return a table of rows with equal keys, the headings; intervals have their own line."""
     shown = table.Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
     cells = [[cell.replace(" (", "\n(") for cell in row.values()] for row in rows]
-    first, *others = rows[0]
-    shown.add_column(first)
-    for k, name in enumerate(others, start=1):
+    for k, name in enumerate(rows[0]):
         # Headings may break into lines; cells may not.
         width = max(len(line) for row in cells for line in row[k].splitlines() or [""])
-        shown.add_column(name, justify="right", min_width=width)
+        shown.add_column(name, justify="right" if k else "left", min_width=width if k else None)
     for row in cells:
         shown.add_row(*row)
     return shown

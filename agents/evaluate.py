@@ -1,14 +1,17 @@
 """Compare policies on fixed draws: ``python -m agents.evaluate [NAME=PATH,PATH,... ...]``."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from agents.commands import (
+    Draws,
     EnvChanges,
     EnvConfig,
+    Processes,
     progress_bar,
     reported_errors,
     run_command,
@@ -20,24 +23,19 @@ from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.files import physics_digest
 
-SHOWN = 4
-"""Number of targets whose folds the report plays."""
-
 
 def evaluate(
     methods: Sequence[episodes.Method],
     settings: EnvSettings,
     draws: int,
     processes: int = 2,
-    built: bool = False,
     folder: Path | None = None,
 ) -> report.Played:
     """Play every policy on every target with the same draws, which training never uses.
 
-    Each policy plays `draws` episodes on each target, in `processes` processes. If `built` is true,
-    each choice is also folded as a chain that is built beforehand. The result maps each method's
-    name to its runs. Episodes that `folder` contains are not played again, and come without their
-    choices and scenes.
+    Each policy plays `draws` episodes on each target, in `processes` processes. The result maps
+    each method's name to its runs. Episodes that `folder` contains are not played again, and come
+    without their choices and scenes.
     """
     seeds = evaluation_seeds(draws)
     wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]
@@ -46,8 +44,7 @@ def evaluate(
         table = episodes.Table(bar, processes, folder, key)
         return {
             each.name: [
-                episodes.play_all(table, each, policy, settings, wanted, built)
-                for policy in each.policies
+                episodes.play_all(table, each, policy, settings, wanted) for policy in each.policies
             ]
             for each in methods
         }
@@ -61,15 +58,24 @@ def compare(
     folder: Path,
     built: bool = False,
 ) -> report.Played:
-    """Evaluate, show the table, and write numbers, pictures and a page to `folder`.
+    """Evaluate, show the table, and write numbers and a page to `folder`.
 
     The comparison includes random actions and the energy minimiser's designs, the latter unless a
-    target has none. Given methods come first. The other arguments are those of `evaluate`.
+    target has none. Given methods come first. If `built`, each choice is also folded as a chain
+    that is built beforehand. The other arguments are those of `evaluate`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     typer.echo(page.conditions(settings, draws))
-    every = [*methods, *_usual(methods, settings)]
-    results = evaluate(every, settings, draws, processes, built)
+    env = episodes.make_env(settings)
+    usual = [report.RANDOM]
+    if missing := [target for target in env.targets if env.baseline_of(target).flagged]:
+        typer.echo(f"the minimiser has no design for {', '.join(missing)} and is left out")
+    else:
+        usual.append(report.REFERENCE)
+    taken = {method.name for method in methods}
+    every = [*methods, *(episodes.Method(name, (name,)) for name in usual if name not in taken)]
+    every = [replace(method, built=built) for method in every]
+    results = evaluate(every, settings, draws, processes)
     summaries = report.summarise(results)
     options.show(
         text_table("Success by target", report.targets_rows(summaries)),
@@ -77,25 +83,9 @@ def compare(
     )
     seeds = evaluation_seeds(draws)
     report.results_of(settings, every, seeds, results, summaries).write(folder / "results.json")
-    pictures = page.draw(folder, results, summaries)
-    moving = episodes.make_env(settings).task.fidelity == "dynamics"
-    shown = page.replays(results, SHOWN) if moving else {}
-    page.write_page(folder / "report.html", settings, draws, summaries, pictures, shown)
+    page.write_page(folder / "report.html", settings, draws, results, summaries)
     options.say_written(folder / "results.json", folder / "report.html")
     return results
-
-
-def _usual(given: Sequence[episodes.Method], settings: EnvSettings) -> list[episodes.Method]:
-    """Return the methods for comparison that are not given."""
-    env = episodes.make_env(settings)
-    names = [report.RANDOM]
-    missing = [target for target in env.targets if env.baseline_of(target).flagged]
-    if missing:
-        typer.echo(f"the minimiser has no design for {', '.join(missing)} and is left out")
-    else:
-        names.append(report.REFERENCE)
-    taken = {method.name for method in given}
-    return [episodes.Method(name, (name,)) for name in names if name not in taken]
 
 
 def main(
@@ -108,16 +98,15 @@ def main(
     ] = None,
     config: EnvConfig = "ppo-tube-feed",
     env: EnvChanges = None,
-    draws: Annotated[int, typer.Option(min=1, help="Episodes per target.")] = 20,
-    processes: Annotated[int, typer.Option(min=1, help="Episodes played at a time.")] = 2,
+    draws: Draws = 20,
+    processes: Processes = 2,
     built: Annotated[
         bool, typer.Option(help="Also fold every choice in a chain built beforehand (preloaded).")
     ] = True,
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/evaluation"),
 ) -> None:
     """Compare random actions, the energy minimiser's designs, searches and trained policies."""
-    with reported_errors(ValueError):
-        options.need_render(charts=True)
+    with reported_errors():
         options.check_folder("--output", output)
         settings = env_settings(config, env or [])
         methods = episodes.parse_methods(agents or [])

@@ -6,40 +6,28 @@ Another method with separate choices for every word may play all words for compa
 interrupted command continues when it is called again.
 """
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from agents.commands import Assignments, reported_errors, run_command, text_table
+from agents.commands import Assignments, Processes, reported_errors, run_command, text_table
 from agents.evaluate import evaluate
 from agents.evaluation import episodes, intervals, report
-from agents.settings import EnvSettings, TrainSettings, env_settings, load_settings
+from agents.settings import EnvSettings, env_settings, load_settings
 from agents.training.folder import file_digest
 from agents.training.run import train
 from magfold_env.cli import options
 from magfold_env.envs.tasks.draws import evaluation_seeds
+from magfold_env.scoring.results import Row
 from magfold_env.shapes import folded_words, mirror
 
 DIFFERENCES = ("lost", "ahead of it, held out")
-"""Columns of the summary that are not rates."""
+"""Rows of the summary that are not rates."""
 DEAL = 0
 """Seed of the division, which is equal for all methods at one length."""
-
-
-@dataclass(frozen=True)
-class Fold:
-    """One fold and the results of its policy."""
-
-    held: dict[str, float]
-    """Rate of success by held-out word."""
-    seen: dict[str, float]
-    """Rate of success by seen word."""
-    policy: str
-    """SHA-256 of the policy's file."""
 
 
 def deal(words: Sequence[str], folds: int) -> list[list[str]]:
@@ -50,15 +38,6 @@ def deal(words: Sequence[str], folds: int) -> list[list[str]]:
     pairs = sorted({tuple(sorted({word, mirror(word)} & set(words))) for word in words})
     order = np.random.default_rng(DEAL).permutation(len(pairs))
     return [[word for k in order[fold::folds] for word in pairs[int(k)]] for fold in range(folds)]
-
-
-def settings_of(
-    config: str, assignments: Sequence[str], components: int, held: Sequence[str], fold: int
-) -> TrainSettings:
-    """Return the training on all words except the held-out ones."""
-    seen = [word for word in folded_words(components) if word not in held]
-    own = [f"env.components={components}", f"env.targets=[{', '.join(seen)}]"]
-    return load_settings(config, [*assignments, *own], seed=fold)
 
 
 def play(
@@ -76,53 +55,28 @@ def play(
     return dict(zip(words, report.by_target(runs)[0].tolist(), strict=True))
 
 
-def measure(
-    settings: Sequence[TrainSettings],
-    env: EnvSettings,
-    folds: Sequence[Sequence[str]],
-    draws: tuple[int, int],
-    folder: Path,
-    processes: int = 1,
-) -> list[Fold]:
-    """Train a policy for each fold and let it play all words in `env`.
-
-    `folds` contains the words of each fold, `settings` its training, and `draws` the numbers of
-    episodes per held-out word and per seen word. `folder` contains the training runs, ``fold-0``
-    and so on, and the played episodes.
-    """
-    found: list[Fold] = []
-    words = [word for fold in folds for word in fold]
-    for k, (held, each) in enumerate(zip(folds, settings, strict=True)):
-        policy = str(train(each, folder / f"fold-{k}"))
-        seen = [word for word in words if word not in held]
-        rates = [
-            play(policy, env, some, count, processes, folder / f"{name}-{k}")
-            for name, some, count in zip(("held", "seen"), (held, seen), draws, strict=True)
-        ]
-        found.append(Fold(*rates, policy=str(file_digest(policy))))
-    return found
-
-
 def summary(
-    found: Sequence[Fold], other: dict[str, float] | None = None
+    held: Mapping[str, float],
+    seen: Sequence[Mapping[str, float]],
+    other: Mapping[str, float] | None = None,
 ) -> dict[str, intervals.Estimate]:
-    """Return the summary of the folds; intervals are from the bootstrap over words.
+    """Return the summary of success by word; intervals are from the bootstrap over words.
 
     Each word is held out once and seen by the policies of all other folds, which are averaged.
     """
-    words = [word for fold in found for word in fold.held]
-    held = np.array([[rate for fold in found for rate in fold.held.values()]])
-    often = [[fold.seen[word] for fold in found if word in fold.seen] for word in words]
-    seen = np.array([[sum(rates) / len(rates) for rates in often]])
+    words = list(held)
+    rates = np.array([list(held.values())])
+    often = [[each[word] for each in seen if word in each] for word in words]
+    again = np.array([[sum(each) / len(each) for each in often]])
     rows = {
-        "held out": intervals.estimate(held, words),
-        "seen": intervals.estimate(seen, words),
-        "lost": intervals.difference(seen, held, words),
+        "held out": intervals.estimate(rates, words),
+        "seen": intervals.estimate(again, words),
+        "lost": intervals.difference(again, rates, words),
     }
     if other is not None:
         beside = np.array([[other[word] for word in words]])
         rows["other"] = intervals.estimate(beside, words)
-        rows["ahead of it, held out"] = intervals.difference(held, beside, words)
+        rows["ahead of it, held out"] = intervals.difference(rates, beside, words)
     return rows
 
 
@@ -142,41 +96,54 @@ def main(
         typer.Option(help="Choices of agents.baselines (.json) for all words, for comparison."),
     ] = None,
     assignments: Assignments = None,
-    processes: Annotated[int, typer.Option(min=1, help="Episodes at a time.")] = 2,
+    processes: Processes = 2,
     output: Annotated[
         Path | None, typer.Option(help="Folder; runs/generalise-COMPONENTS by default.")
     ] = None,
 ) -> None:
     """Train on all fully folded words except some, and play these."""
     folder = output or Path("runs") / f"generalise-{components}"
-    with reported_errors(ValueError):
+    held_out: list[dict[str, float]] = []
+    seen: list[dict[str, float]] = []
+    policies: list[Any] = []
+    other = None
+    with reported_errors():
         dealt = deal(list(folded_words(components)), folds)
-        settings = [
-            settings_of(config, assignments or (), components, held, fold)
-            for fold, held in enumerate(dealt)
-        ]
-        own = [each[4:] for each in assignments or () if each.startswith("env.")]
-        places = env_settings(config, [*own, f"components={components}"])
         words = [word for held in dealt for word in held]
+        length = f"components={components}"
+        own = [each[4:] for each in assignments or () if each.startswith("env.")]
+        env = env_settings(config, [*own, length])
         if against is not None:
-            episodes.check(against, places.model_copy(update={"targets": tuple(words)}))
-        found = measure(settings, places, dealt, (draws, -(-draws // 4)), folder, processes)
-        other = None
+            episodes.check(against, env.model_copy(update={"targets": tuple(words)}))
+        for k, held in enumerate(dealt):
+            others = [word for word in words if word not in held]
+            targets = ", ".join(sorted(others))
+            changes = [*(assignments or ()), f"env.{length}", f"env.targets=[{targets}]"]
+            settings = load_settings(config, changes, seed=k)
+            policy = str(train(settings, folder / f"fold-{k}"))
+            policies.append(file_digest(policy))
+            held_out.append(play(policy, env, held, draws, processes, folder / f"held-{k}"))
+            seen.append(play(policy, env, others, -(-draws // 4), processes, folder / f"seen-{k}"))
         if against is not None:
-            other = play(against, places, words, draws, processes)
-    rows = summary(found, other)
+            other = play(against, env, words, draws, processes)
+    rows = summary({word: rate for each in held_out for word, rate in each.items()}, seen, other)
     shown = [
         {"": name, "success (95 %)": each.points(" points") if name in DIFFERENCES else str(each)}
         for name, each in rows.items()
     ]
     options.show(text_table(f"Words held out, {folds} folds", shown))
-    told = {name: report.numbers(each) for name, each in rows.items()}
-    kept = {name: report.Row(success=told[name]) for name in told if name not in DIFFERENCES}
-    figures = {name: told[name] for name in DIFFERENCES if name in told}
-    figures |= {"folds": [asdict(fold) for fold in found], "other": other}
-    seeds = tuple(evaluation_seeds(draws))
-    made = report.made("generalisation", places, kept, seeds=seeds, figures=figures)
-    made.write(folder / "generalise.json")
+    parts = zip(held_out, seen, policies, strict=True)
+    figures: dict[str, Any] = {name: rows[name] for name in DIFFERENCES if name in rows}
+    figures["folds"] = [dict(zip(("held", "seen", "policy"), each, strict=True)) for each in parts]
+    results = report.made(
+        "generalisation",
+        env.id,
+        {name: Row(success=each) for name, each in rows.items() if name not in DIFFERENCES},
+        env=report.own_settings(env),
+        seeds=tuple(evaluation_seeds(draws)),
+        figures=figures | {"other": other},
+    )
+    results.write(folder / "generalise.json")
     options.say_written(folder / "generalise.json")
 
 

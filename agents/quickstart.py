@@ -10,9 +10,8 @@ from agents.commands import reported_errors, run_command
 from agents.evaluate import compare
 from agents.evaluation.episodes import Method
 from agents.evaluation.policies import NO_MOTION
-from agents.settings import SettingsError, env_settings, load_settings
+from agents.settings import env_settings, load_settings
 from agents.training.run import train
-from magfold_env.cli import options
 
 CONFIG = "ppo-quickstart"
 """Settings of the training."""
@@ -27,8 +26,7 @@ def main(
 
     It also plays without motion: the difference shows the benefit of observing the chain.
     """
-    with reported_errors(SettingsError):
-        options.need_render(charts=True)
+    with reported_errors():
         settings = load_settings(CONFIG, minutes=minutes)
         policy = train(settings, output, resume=False)
         method = Method("PPO", (str(policy),))

@@ -2,19 +2,19 @@
 
 The dataset is for learners without an environment. The infos at the end of an episode (target,
 success and score) are in its metadata, with the seed, from which the environment repeats the
-episode bit for bit. All draws use training seeds, and reported results use none of
-these.
+episode bit for bit. All draws use training seeds, and reported results use none of these.
 """
 
 # pyright: reportMissingImports=false
 
+import re
 import warnings
 from pathlib import Path
 from typing import Annotated, Any, cast
 
-import gymnasium
 import numpy as np
 import typer
+from gymnasium import spaces
 
 from agents.commands import EnvChanges, progress_bar, reported_errors, run_command
 from agents.evaluation.episodes import check
@@ -24,7 +24,6 @@ from agents.settings import EnvSettings, checked, parse_assignment, put
 from agents.training.envs import make_env
 from magfold_env.envs.fold_env import FoldEnv
 
-EXTRAS = "agents,minari"
 TOLD = ("target", "is_success", "score")
 """The stored keys of the info at the end of an episode."""
 
@@ -40,7 +39,11 @@ def record(settings: EnvSettings, policy: str, episodes: int, seed: int, name: s
     """
     import minari  # noqa: PLC0415 (an extra of its own)
 
-    _check_name(name)
+    if not re.fullmatch(r"([\w-]+/)*[\w-]+-v\d+", name):
+        allowed = "must be such as magfold/TubeFeed/random-v0, of letters, digits, - and _"
+        raise ValueError(f"dataset: {name!r} is not allowed; {allowed}")
+    if name in minari.list_local_datasets():
+        raise ValueError(f"dataset: {name!r} is there already; must be a new name")
     played_by = str(shipped_files(policy)[0]) if policy in shipped_names() else policy
     env, player = make_env(settings), make_policy(played_by)
     if policy != "random" and not isinstance(env.unwrapped, FoldEnv):
@@ -69,49 +72,30 @@ def record(settings: EnvSettings, policy: str, episodes: int, seed: int, name: s
     return dataset
 
 
-def _check_name(name: str) -> None:
-    import minari  # noqa: PLC0415
-    from minari.dataset.minari_dataset import parse_dataset_id  # noqa: PLC0415
-
-    try:
-        parse_dataset_id(name)
-    except (ValueError, TypeError):
-        allowed = "must be such as magfold/TubeFeed/random-v0, of letters, digits, - and _"
-        raise ValueError(f"dataset: {name!r} is not allowed; {allowed}") from None
-    if name in minari.list_local_datasets():
-        raise ValueError(f"dataset: {name!r} is there already; must be a new name")
-
-
-def _play(env: gymnasium.Env[Any, Any], policy: Policy, seed: int) -> tuple[Any, dict[str, Any]]:
+def _play(env: Any, policy: Policy, seed: int) -> tuple[Any, dict[str, Any]]:
     """Return an episode as Minari's buffer, and the info at its end."""
     from minari.data_collector import EpisodeBuffer  # noqa: PLC0415
 
     inner, row = cast("FoldEnv[Any]", env.unwrapped), np.array([0])
     observation, info = env.reset(seed=seed)
     act = policy(inner, inner.episodes.numbers.tolist(), [np.random.default_rng(seed)])
-    seen, actions = [observation], []
-    steps: list[tuple[float, bool, bool]] = []
-    while not (steps and any(steps[-1][1:])):
+    seen, actions, steps, over = [observation], list[Any](), list[Any](), False
+    while not over:
         actions.append(act(inner.episodes, row)[0])
         observation, reward, terminated, truncated, info = env.step(actions[-1])
+        over = terminated or truncated
         seen.append(observation)
         steps.append((float(reward), terminated, truncated))
-    rewards, terminations, truncations = map(list, zip(*steps, strict=True))
-    episode = EpisodeBuffer(
-        seed=seed,
-        observations=_columns(env.observation_space, seen),
-        actions=_columns(env.action_space, actions),
-        rewards=rewards,
-        terminations=terminations,
-        truncations=truncations,
-        infos={},
-    )
-    return episode, info
+    names = ("rewards", "terminations", "truncations")
+    columns: dict[str, Any] = dict(zip(names, map(list, zip(*steps, strict=True)), strict=True))
+    columns["observations"] = _columns(env.observation_space, seen)
+    columns["actions"] = _columns(env.action_space, actions)
+    return EpisodeBuffer(seed=seed, infos={}, **columns), info
 
 
-def _columns(space: gymnasium.Space[Any], values: list[Any]) -> Any:
+def _columns(space: Any, values: list[Any]) -> Any:
     """Return values of a space in Minari's form: one array for each part."""
-    if isinstance(space, gymnasium.spaces.Dict):
+    if isinstance(space, spaces.Dict):
         return {key: _columns(part, [v[key] for v in values]) for key, part in space.items()}
     return np.stack([np.asarray(value, dtype=space.dtype) for value in values])
 
@@ -121,20 +105,20 @@ def main(
     policy: Annotated[
         str,
         typer.Option(
-            help="random, minimiser, a set of shipped policies (of which the first plays), "
+            help="random, minimiser, a set of shipped policies (the first one plays), "
             "choices (.json) or a policy (.safetensors)."
         ),
     ] = "random",
     env: EnvChanges = None,
-    episodes: Annotated[int, typer.Option(min=1, help="How many.")] = 1000,
-    seed: Annotated[int, typer.Option(min=0, help="Of all draws.")] = 0,
+    episodes: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of all draws.")] = 0,
     dataset: Annotated[
         str | None,
         typer.Option(help="Minari's name of the dataset; magfold/ENV/POLICY-v0 by default."),
     ] = None,
 ) -> None:
     """Record episodes in the folder MINARI_DATASETS_PATH, by default ~/.minari/datasets."""
-    with reported_errors(ValueError, extras=EXTRAS):
+    with reported_errors(extras="agents,minari"):
         content: dict[str, Any] = {"id": env_id}
         for change in env or []:
             put(content, *parse_assignment(change))

@@ -1,9 +1,8 @@
 """Settings of training: typed, checked and read from YAML."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar, get_args
+from typing import Annotated, Any, Literal, NamedTuple, Self, TypeVar, get_args
 
 import pydantic
 import yaml
@@ -43,13 +42,16 @@ AutoOr = Annotated[
 """A number, or ``auto`` to let the learner adapt it."""
 
 
-class SettingsError(SceneError):
-    """Settings that cannot be used: one line per problem, each naming key, value and remedy."""
+SettingsError = SceneError
+"""Settings that cannot be used: one line per problem, each naming key, value and remedy."""
 
 
 class Group(FrozenModel, frozen=True):  # pyright: ignore[reportGeneralTypeIssues] (it is frozen too)
     """Settings that belong together; unknown keys are errors."""
 
+
+GROUP = "group of settings"
+"""What a file must contain, for messages."""
 
 Settings = TypeVar("Settings", bound=pydantic.BaseModel)
 
@@ -67,7 +69,6 @@ TUBE_FEED: EnvId = "MagFold/TubeFeed-v0"
 DESIGN_ENV: EnvId = "MagFold/SequenceDesign-v0"
 GOAL_ENV: EnvId = "MagFold/TubeFeedGoal-v0"
 ANCHOR_ENV = "MagFold/Anchor-v0"
-REPROGRAM_ENV = "MagFold/Reprogram-v0"
 
 Targets = Annotated[
     Annotated[str, Tag("<word>")] | Annotated[tuple[str, ...], Tag("<other>")],
@@ -274,8 +275,7 @@ class PhaseSettings(Group, frozen=True):
     """When the phase ends early."""
 
 
-@dataclass(frozen=True)
-class Phase:
+class Phase(NamedTuple):
     """A part of the run with its own environment and its own end."""
 
     timesteps: int
@@ -287,9 +287,8 @@ class ImitationSettings(Group, frozen=True):
     """Imitation before training."""
 
     plan: Literal["baseline", "drawing back", "mending"] = "baseline"
-    """What plays: the schedules that set its tasks' baselines, where a chain is given what lets out
-    anew what folds wrong, see `agents.training.drawing_back`, or, with an anchor, what tests its
-    chains and builds those anew that fail, see `agents.training.mending`."""
+    """The imitated player: the schedules that set the tasks' baselines; with a given chain, the
+    player of `agents.training.drawing_back`; with an anchor, that of `agents.training.mending`."""
     tried: Count = 1000
     """Number of open loops tried per task."""
     trials: Count = 6000
@@ -350,81 +349,66 @@ class TrainSettings(Group, frozen=True):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         """Refuse a learner that does not support the environment."""
-        found = (*self._of_actions(), *self._of_what_is_shown(), *self._of_imitation())
+        found = (*self._of_learner(), *self._of_imitation())
         if found:
             raise SceneError([Problem(key, at, f"must be {allowed}") for key, at, allowed in found])
         return self
 
-    def _of_actions(self) -> Iterator[tuple[str, object, str]]:
+    def _of_learner(self) -> Iterator[tuple[str, object, str]]:
         """Yield the settings that the learner does not support: key, value and allowed values."""
-        learner, env = self.learner, self.env
-        if isinstance(learner, SACSettings):
-            if env.actions != "box":
-                yield "env.actions", env.actions, f"'box' with {learner.algorithm}"
-            if learner.hindsight is not None and env.id != GOAL_ENV:
-                yield "env.id", env.id, f"{GOAL_ENV!r} with hindsight"
-        elif learner.algorithm == "maskable-ppo":
-            if env.actions == "box":
-                yield "env.actions", env.actions, "'multidiscrete' or 'discrete' with maskable-ppo"
-            if env.id in FEED_TRACKS:
-                yield "env.id", env.id, "one in which magnets are chosen, with maskable-ppo"
-
-    def _of_imitation(self) -> Iterator[tuple[str, object, str]]:
-        """Yield the settings that imitation does not support."""
-        if self.imitate is not None:
-            if self.learner.algorithm not in {"ppo", "recurrent-ppo"}:
-                yield "learner.algorithm", self.learner.algorithm, "ppo or recurrent-ppo to imitate"
-            if self.pretraining or self.env.id not in TRACKS:
-                allowed = f"one of {', '.join(TRACKS)}, without pretraining, to imitate"
-                yield "env.id", self.env.id, allowed
-            if self.imitate.plan == "drawing back" and self.env.id not in FEED_TRACKS:
-                allowed = "another one but where a given chain folds"
-                yield "imitate.plan", self.imitate.plan, allowed
-            if self.imitate.plan == "mending" and self.env.id != ANCHOR_ENV:
-                yield "imitate.plan", self.imitate.plan, f"another one but with {ANCHOR_ENV}"
-
-    def _of_what_is_shown(self) -> Iterator[tuple[str, object, str]]:
-        """Yield the settings that the networks' observations do not support."""
-        learner, env = self.learner, self.env
-        features = learner.features
+        learner, env, features = self.learner, self.env, self.learner.features
+        off_policy = isinstance(learner, SACSettings)
+        hindsight = off_policy and learner.hindsight is not None
+        if off_policy and env.actions != "box":
+            yield "env.actions", env.actions, f"'box' with {learner.algorithm}"
+        if hindsight and env.id != GOAL_ENV:
+            yield "env.id", env.id, f"{GOAL_ENV!r} with hindsight"
+        if learner.algorithm == "maskable-ppo" and env.actions == "box":
+            yield "env.actions", env.actions, "'multidiscrete' or 'discrete' with maskable-ppo"
+        if learner.algorithm == "maskable-ppo" and env.id in FEED_TRACKS:
+            yield "env.id", env.id, "one in which magnets are chosen, with maskable-ppo"
         if features != "chain" and env.id not in (TUBE_FEED, GOAL_ENV):
-            allowed = f"{TUBE_FEED!r} or {GOAL_ENV!r} with features {features!r}"
-            yield "env.id", env.id, allowed
-        symmetric = learner.algorithm in ("ppo", "maskable-ppo")
-        symmetric = symmetric and env.actions in (None, "multidiscrete")
-        if features == "symmetric" and not symmetric:
+            yield "env.id", env.id, f"{TUBE_FEED!r} or {GOAL_ENV!r} with features {features!r}"
+        masked = learner.algorithm in ("ppo", "maskable-ppo")
+        if features == "symmetric" and not (masked and env.actions in (None, "multidiscrete")):
             allowed = "'chain' or 'mouth' but for PPO and MaskablePPO with actions 'multidiscrete'"
             yield "learner.features", features, allowed
         if learner.frames > 1 and (features != "chain" or env.id == GOAL_ENV):
             allowed = f"1 with {GOAL_ENV} and with features but 'chain'"
             yield "learner.frames", learner.frames, allowed
         # Achieved goals are motion, and the motion of a chain chosen as a whole is not observed.
-        hindsight = isinstance(learner, SACSettings) and learner.hindsight is not None
         if learner.blind and (hindsight or env.id == DESIGN_ENV):
             yield "learner.blind", True, f"false with {DESIGN_ENV} and with hindsight"
+
+    def _of_imitation(self) -> Iterator[tuple[str, object, str]]:
+        """Yield the settings that imitation does not support."""
+        if self.imitate is None:
+            return
+        plan, env_id = self.imitate.plan, self.env.id
+        if self.learner.algorithm not in {"ppo", "recurrent-ppo"}:
+            yield "learner.algorithm", self.learner.algorithm, "ppo or recurrent-ppo to imitate"
+        if self.pretraining or env_id not in TRACKS:
+            yield "env.id", env_id, f"one of {', '.join(TRACKS)}, without pretraining, to imitate"
+        if plan == "drawing back" and env_id not in FEED_TRACKS:
+            yield "imitate.plan", plan, "another one but where a given chain folds"
+        if plan == "mending" and env_id != ANCHOR_ENV:
+            yield "imitate.plan", plan, f"another one but with {ANCHOR_ENV}"
 
 
 def load_settings(
     path: str | Path, assignments: Sequence[str] = (), **overrides: Any
 ) -> TrainSettings:
-    """Read the settings in the YAML file `path`.
+    """Read the settings in a YAML file, or in the one of that name in ``configs/agents``.
 
-    Parameters
-    ----------
-    path : str or Path
-        A file, or the name of one in ``configs/agents``, with or without its suffix.
-    assignments : sequence of str
-        Settings at any depth to replace, such as ``learner.gamma=0.9``; the values are YAML.
-    **overrides
-        Top-level settings to replace; None leaves the file's value.
+    `assignments` such as ``learner.gamma=0.9`` replace settings at any depth; their values are
+    YAML. `overrides` replace top-level settings; None leaves the file's value.
 
     Raises
     ------
     SettingsError
         If there is no such file, or something in it is not allowed.
     """
-    file = find_config(path, "agents")
-    content = read_mapping(file)
+    content = io.read_mapping(find_config(path, "agents"), GROUP)
     content |= {key: value for key, value in overrides.items() if value is not None}
     for assignment in assignments:
         put(content, *parse_assignment(assignment))
@@ -488,14 +472,6 @@ def find_config(path: str | Path, kind: str) -> Path:
             return candidate
     shipped = ", ".join(sorted(file.stem for file in folder.glob("*.yaml")))
     raise SettingsError(f"{path}: no such file; shipped settings: {shipped}")
-
-
-def read_mapping(file: Path) -> dict[str, Any]:
-    """Read a YAML file, which must contain keys and values."""
-    try:
-        return io.read_mapping(file, "group of settings")
-    except SceneError as error:
-        raise SettingsError(str(error)) from None
 
 
 def parse_assignment(assignment: str) -> tuple[str, Any]:

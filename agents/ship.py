@@ -1,24 +1,19 @@
-"""Make shipped policies from training runs: ``python -m agents.ship policies NAME RUN ...``.
+"""Make a set of shipped policies from training runs: ``python -m agents.ship policies NAME RUN``.
 
 ``python -m agents.ship results NAME results.json ablation.json admission.json ...`` then adds the
 results of `agents.evaluate NAME`, `agents.ablate NAME` and `agents.admission` to their card.
 """
 
 import shutil
-from collections import Counter
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from agents.ablate import SEEING
 from agents.admission.contestants import TRAINED
 from agents.commands import reported_errors
-from agents.evaluation.intervals import estimate
 from agents.evaluation.policies import policies_dir
-from agents.evaluation.report import numbers
 from agents.evaluation.shipped import Card, CardError, Training
 from agents.settings import load_settings
 from agents.training import policy_files
@@ -74,7 +69,7 @@ def with_results(card: Card, files: list[Path]) -> Card:
     for file in files:
         try:
             found.append(_own(card, Results.read(file, "evaluation", "ablation", "admission")))
-        except (OSError, ValueError, KeyError) as error:
+        except (OSError, ValueError, LookupError, StopIteration) as error:
             raise CardError(f"{file}: has no results of all of {card.name}: {error}") from None
     views = {each.view for each in found}
     kept = [each for each in card.results if each.view not in views]
@@ -85,26 +80,17 @@ def _own(card: Card, results: Results) -> Results:
     """Return the stored part of results: the success of episodes of the card's policies."""
     rows = {name: row.model_copy(update={"runs": ()}) for name, row in results.rows.items()}
     if results.view == "evaluation":
-        runs = {
-            file.sha256: (file, run.success)
-            for row in results.rows.values()
-            for file, run in zip(row.files, row.runs, strict=True)
-        }
-        files, letters = zip(*(runs[each.sha256] for each in card.policies), strict=True)
-        shape = len(card.policies), len(results.tasks), len(results.seeds)
-        ends = np.array([[float(each) for each in row] for row in letters]).reshape(shape)
-        success = estimate(ends.mean(axis=2), results.tasks)
-        rows = {card.name: Row(success=numbers(success), files=files, runs=_runs(letters))}
+        digests = [each.sha256 for each in card.policies]
+        every = results.rows.values()
+        own = next(row for row in every if [each.sha256 for each in row.files] == digests)
+        name, rows = card.name, {card.name: Row(success=own.success, files=own.files)}
     else:
-        own = TRAINED if results.view == "admission" else SEEING
-        card.numbers(results.rows[own])
-        letters = [run.success for run in results.rows[own].runs]
-        rows[own] = rows[own].model_copy(update={"runs": _runs(letters)})
+        name = TRAINED if results.view == "admission" else SEEING
+        own = results.rows[name]
+        card.numbers(own)
+    runs = tuple(Run(success=each.success) for each in own.runs)
+    rows[name] = rows[name].model_copy(update={"runs": runs})
     return results.model_copy(update={"rows": rows})
-
-
-def _runs(letters: Iterable[str]) -> tuple[Run, ...]:
-    return tuple(Run(success=each) for each in letters)
 
 
 Name = Annotated[str, typer.Argument(help="Name of the set.")]
@@ -120,8 +106,9 @@ def policies_command(
     folder: Folder = None,
 ) -> None:
     """Write the policies of training runs and a card."""
-    with reported_errors(ValueError):
-        _say(ship_policies(name, runs, folder or policies_dir()))
+    with reported_errors():
+        card = ship_policies(name, runs, folder or policies_dir())
+    typer.echo(f"{name}: {len(card.policies)} policies", err=True)
 
 
 @app.command("results")
@@ -135,16 +122,10 @@ def results_command(
 ) -> None:
     """Add results to the card."""
     path = (folder or policies_dir()) / f"{name}.json"
-    with reported_errors(ValueError):
+    with reported_errors():
         card = with_results(Card.read(path), files)
         card.write(path)
-        _say(card)
-
-
-def _say(card: Card) -> None:
-    counts = Counter(each.view for each in card.results)
-    told = [f"{counts[view]} {view}" for view in counts]
-    typer.echo(f"{card.name}: {', '.join([f'{len(card.policies)} policies', *told])}", err=True)
+    typer.echo(f"{name}: {', '.join(each.view for each in card.results)}", err=True)
 
 
 if __name__ == "__main__":

@@ -6,9 +6,8 @@ from typing import Annotated
 import typer
 
 from agents.commands import Assignments, reported_errors, run_command
-from agents.settings import SettingsError, load_settings
+from agents.settings import load_settings
 from agents.training import envs, run
-from magfold_env.checkpoint import CheckpointError
 from magfold_env.cli import options
 
 
@@ -38,16 +37,10 @@ def main(
     """Train a policy according to CONFIG; options take precedence over the file."""
     with (
         options.errors_in_one_line((run.DivergedError,), code=1),
-        reported_errors(SettingsError, CheckpointError),
+        reported_errors(),
     ):
-        settings = load_settings(
-            config,
-            assignments or (),
-            timesteps=timesteps,
-            minutes=minutes,
-            seed=seed,
-            start=start,
-        )
+        given = {"timesteps": timesteps, "minutes": minutes, "seed": seed, "start": start}
+        settings = load_settings(config, assignments or (), **given)
         envs.check_envs(settings)
         policy = run.train(settings, output or Path("runs") / settings.name, resume)
         typer.echo(f"policy: {policy}", err=True)

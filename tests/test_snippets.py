@@ -22,7 +22,7 @@ import magfold_env as mf
 from agents import record
 from agents.evaluation.shipped import shipped_files
 from agents.settings import load_settings
-from agents.tuning.search import load_search
+from agents.tune import load_search
 from magfold_bench.paper.run import PARTS
 from magfold_bench.presentation import descriptions
 from magfold_bench.stress.kinds import KINDS

@@ -6,13 +6,13 @@ need trained policies are measured if these are given. An interrupted command co
 called again; with other policies or more episodes, it plays the missing episodes.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich import console, markdown, progress
+from rich import console, markdown
 
 from agents.admission import contestants, rule
 from agents.admission.contestants import (
@@ -27,89 +27,76 @@ from agents.admission.contestants import (
     Arena,
     own_arena,
 )
-from agents.commands import progress_bar, reported_errors, run_command
+from agents.commands import Processes, progress_bar, reported_errors, run_command
+from agents.evaluation import report
 from agents.evaluation.episodes import Table
-from agents.evaluation.report import files_of, numbers
 from agents.open_loops.search import Ranked, Search, rounds
-from agents.training.folder import file_digest, provenance
+from agents.training.folder import file_digest
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest, write_text
 from magfold_env.scoring.player import Player
-from magfold_env.scoring.results import Results, Run
+from magfold_env.scoring.results import Run
 
 BLOCK = 50
 """Episodes of a job of short episodes."""
 
+Ranking = dict[int, list[Ranked]]
+"""The candidates of every task, by its number, the best first."""
 
-class Contest:
-    """Plays the episodes that its folder does not contain yet, on several processes."""
 
-    def __init__(self, arena: Arena, processes: int, folder: Path, bar: progress.Progress) -> None:
-        self._arena, self._given = arena, (arena.env_id, arena.tasks)
-        key = {
-            "id": arena.env_id,
-            "scene": arena.world.scene.model_dump(mode="json"),
-            "tasks": [arena.env.tasks[number].model_dump(mode="json") for number in arena.numbers],
-            "draws": EVALUATION_VERSION,
-            "physics": physics_digest(),
-        }
-        self._table = Table(bar, processes, folder, key)
+def measure(
+    arena: Arena,
+    table: Table,
+    efforts: tuple[Search, Search],
+    episodes: int,
+    given: Mapping[str, Sequence[str]],
+) -> tuple[dict[str, Any], Ranking]:
+    """Play the episodes that the table's folder does not contain yet.
 
-    def _row(
-        self,
-        name: str,
-        count: int,
-        play: Callable[..., list[Any]],
-        given: Sequence[Any],
-        key: dict[str, Any],
-        block: int = 1,
-    ) -> list[Any]:
-        """Return a row of what `play` returns for an arena, what is given, and a first and last."""
+    Returns success and score of every contestant, (runs, episodes, 2), and the candidates for open
+    loops. `efforts` are those of the search for open loops and of the oracle's race; `given`
+    contains paths of policies by the name of their contestant.
+    """
+    searched, raced = efforts
 
+    def row(
+        name: str, count: int, play: Callable[..., list[Any]], own: tuple[Any, ...], block: int,
+        **key: Any,
+    ) -> list[Any]:  # fmt: skip
         def job(start: int, stop: int) -> tuple[Any, ...]:
-            return *self._given, play, *given, start, stop
+            return arena.env_id, arena.tasks, play, *own, start, stop
 
-        return self._table.row(name, count, job, _in_arena, block, key)
+        return table.row(name, count, job, _in_arena, block, key)
 
-    def search(self, effort: Search) -> dict[int, list[Ranked]]:
-        """Return the candidates of every task, by number, the best first."""
-        numbers = self._arena.numbers
-        key = {"search": effort}
-        found = self._row(OPEN_LOOP, len(numbers), contestants.search, (effort,), key)
-        return {
-            number: [Ranked(*each) for each in ranked]
-            for number, ranked in zip(numbers, found, strict=True)
-        }
-
-    def play(
-        self, best: dict[int, list[Any]], searched: Search, raced: Search, episodes: int
-    ) -> dict[str, Any]:
-        """Return success and score of all untrained contestants, (1, episodes, 2).
-
-        `best` contains the best candidates of every task, by number, as many as the oracle races;
-        the first is the open loop.
-        """
-        key: dict[str, Any] = {"search": searched}
-        first = {number: ranked[0] for number, ranked in best.items()}
-        simple = self._row("simple", episodes, contestants.play_simple, (first,), key, BLOCK)
-        oracle = self._row(
-            ORACLE, episodes, contestants.play_oracle, (best, raced.budget), key | {"race": raced}
-        )
-        tables = (SIMPLE, simple), ((ORACLE, SAME_DRAW), oracle)
-        return {
-            name: np.array(played)[None, :, place]
-            for names, played in tables
-            for place, name in enumerate(names)
-        }
-
-    def play_policies(self, paths: Sequence[str], kind: str, episodes: int) -> Any:
-        """Return success and score of policies, (policies, episodes, 2)."""
+    numbers = arena.numbers
+    ranked = row(OPEN_LOOP, len(numbers), contestants.search, (searched,), 1, search=searched)
+    found = {
+        number: [Ranked(*each) for each in own] for number, own in zip(numbers, ranked, strict=True)
+    }
+    best = {
+        number: arena.ranked(searched.candidates, number, own[: raced.candidates])
+        for number, own in found.items()
+    }
+    first = {number: own[0] for number, own in best.items()}
+    simple = row("simple", episodes, contestants.play_simple, (first,), BLOCK, search=searched)
+    oracle = row(
+        ORACLE, episodes, contestants.play_oracle, (best, raced.budget), 1,
+        search=searched, race=raced,
+    )  # fmt: skip
+    ends: dict[str, Any] = {
+        name: np.array(played)[None, :, place]
+        for names, played in ((SIMPLE, simple), ((ORACLE, SAME_DRAW), oracle))
+        for place, name in enumerate(names)
+    }
+    for kind, paths in given.items():
         runs: list[Any] = []
         for path in paths:
             digest = file_digest(path) or path
-            name, key = f"{kind}-{digest[:16]}", {"policy": digest, "kind": kind}
-            runs.append(self._row(name, episodes, _play_policy, (path, kind), key, BLOCK))
-        return np.array(runs)
+            name, own = f"{kind}-{digest[:16]}", (path, kind)
+            runs.append(row(name, episodes, _play_policy, own, BLOCK, policy=digest, kind=kind))
+        if runs:
+            ends[kind] = np.array(runs)
+    return ends, found
 
 
 def _in_arena(env_id: str, tasks: int, play: Callable[..., list[Any]], *job: Any) -> list[Any]:
@@ -143,7 +130,7 @@ def main(  # noqa: PLR0913 - one parameter an option
             help="Number of candidates that the oracle tries for an episode, and of copies."
         ),
     ] = (64, 250),
-    processes: Annotated[int, typer.Option(min=1, help="Episodes played at a time.")] = 2,
+    processes: Processes = 2,
     output: Annotated[
         Path | None, typer.Option(help="Folder of the results; runs/admission-ID by default.")
     ] = None,
@@ -153,7 +140,7 @@ def main(  # noqa: PLR0913 - one parameter an option
     searched, raced = Search(*search), Search(*race)
     seeing, unseeing = policy or [], blind or []
     given = {TRAINED: seeing, DRAWN: seeing, FROZEN: seeing, BLIND: unseeing}
-    with reported_errors(ValueError):
+    with reported_errors():
         arena = own_arena(env_id, tasks)
         if raced.candidates > searched.candidates:
             raise ValueError(
@@ -167,56 +154,44 @@ def main(  # noqa: PLR0913 - one parameter an option
             Player(saved.policy, saved.shown, arena.env_of(saved.policy.action_space))
         # The engine is compiled before several processes work.
         arena.field.follow(np.array(arena.numbers[:1]), [0], [arena.open_loops.fastest])
+        key = {
+            "id": env_id,
+            "scene": arena.world.scene.model_dump(mode="json"),
+            "tasks": [arena.env.tasks[number].model_dump(mode="json") for number in arena.numbers],
+            "draws": EVALUATION_VERSION,
+            "physics": physics_digest(),
+        }
         with progress_bar() as bar:
-            contest = Contest(arena, processes, folder, bar)
-            found = contest.search(searched)
-            best = {
-                number: arena.ranked(searched.candidates, number, ranked[: raced.candidates])
-                for number, ranked in found.items()
-            }
-            ends = contest.play(best, searched, raced, episodes)
-            for kind, paths in given.items():
-                if paths:
-                    ends[kind] = contest.play_policies(paths, kind, episodes)
+            table = Table(bar, processes, folder, key)
+            ends, found = measure(arena, table, (searched, raced), episodes, given)
     verdict = rule.judge(ends)
     rows = {
         name: row.model_copy(
             update={
-                "files": files_of(given.get(name, [])),
+                "files": report.files_of(given.get(name, [])),
                 "runs": tuple(Run.of(run[:, 0]) for run in ends[name]),
                 "figures": row.figures | {"by task": rule.by_task(ends[name], arena.numbers)},
             }
         )
         for name, row in verdict.rows.items()
     }
-    figures = {
+    figures: dict[str, Any] = {
         "episodes": episodes,
         "search": searched._asdict(),
         "race": raced._asdict(),
         "open loops": {
-            number: {"schedule": str(best[number][0]), **ranked[0]._asdict()}
-            for number, ranked in found.items()
+            number: {"schedule": str(arena.ranked(searched.candidates, number, own[:1])[0])}
+            | own[0]._asdict()
+            for number, own in found.items()
         },
         "rule": [
-            {
-                "line": str(line),
-                "measured": line.measured and numbers(line.measured),
-                "holds": line.holds,
-            }
+            {"line": str(line), "measured": line.measured, "holds": line.holds}
             for line in verdict.lines
         ],
-        "headroom": verdict.headroom and numbers(verdict.headroom),
-        "verdict": verdict.said,
+        "headroom": verdict.headroom,
+        "verdict": verdict.decision,
     }
-    results = Results(
-        view="admission",
-        id=env_id,
-        draws=EVALUATION_VERSION,
-        physics=physics_digest(),
-        provenance=provenance(),
-        rows=rows,
-        figures=figures,
-    )
+    results = report.made("admission", env_id, rows, figures=figures)
     text = rule.markdown(verdict)
     results.write(folder / "admission.json")
     write_text(folder / "admission.md", text)

@@ -1,27 +1,11 @@
 """The contestants of the admission rule, and how each plays episodes of an `Arena`.
 
-The draws of reported results have their own stream, which neither searches nor training use.
-
-================= ================================================================================
-random            actions drawn evenly
-always forward    the highest speed; of a tray the first components as they come
-baseline          plays what sets the task's baseline b, chosen on draws of its own: the best
-                  constant speed (`magfold_env.envs.baselines.constant_speed`), of two words the
-                  best of three speeds (`magfold_env.envs.baselines.three_speeds`), of a tray the
-                  minimiser's chain (`magfold_env.envs.baselines.tray_order`)
-open loop         of many (`agents.open_loops`) the one that is best for the task, by successive
-                  halving on draws of its own, the same for all tasks; what may set b is among them
-oracle            knows an episode's hidden physics, not its start nor its noise: races the open
-                  loops that came farthest in the task's search, of trays half of them and as many
-                  chosen for the strengths of the episode, on copies that differ from it in start
-                  and noise, then plays the best
-oracle, same draw the best of the same on the very episode, which nobody can know
-trained           policies, which play the most probable action
-trained, drawn    the same, which draw their actions as in training
-frozen            their actions of one episode in which nothing is drawn, replayed
-trained blind     policies that were trained without motion, shown none, as
-                  `magfold_env.scoring.shown.blind` has it
-================= ================================================================================
+``docs/evaluation.md`` describes them. The draws of reported results have their own stream, which
+neither searches nor training use. What sets a task's baseline is in `magfold_env.envs.baselines`,
+and open loops are in `agents.open_loops`. The oracle knows an episode's hidden physics, not its
+start nor its noise: it races the open loops that came farthest in the task's search, with trays
+half of them and as many chosen for the strengths of the episode, on copies that differ from it in
+start and noise, then plays the best.
 """
 
 from collections.abc import Sequence
@@ -139,19 +123,16 @@ def play_oracle(
     arena: Arena, best: dict[int, list[Any]], budget: int, start: int, stop: int
 ) -> list[list[list[float]]]:
     """Return success and score of `ORACLE` and `SAME_DRAW` in each of some episodes."""
-    return [_play_oracle(arena, best, budget, episode) for episode in range(start, stop)]
-
-
-def _play_oracle(
-    arena: Arena, best: dict[int, list[Any]], budget: int, episode: int
-) -> list[list[float]]:
-    numbers, seeds = arena.draws(episode, episode + 1)
-    number = int(numbers[0])
-    tried = arena.open_loops.raced(best[number], number, arena.drawn(episode)[1])
-    field = Field(copied_episodes(arena, episode, WIDTH), arena.open_loops)
-    winner = field.race(0, tried, copies(episode), budget)[0]
-    ends = arena.field.follow(np.repeat(numbers, len(tried)), seeds * len(tried), tried)
-    return [ends[winner.place].tolist(), max(ends.tolist())]
+    found: list[list[list[float]]] = []
+    for episode in range(start, stop):
+        numbers, seeds = arena.draws(episode, episode + 1)
+        number = int(numbers[0])
+        tried = arena.open_loops.raced(best[number], number, arena.drawn(episode)[1])
+        field = Field(copied_episodes(arena, episode, WIDTH), arena.open_loops)
+        winner = field.race(0, tried, copies(episode), budget)[0]
+        ends = arena.field.follow(np.repeat(numbers, len(tried)), seeds * len(tried), tried)
+        found.append([ends[winner.place].tolist(), max(ends.tolist())])
+    return found
 
 
 def copied_episodes(arena: Arena, episode: int, count: int) -> Any:

@@ -7,11 +7,8 @@ Differences are paired, because both contestants play the same draws.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from agents.admission.contestants import BLIND, FROZEN, OPEN_LOOP, ORACLE, RANDOM, TRAINED
 from agents.evaluation import intervals
-from agents.evaluation.report import numbers
 from magfold_env.reporting.intervals import share
 from magfold_env.scoring.results import Row
 
@@ -71,7 +68,7 @@ class Verdict:
     """Success of the oracle minus that of the trained policies; None without them."""
 
     @property
-    def said(self) -> str:
+    def decision(self) -> str:
         """The verdict: whether the task is admitted, and if so whether it is solved."""
         held = [line.holds for line in self.lines]
         if False in held:
@@ -87,7 +84,7 @@ def judge(ends: Ends) -> Verdict:
     low, high = (float(ends[name][..., 1].mean()) for name in (RANDOM, ORACLE))
     rows = {
         name: Row(
-            success=numbers(_share(each[..., 0])),
+            success=_share(each[..., 0]),
             score=(score := float(each[..., 1].mean())),
             figures={"normalised": (score - low) / (high - low) if high > low else None},
         )
@@ -123,14 +120,14 @@ def _share(success: intervals.Floats) -> intervals.Estimate:
     if len(success) > 1:
         return intervals.estimate(success, None)
     found = share(int(success.sum()), success.size)
-    return intervals.Estimate(*map(np.asarray, (found.rate, found.low, found.high)))
+    return intervals.Estimate(found.rate, found.low, found.high)
 
 
 def markdown(verdict: Verdict) -> str:
     """Return the rows and the results of the lines as tables."""
     text = ["| | success | score | normalised |", "|---|---|---|---|"]
     for name, row in verdict.rows.items():
-        success = intervals.Estimate(*map(np.asarray, row.success))
+        success = intervals.Estimate(*row.success)
         score = row.figures["normalised"]
         normalised = "–" if score is None else f"{score:.2f}"
         text.append(f"| {name} | {success} | {row.score:.3f} | {normalised} |")
@@ -141,5 +138,9 @@ def markdown(verdict: Verdict) -> str:
         for line in verdict.lines
     ]
     headroom = verdict.headroom.points() if verdict.headroom else "–"
-    text += [f"| headroom: {ORACLE} − {TRAINED} | {headroom} | |", "", f"Verdict: {verdict.said}."]
+    text += [
+        f"| headroom: {ORACLE} − {TRAINED} | {headroom} | |",
+        "",
+        f"Verdict: {verdict.decision}.",
+    ]
     return "\n".join(text) + "\n"

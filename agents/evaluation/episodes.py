@@ -1,20 +1,11 @@
 """The table of a comparison: players and their episodes.
 
-A part of a player may be removed:
-
-================ =================================================================================
-no motion        none in what it is shown, see `magfold_env.scoring.shown.blind`
-frozen           it repeats the actions of one episode in which nothing is drawn
-a speed          its choice of magnets, every component fed at this one speed [m/s]
-random speeds    its choice of magnets, the speed of each step drawn evenly from those on offer,
-                 which lie evenly on a log scale
-================ =================================================================================
-
-With replaced speeds, a policy still observes the chain and the actual speeds.
+A part of a player may be removed, as ``docs/evaluation.md`` describes under "Ablations". With
+replaced speeds, a policy still observes the chain and the actual speeds.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -43,7 +34,7 @@ Result = TypeVar("Result")
 NO_MOTION, FROZEN, RANDOM_SPEEDS = "no motion", "frozen", "random speeds"
 
 Change = str | float | None
-"""The removed part: one of the names, or all speeds but one [m/s]; None for nothing."""
+"""The removed part: one of the names, or all speeds except one [m/s]; None for nothing."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +80,7 @@ class Method:
     """The policies compared under one name."""
 
     name: str
-    """Name in tables and pictures."""
+    """Name in tables."""
     policies: tuple[str, ...]
     """Arguments of `agents.evaluation.policies.make_policy`, one per seed."""
     change: Change = None
@@ -122,12 +113,9 @@ class Method:
                 f"{text!r} is not allowed; must be random, minimiser, a path, or NAME=PATH,PATH,… "
                 "with a path for each seed"
             )
-        return cls(name or (listed if listed in shipped else _short(files)), files)
-
-
-def _short(files: Sequence[str]) -> str:
-    path = Path(files[0])
-    return path.parent.name if path.stem == "policy" and path.parent.name else path.stem
+        path = Path(listed)
+        short = path.parent.name if path.stem == "policy" and path.parent.name else path.stem
+        return cls(name or (listed if listed in shipped else short), files)
 
 
 def parse_methods(texts: Sequence[str]) -> list[Method]:
@@ -221,9 +209,12 @@ def check(policy: str, settings: EnvSettings) -> None:
         try:
             player(env, [number], [np.random.default_rng(0)])(env.episodes, np.array([0]))
         except ValueError as error:
-            trained = policy.endswith(".safetensors")
+            path = Path(policy)
+            trained = path.suffix == ".safetensors"
             remedy = "; magfold score plays the policies of tracks" if trained else ""
-            raise ValueError(f"{policies.as_given(policy)}: {error}{remedy}") from None
+            # A policy of the project is known by its name.
+            given = path.stem if path.parent == policies.policies_dir() else policy
+            raise ValueError(f"{given}: {error}{remedy}") from None
 
 
 def play(
@@ -231,16 +222,14 @@ def play(
     env: FoldEnv[Any],
     target: str,
     seed: int,
-    rng: np.random.Generator | None = None,
     built: bool = False,
 ) -> Outcome:
-    """Play one episode, whose draws follow from `seed`.
+    """Play one episode, whose draws follow from `seed`; the policy's own follow from `target` too.
 
-    The policy's own draws come from `rng`; by default they follow from `seed` and `target`. If
-    `built`, the same choice is also folded in a chain built beforehand.
+    If `built`, the same choice is also folded in a chain built beforehand.
     """
     key = (1, crc32(target.encode()))
-    rng = rng or np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
     number, actions = env.world.number_of(target), list[Any]()
 
     def plan_of(_: slice) -> Plan:
@@ -254,38 +243,37 @@ def play(
         return plan
 
     (ends,) = scoring.play(env.episodes, [number], [seed], plan_of)
-    told = {name: column.tolist()[0] for name, column in ends.items()}
+    end = {name: column.tolist()[0] for name, column in ends.items()}
     reward = env.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
     episodes, row = env.episodes, np.array([0])
     scene = env.to_scene() if episodes.arrays.fed[0] == env.scene.n else None
-    beforehand = built_beforehand(env, scene, target) if built else None
+    built_success, built_score = built_beforehand(env, scene, target) if built else (None, None)
     in_order = actions if env.scene.feed.direction == "forward" else actions[::-1]
     return Outcome(
         target=target,
         word=str(episodes.words(row)[0]),
-        status=told["status"],
+        status=end["status"],
         seed=seed,
-        success=told["is_success"],
-        score=told["score"],
+        success=end["is_success"],
+        score=end["score"],
         reward=float(reward[0]),
         joints=tuple(env.state.joint_angles.tolist()),
         choice=None if scene is None else policies.OpenLoop.of_actions(env, in_order),
         scene=scene,
-        built=None if beforehand is None else beforehand[0],
-        built_score=None if beforehand is None else beforehand[1],
+        built=built_success,
+        built_score=built_score,
     )
 
 
 def built_beforehand(
     env: FoldEnv[Any], scene: mf.Scene | None, target: str
-) -> tuple[bool, float] | None:
-    """Return success and score of the chain of an episode when it is built beforehand.
+) -> tuple[bool | None, float | None]:
+    """Return success and score of an episode's chain when it is built beforehand.
 
-    The result is None without dynamics; without a `scene`, the simulation failed and the score is
-    0.
+    Both are None without dynamics; without a `scene`, the simulation failed.
     """
     if env.task.fidelity != "dynamics":
-        return None
+        return None, None
     if scene is None:
         return False, 0.0
     fold = mf.simulate(scene.replace(feed={"loading": "preloaded"}))
@@ -304,33 +292,19 @@ def spread_over(
     yield from without_warning(parallel(joblib.delayed(function)(*job) for job in jobs))
 
 
+@dataclass
 class Table:
-    """Players' episodes, row by row, played on several processes.
+    """Players' episodes, row by row, played on several processes."""
 
-    Parameters
-    ----------
-    bar : rich.progress.Progress
-        Shows the progress of every row.
-    processes : int
-        How many.
-    folder : Path, optional
-        Folder that stores episodes; stored ones are not played again.
-    key : dict, optional
-        Everything that the episodes depend on, as JSON values.
-    wait : bool
-        Whether to wait for another run that uses the folder instead of raising an error.
-    """
-
-    def __init__(
-        self,
-        bar: Progress,
-        processes: int,
-        folder: Path | None = None,
-        key: Mapping[str, Any] | None = None,
-        wait: bool = False,
-    ) -> None:
-        self._bar, self._processes, self.folder = bar, processes, folder
-        self._key, self._wait = key or {}, wait
+    bar: Progress
+    """Shows the progress of every row."""
+    processes: int
+    folder: Path | None = None
+    """Folder that stores episodes; stored ones are not played again."""
+    key: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """Everything that the episodes depend on, as JSON values."""
+    wait: bool = False
+    """Whether to wait for another run that uses the folder instead of raising an error."""
 
     def row(
         self,
@@ -343,40 +317,22 @@ class Table:
     ) -> list[Any]:
         """Return a number of records of a player; stored records are not played again.
 
-        Parameters
-        ----------
-        name : str
-            Of the row, and of its folder.
-        count : int
-            How many.
-        job, played : callable
-            `job` maps the first record and the one after the last to the argument of `played`,
-            which returns the records in some process; stored records must be JSON values.
-        block : int
-            Records of a job.
-        key : dict, optional
-            Further values that these records depend on.
+        `name` is that of the row and of its folder, and `key` contains further values that these
+        records depend on. `job` maps the first of at most `block` records and the one after the
+        last to the argument of `played`, which returns them in some process; stored records must be
+        JSON values.
         """
-        task = self._bar.add_task(name, total=count, note="")
+        task = self.bar.add_task(name, total=count, note="")
         path = None if self.folder is None else self.folder / name.replace(" ", "-")
-        with Checkpoint(path, {**self._key, **(key or {})}, self._wait) as kept:
+        with Checkpoint(path, {**self.key, **(key or {})}, self.wait) as kept:
             records = [] if path is None else kept.load()[:count]
             jobs = [job(at, min(at + block, count)) for at in range(len(records), count, block)]
-            for found in spread_over(self._processes, played, jobs):
+            for found in spread_over(self.processes, played, jobs):
                 for record in found:
                     records.append(record)
                     kept.add(record)
-                self._bar.update(task, completed=len(records), note=_note(records))
+                self.bar.update(task, completed=len(records))
         return records
-
-
-def _note(records: Sequence[Any]) -> str:
-    """Return the share of successes so far, if known."""
-    if isinstance(records[0], Outcome):
-        records = [each.record for each in records]
-    if not isinstance(records[0], dict):
-        return ""
-    return f"success {100 * sum(each['success'] for each in records) / len(records):.0f} %"
 
 
 def play_all(
@@ -385,38 +341,32 @@ def play_all(
     policy: str,
     settings: EnvSettings,
     episodes: Sequence[tuple[str, int]],
-    built: bool = False,
 ) -> list[Outcome]:
-    """Return the results of a method's policy in `episodes`, pairs of target and seed, in order.
-
-    If `built` every choice is folded once more, whatever the method says.
-    """
-    change, built = method.change, built or method.built
+    """Return the results of a method's policy in `episodes`, pairs of target and seed, in order."""
+    stored = table.folder is not None
 
     def job(start: int, stop: int) -> tuple[Any, ...]:
-        return policy, change, settings, episodes[start:stop], built
+        return policy, method, settings, episodes[start:stop], stored
 
-    if table.folder is None:
+    if not stored:
         return table.row(method.name, len(episodes), job, _play)
     digest = file_digest(policy) or policy
     targets, seeds = (list(dict.fromkeys(each)) for each in zip(*episodes, strict=True))
-    key = {"player": digest, "change": change, "built": built, "targets": targets, "seeds": seeds}
+    key = {"player": digest, "change": method.change, "built": method.built}
+    key |= {"targets": targets, "seeds": seeds}
     name = f"{method.name} {digest[:16]}"
-    records = table.row(name, len(episodes), job, _records, key=key)
+    records = table.row(name, len(episodes), job, _play, key=key)
     return [Outcome(**record) for record in records]
-
-
-def _records(*job: Any) -> list[dict[str, Any]]:
-    return [each.record for each in _play(*job)]
 
 
 def _play(
     policy: str,
-    change: Change,
+    method: Method,
     settings: EnvSettings,
     episodes: Sequence[tuple[str, int]],
-    built: bool,
-) -> list[Outcome]:
-    """Play episodes with this process's own policy and environment."""
-    player, env = changed(policy, change, settings), own_env(settings)
-    return [play(player, env, target, seed, built=built) for target, seed in episodes]
+    stored: bool,
+) -> list[Any]:
+    """Play episodes with this process's own policy and environment; `stored` returns records."""
+    player, env = changed(policy, method.change, settings), own_env(settings)
+    found = [play(player, env, target, seed, method.built) for target, seed in episodes]
+    return [each.record for each in found] if stored else found

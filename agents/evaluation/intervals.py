@@ -1,4 +1,4 @@
-"""What success over seeds and targets says: means, interquartile means, intervals.
+"""Statistics of success over seeds and targets: means, interquartile means, intervals.
 
 The aggregates are those of rliable (Agarwal et al., *Deep Reinforcement Learning at the Edge of the
 Statistical Precipice*, 2021): the interquartile mean is the mean of the middle half of all runs on
@@ -34,20 +34,20 @@ CONFIDENCE = 0.95
 
 
 class Estimate(NamedTuple):
-    """A value with its interval; floats, or arrays of one shape."""
+    """A value with its interval."""
 
-    value: Floats
-    low: Floats
-    high: Floats
+    value: float
+    low: float
+    high: float
 
     def __str__(self) -> str:
         """Return a share and its interval in per cent."""
-        value, low, high = (percent(float(each)) for each in self)
+        value, low, high = map(percent, self)
         return f"{value} % ({low}–{high})"
 
     def points(self, unit: str = "") -> str:
         """Return a difference of shares and its interval, in points of per cent, with signs."""
-        value, low, high = (percent(float(each), "+") for each in self)
+        value, low, high = (percent(each, "+") for each in self)
         return f"{value}{unit} ({low}…{high})"
 
 
@@ -120,4 +120,4 @@ def _crossed(rng: np.random.Generator, scores: Floats, targets: NDArray[np.int64
 def _estimate(value: Floats, resamples: Floats) -> Estimate:
     tail = 50.0 * (1.0 - CONFIDENCE)
     low, high = np.percentile(resamples, [tail, 100.0 - tail], axis=0)
-    return Estimate(value, low, high)
+    return Estimate(float(value), float(low), float(high))

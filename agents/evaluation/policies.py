@@ -5,8 +5,7 @@ A choice contains the magnets and the speed of every component; files store the 
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -128,9 +127,7 @@ def trained(saved: policy_files.SavedPolicy, no_motion: bool = False) -> Policy:
     The policy gets observations in the form that its file sets; `no_motion` always removes motion
     from them, see `magfold_env.scoring.shown.blind`.
     """
-    shown = saved.shown
-    if no_motion:
-        shown = Shown(frames=shown.frames, blind=True)
+    shown = Shown(frames=saved.shown.frames, blind=saved.shown.blind or no_motion)
 
     def begin(env: FoldEnv[Any], numbers: Sequence[int], rngs: object) -> Act:
         player = Player(saved.policy, shown, env, len(numbers))
@@ -163,12 +160,9 @@ def at_speed(policy: Policy, speed: float | None) -> Policy:
 def make_policy(name: str) -> Policy:
     """Return the policy called `name`.
 
-    Parameters
-    ----------
-    name : str
-        ``random``; ``minimiser``, the design that rewards are measured against; the path of
-        choices that `agents.baselines` wrote (``.json``), or of a policy (``.safetensors``);
-        ``no-motion:`` and one of these, which is then shown no motion.
+    The name is ``random``; ``minimiser``, the design that rewards are measured against; the path of
+    choices that `agents.baselines` wrote (``.json``), or of a policy (``.safetensors``); or
+    ``no-motion:`` and one of these, which is then shown no motion.
 
     Raises
     ------
@@ -182,7 +176,11 @@ def make_policy(name: str) -> Policy:
     if path == "minimiser":
         return designs
     if not Path(path).is_file():
-        raise ValueError(none_called(path, ("random", "minimiser")))
+        known = ["random", "minimiser", *shipped_names()]
+        raise ValueError(
+            f"{path}: no such file; must be {', '.join(known)}, or a file of choices (.json) or of "
+            f"a policy (.safetensors){errors.nearest(path, known)}"
+        )
     if Path(path).suffix == ".json":
         return chosen(read_choices(Path(path)))
     torch.set_num_threads(1)
@@ -199,23 +197,7 @@ def shipped_names() -> list[str]:
     return sorted(path.stem for path in policies_dir().glob("*.json"))
 
 
-def as_given(policy: str) -> str:
-    """Return the user's name for a policy; a policy of the project has only its name."""
-    path = Path(policy)
-    return path.stem if path.parent == policies_dir() else policy
-
-
-def none_called(name: str, others: Iterable[str]) -> str:
-    """Return an error text with the known policies, `others` and a likely intended name."""
-    known = [*others, *shipped_names()]
-    return (
-        f"{name}: no such file; must be {', '.join(known)}, or a file of choices (.json) or of "
-        f"a policy (.safetensors){errors.nearest(name, known)}"
-    )
-
-
-@dataclass(frozen=True)
-class Chosen:
+class Chosen(NamedTuple):
     """The choice of a search for one target, with its record."""
 
     sequence: tuple[str, ...]
@@ -228,11 +210,6 @@ class Chosen:
     releases: int
     """Number of calls of this choice; the share of successes is optimistic, because it decided the
     choice."""
-
-    @property
-    def choice(self) -> OpenLoop:
-        """The choice alone."""
-        return OpenLoop(self.sequence, self.speeds)
 
 
 class ChoiceFile:
@@ -261,7 +238,7 @@ class ChoiceFile:
     def add(self, target: str, chosen: Chosen) -> None:
         """Add the choice for a target."""
         self.chosen[target] = chosen
-        choices = {word: asdict(each) for word, each in self.chosen.items()}
+        choices = {word: each._asdict() for word, each in self.chosen.items()}
         content: dict[str, Any] = {"format": FORMAT, "key": self._key, "choices": choices}
         content["checksum"] = _checksum(content)
         self._path.parent.mkdir(parents=True, exist_ok=True)
@@ -276,14 +253,14 @@ def read_choices(path: Path) -> dict[str, OpenLoop]:
     ValueError
         If it is not such a file, or is damaged.
     """
-    return {target: each.choice for target, each in _read(path)[1].items()}
+    return {target: OpenLoop(*each[:2]) for target, each in _read(path)[1].items()}
 
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Chosen]]:
     """Return what the choices in a file depend on, and the choices by target."""
     with reading_json(path, "a file of choices of agents.baselines, or is damaged", FORMAT) as data:
         if data.pop("checksum") != _checksum(data):
-            raise ValueError("checksum: they are not what was saved")
+            raise ValueError("checksum: differs from that of the choices")
         key, given = dict(data["key"]), data["choices"]
     try:
         return key, TypeAdapter(dict[str, Chosen]).validate_python(given)

@@ -14,11 +14,9 @@ from agents.evaluation import episodes, intervals
 from agents.settings import EnvSettings
 from agents.training.folder import file_digest, provenance
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
-from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
 from magfold_env.files import physics_digest
 from magfold_env.reporting.intervals import Share, share
 from magfold_env.scoring.results import File, Results, Row, Run, View
-from magfold_env.shapes import word_to_angles
 
 RANDOM = "random"
 REFERENCE = "minimiser"
@@ -45,7 +43,7 @@ def targets_of(results: Played) -> list[str]:
 
 def by_target(runs: Runs, values: str = "success") -> intervals.Floats:
     """Return the mean of an attribute of the outcomes, shape (runs, targets)."""
-    words = list(dict.fromkeys(outcome.target for outcome in runs[0]))
+    words = targets_of({"": runs})
     table = np.zeros((len(runs), len(words)))
     for k, run in enumerate(runs):
         for m, word in enumerate(words):
@@ -53,40 +51,13 @@ def by_target(runs: Runs, values: str = "success") -> intervals.Floats:
     return table
 
 
-def pooled(runs: Runs, target: str | None = None) -> list[episodes.Outcome]:
-    """Return the outcomes of all runs, for one target or for all."""
-    return [each for run in runs for each in run if target in (None, each.target)]
-
-
-def end_of(outcome: episodes.Outcome) -> str:
-    """Return the end of an episode, one of `ENDS`."""
-    if outcome.success:
-        return "target"
-    return "other fold" if outcome.status == "folded" else outcome.status
-
-
-def ends(outcomes: Sequence[episodes.Outcome]) -> dict[str, int]:
+def ends(runs: Runs) -> dict[str, int]:
     """Return the number of episodes with each end."""
-    counts = Counter(map(end_of, outcomes))
+    counts: Counter[str] = Counter()
+    for each in (each for run in runs for each in run):
+        other = "other fold" if each.status == "folded" else each.status
+        counts["target" if each.success else other] += 1
     return {end: counts[end] for end in ENDS}
-
-
-def joints_in_the_way(outcomes: Sequence[episodes.Outcome]) -> dict[str, list[int]]:
-    """Return the number of missed episodes in which each joint stayed ``open`` or folded ``wrong``.
-
-    Joint 1 comes first. Failed simulations and incomplete chains do not count.
-    """
-    joints = max((len(outcome.joints) for outcome in outcomes), default=0)
-    counts = {"open": np.zeros(joints, dtype=np.int64), "wrong": np.zeros(joints, dtype=np.int64)}
-    for outcome in outcomes:
-        if outcome.success or outcome.status == "failed":
-            continue
-        angles = np.array(outcome.joints)
-        from_folded = np.abs(np.abs(angles) - 0.5 * np.pi)
-        from_opposite = np.abs(angles + word_to_angles(outcome.target))
-        counts["open"] += from_folded > SUCCESS_TOLERANCE
-        counts["wrong"] += from_opposite <= SUCCESS_TOLERANCE
-    return {kind: numbers.tolist() for kind, numbers in counts.items()}
 
 
 @dataclass(frozen=True)
@@ -109,8 +80,6 @@ class Summary:
     """Success by target over all runs, with Wilson's intervals."""
     ends: dict[str, int]
     """Number of episodes with each end."""
-    joints: dict[str, list[int]]
-    """Number of missed episodes in which each joint stayed open, or folded to the wrong side."""
 
 
 def summarise(results: Played) -> dict[str, Summary]:
@@ -120,8 +89,12 @@ def summarise(results: Played) -> dict[str, Summary]:
     found: dict[str, Summary] = {}
     for name, runs in results.items():
         success = by_target(runs)
-        tried = pooled(runs)[0].built is not None
         other = None if name == REFERENCE else reference
+        tried = runs[0][0].built is not None
+        ended = {
+            target: [each.success for run in runs for each in run if each.target == target]
+            for target in targets
+        }
         found[name] = Summary(
             success=intervals.estimate(success, targets),
             iqm=intervals.estimate(success, targets, intervals.interquartile_mean),
@@ -129,22 +102,22 @@ def summarise(results: Played) -> dict[str, Summary]:
             reward=intervals.estimate(by_target(runs, "reward"), targets),
             built=intervals.estimate(by_target(runs, "built"), targets) if tried else None,
             ahead=None if other is None else intervals.difference(success, other, targets),
-            targets={target: _share(pooled(runs, target)) for target in targets},
-            ends=ends(pooled(runs)),
-            joints=joints_in_the_way(pooled(runs)),
+            targets={target: share(sum(each), len(each)) for target, each in ended.items()},
+            ends=ends(runs),
         )
     return found
 
 
 def targets_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
     """Return successes, one row per target and one column per method."""
-    counts = {
-        name: {word: f"{s.successes}/{s.trials}" for word, s in each.targets.items()}
-        for name, each in summaries.items()
-    }
     targets = next(iter(summaries.values())).targets
     return [
-        {"target": word, **{name: each[word] for name, each in counts.items()}} for word in targets
+        {"target": word}
+        | {
+            name: f"{each.targets[word].successes}/{each.targets[word].trials}"
+            for name, each in summaries.items()
+        }
+        for word in targets
     ]
 
 
@@ -162,8 +135,8 @@ def overall_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
         }
         for name, each in summaries.items()
     ]
-    said = [column for column in rows[0] if any(row[column] != "–" for row in rows)]
-    return [{column: row[column] for column in said} for row in rows]
+    filled = [column for column in rows[0] if any(row[column] != "–" for row in rows)]
+    return [{column: row[column] for column in filled} for row in rows]
 
 
 def files_of(policies: Sequence[str]) -> tuple[File, ...]:
@@ -171,18 +144,22 @@ def files_of(policies: Sequence[str]) -> tuple[File, ...]:
     return tuple(File(name=policy, sha256=file_digest(policy)) for policy in policies)
 
 
-def made(view: View, settings: EnvSettings, rows: Mapping[str, Row], **given: Any) -> Results:
+def made(view: View, env_id: str, rows: Mapping[str, Row], **given: Any) -> Results:
     """Return a view of an environment's table, with the data that repeat it."""
     return Results(
         view=view,
-        id=settings.id,
-        env=settings.model_dump(mode="json", exclude_defaults=True),
+        id=env_id,
         draws=EVALUATION_VERSION,
         physics=physics_digest(),
         provenance=provenance(),
         rows=dict(rows),
         **given,
     )
+
+
+def own_settings(settings: EnvSettings) -> dict[str, Any]:
+    """Return the settings that differ from the environment's defaults, as JSON values."""
+    return settings.model_dump(mode="json", exclude_defaults=True)
 
 
 def results_of(
@@ -193,34 +170,20 @@ def results_of(
     summaries: Mapping[str, Summary],
 ) -> Results:
     """Return all measured values."""
-    rows = {
-        method.name: Row(
-            success=numbers(summaries[method.name].success),
-            score=float(summaries[method.name].score.value),
+    rows: dict[str, Row] = {}
+    for method in methods:
+        summary = summaries[method.name]
+        shares = {word: [each.successes, each.trials] for word, each in summary.targets.items()}
+        figures = {name: value for name, value in vars(summary).items() if name != "success"}
+        rows[method.name] = Row(
+            success=summary.success,
+            score=summary.score.value,
             files=files_of(method.policies),
             runs=tuple(map(_run, played[method.name])),
-            figures=_figures(summaries[method.name]),
+            figures=figures | {"targets": shares},
         )
-        for method in methods
-    }
-    tasks = tuple(targets_of(played))
-    return made("evaluation", settings, rows, tasks=tasks, seeds=tuple(seeds))
-
-
-def numbers(estimate: intervals.Estimate) -> tuple[float, float, float]:
-    """Return a value with its interval as numbers."""
-    return float(estimate.value), float(estimate.low), float(estimate.high)
-
-
-def _figures(summary: Summary) -> dict[str, Any]:
-    """Return a summary as JSON values."""
-    figures = {
-        name: numbers(value) if isinstance(value, intervals.Estimate) else value
-        for name, value in vars(summary).items()
-        if name != "success"
-    }
-    shares = {word: [each.successes, each.trials] for word, each in summary.targets.items()}
-    return figures | {"targets": shares}
+    given = {"tasks": tuple(targets_of(played)), "seeds": tuple(seeds)}
+    return made("evaluation", settings.id, rows, env=own_settings(settings), **given)
 
 
 def _run(outcomes: Sequence[episodes.Outcome]) -> Run:
@@ -240,7 +203,3 @@ def _run(outcomes: Sequence[episodes.Outcome]) -> Run:
         score=tuple(each.score for each in outcomes),
         details={name: tuple(column) for name, column in details.items()},
     )
-
-
-def _share(outcomes: Sequence[episodes.Outcome]) -> Share:
-    return share(int(np.sum([each.success for each in outcomes])), len(outcomes))

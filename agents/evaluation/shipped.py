@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Any, Self
 
 import torch
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 
 from agents.evaluation import policies
 from agents.training import policy_files
 from agents.training.folder import RunInfo, file_digest
 from magfold_env.files import write_text
+from magfold_env.scene.base import Part
 from magfold_env.scoring.results import Results, Row, View, one_line_lists
 
 
@@ -23,11 +24,7 @@ class CardError(ValueError):
     """A card that cannot be read, or that belongs to other policies."""
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Training(_Part):
+class Training(Part):
     """The origin of the policy of one seed."""
 
     file: str
@@ -38,7 +35,7 @@ class Training(_Part):
     """Record of the training: commit, versions, seed, steps, seconds."""
 
 
-class Card(_Part):
+class Card(Part):
     """The card of a set of shipped policies."""
 
     name: str

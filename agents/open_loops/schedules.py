@@ -23,6 +23,7 @@ drive, as can any player that observes the advance of the feed.
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 from zlib import crc32
 
@@ -31,7 +32,7 @@ import numpy as np
 from magfold_env.envs.baselines.constant_speed import SPEEDS
 from magfold_env.envs.baselines.legs import Following, Leg
 from magfold_env.envs.baselines.three_speeds import way_of
-from magfold_env.envs.camera_track import INTERVAL, FeedEpisodes, FeedTrackEnv
+from magfold_env.envs.camera_track import INTERVAL, FeedTrackEnv
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST_LEVEL
 from magfold_env.envs.tasks.feed_tasks import FeedTask
 from magfold_env.scene import Scene
@@ -91,12 +92,11 @@ class Schedules:
     def candidates(self, count: int, number: int) -> list[Schedule]:
         """Return a number of schedules for a task, given by its number."""
         env: Any = self._env
-        episodes: FeedEpisodes = env.episodes
         scene, refolds = env.world.scene, len(env.tasks[number].words) > 1
         simple = [constant(speed) for speed in SPEEDS]
         if refolds:
             simple = [Schedule("baseline", way_of(scene, env.baseline_of(number)))]
-        return schedules(count, scene, episodes.horizon, number, simple, refolds)
+        return schedules(count, scene, env.episodes.horizon, number, simple, refolds)
 
     def following(self, found: Sequence[Schedule]) -> Following:
         """Return a plan that plays schedules, one per row."""
@@ -143,19 +143,7 @@ def _refold(rng: np.random.Generator, length: float, diagonal: float, second: "_
     return *out, last._replace(until=held, brakes=True), stand, back, *second(rng, inside, length)
 
 
-def _one_speed(rng: np.random.Generator, start: float, length: float) -> Way:
-    return _stretches(rng, start, length, 1)
-
-
-def _two_speeds(rng: np.random.Generator, start: float, length: float) -> Way:
-    return _stretches(rng, start, length, 2)
-
-
-def _three_speeds(rng: np.random.Generator, start: float, length: float) -> Way:
-    return _stretches(rng, start, length, 3)
-
-
-def _stretches(rng: np.random.Generator, start: float, length: float, count: int) -> Way:
+def _stretches(count: int, rng: np.random.Generator, start: float, length: float) -> Way:
     """Return legs of a number of speeds that divide the way."""
     places = np.sort(rng.uniform(start, length, count - 1)).tolist()
     return tuple(Leg(_speed(rng), place) for place in (*places, np.inf))
@@ -180,13 +168,13 @@ def _push_pull_push(rng: np.random.Generator, start: float, length: float) -> Wa
 _Draw = Callable[[np.random.Generator, float, float], Way]
 
 _FAMILIES: tuple[tuple[str, _Draw], ...] = (
-    ("two speeds", _two_speeds),
-    ("three speeds", _three_speeds),
+    ("two speeds", partial(_stretches, 2)),
+    ("three speeds", partial(_stretches, 3)),
     ("pulses", _pulses),
     ("push-pull-push", _push_pull_push),
 )
 
-_FIRST: tuple[_Draw, ...] = (_one_speed, _two_speeds, _three_speeds, _pulses)
+_FIRST: tuple[_Draw, ...] = (*(partial(_stretches, count) for count in (1, 2, 3)), _pulses)
 
 
 def _speed(rng: np.random.Generator) -> float:

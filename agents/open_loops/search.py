@@ -6,6 +6,7 @@ has about the same share of the budget.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -96,29 +97,24 @@ def open_loops_of(env: Any) -> Any:
     return Schedules(env) if isinstance(env, FeedTrackEnv) else Orders(env)
 
 
+@dataclass(frozen=True)
 class Field:
-    """Reusable episodes for plans that do not observe the chain.
+    """Reusable episodes for plans that do not observe the chain."""
 
-    Parameters
-    ----------
-    episodes
-        `CameraEpisodes`, as many as are played in parallel.
-    open_loops
-        The open loops of their environment.
-    actions
-        Form of the actions, if choices are to be expressed as actions: the nearest available speed
-        is fed.
-    """
-
-    def __init__(self, episodes: Any, open_loops: Any, actions: Any = None) -> None:
-        self._episodes, self._open_loops, self._actions = episodes, open_loops, actions
+    episodes: Any
+    """`CameraEpisodes`, as many as are played in parallel."""
+    open_loops: Any
+    """The open loops of their environment."""
+    actions: Any = None
+    """Form of the actions, if choices are to be expressed as actions: the nearest available speed
+    is fed."""
 
     def search(self, number: int, stream: str, effort: Search) -> list[Ranked]:
         """Return the candidates tried in a task, given by its number, the best first.
 
         Indices are those among as many candidates. `stream` is that of the draws.
         """
-        tried = self._open_loops.candidates(effort.candidates, number)
+        tried = self.open_loops.candidates(effort.candidates, number)
         return self.race(number, tried, stream, effort.budget)
 
     def race(
@@ -133,7 +129,7 @@ class Field:
 
         Other objects are possible if `following` returns their plan.
         """
-        plan = following or self._open_loops.following
+        plan = following or self.open_loops.following
 
         def trial(candidates: Ints, start: int, stop: int) -> Floats:
             draws = stop - start
@@ -150,17 +146,17 @@ class Field:
 
         `numbers` contains those of their tasks.
         """
-        return self.play(numbers, seeds, lambda part: self._open_loops.following(found[part]))
+        return self.play(numbers, seeds, lambda part: self.open_loops.following(found[part]))
 
     def play(self, numbers: Ints, seeds: list[int], plan: Callable[[slice], Plan]) -> Floats:
         """Return success and score of episodes played by the plans that `plan` returns."""
-        parts = play(self._episodes, numbers, seeds, lambda part: self._written(plan(part)))
+
+        def written(part: slice) -> Plan:
+            own, table = plan(part), self.actions
+            if table is None:
+                return own
+            return lambda episodes, rows: table.read(table.write(own(episodes, rows)), len(rows))
+
+        parts = play(self.episodes, numbers, seeds, written)
         ends = [np.column_stack([part["is_success"], part["score"]]) for part in parts]
         return np.concatenate([np.empty((0, 2)), *ends])
-
-    def _written(self, plan: Plan) -> Plan:
-        """Return a plan whose choices are expressed as actions, if requested."""
-        actions = self._actions
-        if actions is None:
-            return plan
-        return lambda episodes, rows: actions.read(actions.write(plan(episodes, rows)), len(rows))

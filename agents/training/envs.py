@@ -1,7 +1,6 @@
 """The environments of a training run, and their state."""
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -10,7 +9,6 @@ from stable_baselines3.common import vec_env
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
 from agents.settings import EnvSettings, SettingsError, TrainSettings
-from magfold_env.envs.episodes import EpisodesState
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.sb3 import make_sb3_vec
 from magfold_env.scoring.policy_file import Shown
@@ -25,11 +23,6 @@ class ShownVecEnv(vec_env.VecEnvWrapper):
         self.view = View(shown, layout, venv.observation_space, venv.num_envs)
         super().__init__(venv, shown_space(shown, venv.observation_space))
 
-    @property
-    def kept(self) -> NDArray[Any] | None:
-        """The stacked observations."""
-        return self.view.frames.kept if self.view.frames else None
-
     def reset(self) -> Any:
         """Begin new episodes."""
         return self.view.of(self.venv.reset(), np.ones(self.num_envs, dtype=np.bool_))
@@ -41,20 +34,6 @@ class ShownVecEnv(vec_env.VecEnvWrapper):
             last = infos[row]["terminal_observation"]
             infos[row]["terminal_observation"] = self.view.last(last, row)
         return self.view.of(observations, dones), rewards, dones, infos
-
-
-@dataclass(frozen=True)
-class EnvsState:
-    """The states of all environments of a run."""
-
-    inner: EpisodesState
-    """The state of all of them."""
-    returns: NDArray[np.float32]
-    """Rewards so far of the running episodes."""
-    lengths: NDArray[np.int32]
-    """Steps so far of the running episodes."""
-    kept: NDArray[Any] | None = None
-    """The stacked observations; None if each is shown once."""
 
 
 def make_env(settings: EnvSettings, gamma: float | None = None) -> gymnasium.Env[Any, Any]:
@@ -96,30 +75,34 @@ def make_training_envs(settings: TrainSettings, phase: int) -> vec_env.VecMonito
     return envs
 
 
-def envs_state(envs: vec_env.VecMonitor) -> EnvsState:
-    """Return where `envs` are."""
-    kept = envs.venv.kept if isinstance(envs.venv, ShownVecEnv) else None
-    return EnvsState(
-        _native(envs).get_state(),
-        envs.episode_returns.copy(),
-        envs.episode_lengths.copy(),
-        None if kept is None else kept.copy(),
-    )
+def envs_state(envs: vec_env.VecMonitor) -> dict[str, Any]:
+    """Return the state of `envs`: the episodes, their statistics, and stacked observations."""
+    vector, kept = _inner(envs)
+    return {
+        "episodes": vector.get_state(),
+        "returns": envs.episode_returns.copy(),
+        "lengths": envs.episode_lengths.copy(),
+        "kept": None if kept is None else kept.copy(),
+    }
 
 
-def _native(envs: vec_env.VecMonitor) -> ChainVectorEnv[Any]:
-    """Return the native vector environment within."""
-    inner: Any = envs.venv.venv if isinstance(envs.venv, ShownVecEnv) else envs.venv
-    return inner.vector
+def set_envs_state(envs: vec_env.VecMonitor, state: dict[str, Any]) -> None:
+    """Restore a state of `envs`."""
+    vector, kept = _inner(envs)
+    vector.set_state(state["episodes"])
+    envs.episode_returns = state["returns"].copy()
+    envs.episode_lengths = state["lengths"].copy()
+    if kept is not None:
+        kept[:] = state["kept"]
 
 
-def set_envs_state(envs: vec_env.VecMonitor, state: EnvsState) -> None:
-    """Go back to where `envs` were when `state` was taken."""
-    _native(envs).set_state(state.inner)
-    envs.episode_returns = state.returns.copy()
-    envs.episode_lengths = state.lengths.copy()
-    if isinstance(envs.venv, ShownVecEnv) and envs.venv.kept is not None:
-        envs.venv.kept[:] = state.kept
+def _inner(envs: vec_env.VecMonitor) -> tuple[ChainVectorEnv[Any], NDArray[Any] | None]:
+    """Return the native vector environment within, and the stacked observations, if any."""
+    inner: Any = envs.venv
+    if not isinstance(inner, ShownVecEnv):
+        return inner.vector, None
+    frames, vector = inner.view.frames, cast("Any", inner.venv).vector
+    return vector, frames.kept if frames else None
 
 
 def _checked(key: str, settings: TrainSettings, env: EnvSettings) -> gymnasium.Env[Any, Any]:

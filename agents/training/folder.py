@@ -1,11 +1,4 @@
-"""The folder of a training run: its files, records and logs.
-
-The record beside every model and result contains its inputs and the software that made it.
-
-Records are only appended to TensorBoard's event files. The files at the time of a checkpoint are
-therefore the first bytes of the present files, and records after the checkpoint, which will be
-written again, can be cut off.
-"""
+"""The folder of a training run: its files, records and logs."""
 
 import hashlib
 import json
@@ -33,8 +26,6 @@ PACKAGES = (
     "stable-baselines3",
     "torch",
 )
-EVALUATION_PACKAGES = ("scipy",)
-"""Packages recorded in addition to those that training depends on."""
 FILE = "run.json"
 EVENTS = "events.out.tfevents.*"
 _LENGTHS = {"timesteps", "minutes"}
@@ -91,21 +82,16 @@ def versions() -> dict[str, str]:
 
 def provenance() -> dict[str, Any]:
     """Return commit, versions, machine and command as JSON values."""
+    spec = sys.modules["__main__"].__spec__
+    module = ["-m", spec.name.removesuffix(".__main__")] if spec else []
     return {
-        "command": _command(),
+        "command": shlex.join(["python", *module, *sys.argv[1:]]),
         "physics": physics_digest(),
         "evaluation draws": EVALUATION_VERSION,
         **machine.describe(),
         **versions(),
-        **{name: version(name) for name in EVALUATION_PACKAGES},
+        "scipy": version("scipy"),
     }
-
-
-def _command() -> str:
-    """Return the command as typed, without the folder of the sources."""
-    spec = sys.modules["__main__"].__spec__
-    module = ["python", "-m", spec.name.removesuffix(".__main__")] if spec else ["python"]
-    return shlex.join([*module, *sys.argv[1:]])
 
 
 def file_digest(policy: str) -> str | None:
@@ -138,11 +124,9 @@ class RunFolder:
     def open(self, resume: bool | None) -> bool:
         """Return whether training remains; prepare the folder if the run is new.
 
-        If the run is resumed, a checkpoint is at `state`.
-
-        If `resume` is True, the run must exist; it is lengthened, finished or not, if the settings
-        ask for more. False removes the files of an earlier run. None resumes the same run if there
-        is one, and refuses another.
+        If the run is resumed, a checkpoint is at `state`. If `resume` is True, the run must exist;
+        it is lengthened, finished or not, if the settings ask for more. False removes the files of
+        an earlier run. None resumes the same run if there is one, and refuses another.
 
         Raises
         ------
@@ -158,8 +142,11 @@ class RunFolder:
             if not longer and info is not None and info.finished and self.policy.is_file():
                 return False
             if self.state.is_file():
+                if longer and info is not None:
+                    info.finished = False
+                    info.write(self.path)
                 if longer:
-                    self._reopen(info)
+                    save_settings(self.settings, self._settings_file)
                 return True
         if resume:
             raise SettingsError(f"{self.path}: there is no checkpoint to resume from")
@@ -169,13 +156,6 @@ class RunFolder:
         self.checkpoints.mkdir(parents=True, exist_ok=True)
         save_settings(self.settings, self._settings_file)
         return True
-
-    def _reopen(self, info: RunInfo | None) -> None:
-        """Set the length of the folder's run to that of the settings."""
-        if info is not None:
-            info.finished = False
-            info.write(self.path)
-        save_settings(self.settings, self._settings_file)
 
     def _compare(self, may_be_longer: bool) -> bool:
         """Return whether the settings lengthen the folder's run; refuse other settings."""
@@ -193,7 +173,11 @@ class RunFolder:
 
 
 def event_sizes(folder: Path) -> dict[str, int]:
-    """Return the size of each event file in `folder` in bytes, by name."""
+    """Return the size of each of TensorBoard's files in `folder` in bytes, by name.
+
+    Records are only appended. The files at the time of a checkpoint are therefore the first bytes
+    of the present ones, and records after it, which will be written again, can be cut off.
+    """
     return {path.name: path.stat().st_size for path in sorted(folder.glob(EVENTS))}
 
 

@@ -1,13 +1,11 @@
 """Imitation of a fairly good player of a task, before a learner continues by itself.
 
-Where success is rare, as where two folds are to be reached one after the other, chance finds
-nothing to learn from. Simple schedules do now and then, see `magfold_env.envs.baselines`, and what
-sees a failure mends it: what folds wrong is let out anew, see `agents.training.drawing_back`, or a
-chain is built anew, see `agents.training.mending`. They are cloned from what they do: the networks
-come to choose their actions, and to expect what these earn.
-Entries of some of the actions are replaced by others at random, so that more is seen than they
-would meet (Laskey et al., *DART: noise injection for robust imitation learning*, 2017); what is
-cloned is what they would have done.
+Where success is rare, such as two folds in one episode, a learner finds nothing by chance. Simple
+schedules sometimes succeed (`magfold_env.envs.baselines`), and players that see a failure mend it
+(`agents.training.drawing_back`, `agents.training.mending`). The networks learn to choose the
+actions of such a player and to expect its returns. In some of the actions a random entry is
+replaced, so that the learner also sees states that the player alone would not meet (Laskey et al.,
+*DART: noise injection for robust imitation learning*, 2017); the intended actions are imitated.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -28,7 +26,7 @@ from torch.nn.utils.rnn import pad_sequence
 from agents.commands import progress_bar
 from agents.open_loops.search import Search
 from agents.settings import TrainSettings
-from agents.training import redoings
+from agents.training import drawing_back
 from agents.training.envs import make_env
 from agents.training.mending import Mending, mended
 from magfold_env.envs.baselines.constant_speed import Plan
@@ -41,24 +39,16 @@ BLOCK = 128
 
 
 class Steps(NamedTuple):
-    """Steps of episodes.
-
-    Attributes
-    ----------
-    seen : array, shape (steps, …)
-        Observations in the form for networks.
-    actions : array, shape (steps, …)
-        The intended actions.
-    returns : array, shape (steps,)
-        Returns from each step to the end.
-    episodes : array of int, shape (steps,)
-        Numbers of their episodes, with steps in the order of time.
-    """
+    """Steps of episodes, one entry per step."""
 
     seen: NDArray[Any]
+    """Observations in the form for networks."""
     actions: NDArray[Any]
+    """The intended actions."""
     returns: Floats
+    """Returns from each step to the end."""
     episodes: Ints
+    """Numbers of their episodes, with steps in the order of time."""
 
     def batches(
         self, size: int, rng: np.random.Generator, by_episode: bool
@@ -99,8 +89,8 @@ class Demonstrations:
             ways = mended(settings.env, folder)
             self._plan = lambda numbers: Mending([ways[number] for number in numbers])
         elif self._given.plan == "drawing back":
-            found = redoings.searched(settings.env, effort, folder)
-            self._plan = lambda numbers: redoings.playing([found[number] for number in numbers])
+            found = drawing_back.searched(settings.env, effort, folder)
+            self._plan = lambda numbers: drawing_back.playing([found[number] for number in numbers])
         else:
             self._plan = env.plan_of
 
@@ -141,18 +131,9 @@ class Demonstrations:
 
 
 def imitate(model: PPO | RecurrentPPO, settings: TrainSettings, folder: Path) -> None:
-    """Let a new model imitate a player of its tasks, according to the settings.
+    """Let a new model with these settings imitate a player of its tasks.
 
-    A recurrent model learns from whole episodes.
-
-    Parameters
-    ----------
-    model : PPO or RecurrentPPO
-        A model with these `settings`.
-    settings : TrainSettings
-        Settings of a run, including ``imitate``.
-    folder : Path
-        Folder that stores searches, also for other runs.
+    A recurrent model learns from whole episodes. `folder` stores searches, also for other runs.
     """
     given = settings.imitate
     assert given is not None

@@ -23,7 +23,7 @@ from magfold_env.envs.baselines.tray_order import TrayDesigns
 from magfold_env.envs.chains.arrays import Bools, Ints
 from magfold_env.envs.spaces.actions import AHEAD, BACK, PULL, TrayChoice
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.feed_tasks import Order, TrayTask
+from magfold_env.envs.tasks.feed_tasks import TrayTask
 
 STREAM = "mending"
 """Stream of the draws that select chains."""
@@ -48,13 +48,10 @@ BEARS = 0.9
 """Measured share of a pull that counts as the whole pull."""
 
 
-Fed = tuple[tuple[int, int], ...]
-
-
 class Chain(NamedTuple):
     """Components from the tray, and their feed."""
 
-    fed: Fed
+    fed: tuple[tuple[int, int], ...]
     """Components and orientations, in the order of feed."""
     speed: float
     """Feed speeds [m/s]."""
@@ -63,20 +60,13 @@ class Chain(NamedTuple):
 class Mending:
     """Builds and tests chains, one after another, in every row of episodes.
 
-    Parameters
-    ----------
-    ways : sequence of sequence of Chain
-        The chains of each row, which have the same first component.
-
-    Attributes
-    ----------
-    at : array of int, shape (m,)
-        Index of the current chain of every row, from 0.
+    `ways` contains the chains of each row, which have the same first component.
     """
 
     def __init__(self, ways: Sequence[Sequence[Chain]]) -> None:
         self._ways = ways
         self.at: Ints = np.zeros(len(ways), dtype=np.int64)
+        """Index of the current chain of every row, from 0."""
         self._back: Bools = np.zeros(len(ways), dtype=np.bool_)
 
     def __call__(self, episodes: AnchorEpisodes, rows: Ints) -> TrayChoice:
@@ -85,7 +75,7 @@ class Mending:
         fed, n = episodes.arrays.fed[rows], episodes.world.scene.n
         self._back[rows] &= fed > 1
         chains = [self._ways[row][place] for row, place in zip(rows, self.at[rows], strict=True)]
-        # A complete chain is left or drawn back, whatever else the action says.
+        # Of the actions on a complete chain, only the way matters.
         pairs = zip(chains, np.minimum(fed, n - 1), strict=True)
         parts, lies = np.array([chain.fed[place] for chain, place in pairs]).T
         back = self._back[rows]
@@ -98,28 +88,18 @@ class Mending:
     def _judge(self, episodes: AnchorEpisodes, rows: Ints) -> None:
         """Draw back the chains that have failed a test, if there is another chain."""
         left = [len(self._ways[row]) - 1 - self.at[row] for row in rows.tolist()]
-        failed = episodes.is_whole(rows) & episodes.is_tested(rows) & ~_holds(episodes, rows)
+        holds = episodes.turned(rows).all(axis=1) & (episodes.borne(rows) >= BEARS)
+        failed = episodes.is_whole(rows) & episodes.is_tested(rows) & ~holds
         failed &= (np.array(left) > 0) & (episodes.times(rows) < PATIENCE * episodes.late)
         self.at[rows] += failed
         self._back[rows] |= failed
 
 
-def _holds(episodes: AnchorEpisodes, rows: Ints) -> Bools:
-    """Return which tested chains are folds that bear the pull."""
-    return np.logical_and(episodes.turned(rows).all(axis=1), episodes.borne(rows) >= BEARS)
-
-
 def mended(settings: EnvSettings, folder: Path, draws: int = DRAWS) -> list[tuple[Chain, ...]]:
     """Return the chains to build one after another for every task of an environment.
 
-    Parameters
-    ----------
-    settings : EnvSettings
-        Settings of the environment.
-    folder : Path
-        Where what is searched is kept, for other runs too.
-    draws : int
-        Number of draws on which the chains of a task are compared.
+    `folder` stores the search, also for other runs; `draws` is the number of draws on which the
+    chains of a task are compared.
     """
     env: Any = make_env(settings).unwrapped
     jobs = [(settings, number, draws) for number in range(len(env.tasks))]
@@ -158,15 +138,17 @@ def _tried(
 ) -> list[Chain]:
     """Return chains that can follow others, with the components that these have used least."""
     if not chains:
-        best = [Chain(_fed(task, task.order_of(sequences[0])), speed) for speed in speeds]
-        others = [_fed(task, task.order_of(each)) for each in sequences[1 : TRIED // 2]]
-        return best + [Chain(each, float(rng.choice(speeds))) for each in others]
+        orders: list[Any] = [task.order_of(each) for each in sequences[: TRIED // 2]]
+        best, *others = (tuple(task.as_fed(order)) for order in orders)
+        return [Chain(best, speed) for speed in speeds] + [
+            Chain(each, float(rng.choice(speeds))) for each in others
+        ]
     first, used = chains[0].fed[0], np.zeros(len(task.tray))
     for chain in chains:
         used[[part for part, _ in chain.fed]] += 1.0
     parts = np.argsort(used + rng.random(used.size) * 0.5).tolist()
     parts = [part for part in parts if part != first[0]]
-    found: dict[Fed, None] = {}
+    found: dict[Any, None] = {}
     for sequence in sequences:
         own = task.as_fed(sequence)
         at_first = task.order_of(own[:1], first[:1])
@@ -176,12 +158,6 @@ def _tried(
     known = {chain.fed for chain in chains}
     fresh = [each for each in found if each not in known][:TRIED]
     return [Chain(each, float(rng.choice(speeds[1:-1]))) for each in fresh]
-
-
-def _fed(task: TrayTask, order: Order | None) -> Fed:
-    """Return the components of a chain in the order of feed."""
-    assert order is not None
-    return tuple(task.as_fed(order))
 
 
 def _ends(env: Any, number: int, tried: Sequence[Chain], seeds: Sequence[int]) -> Bools:

@@ -8,10 +8,8 @@ import io
 import json
 import pickle
 import random
-import struct
 import warnings
 import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,8 +29,8 @@ from stable_baselines3.common import (
 )
 
 from agents import settings as train_settings
-from agents.training import features, learning_rate, symmetry, symmetry_masked
-from agents.training.envs import EnvsState, envs_state, set_envs_state
+from agents.training import features, symmetry
+from agents.training.envs import envs_state, set_envs_state
 from magfold_env.checkpoint import CheckpointError, difference
 from magfold_env.files import replacing
 from magfold_env.scene import Scene
@@ -54,24 +52,35 @@ FEATURES = {
 }
 """Features of networks, by class."""
 
-UNREADABLE = (
-    OSError,
-    ValueError,  # among them are wrong text and wrong JSON
-    AttributeError,
-    KeyError,
-    TypeError,
-    RuntimeError,  # encrypted, of an unknown method, or nested too deeply
-    EOFError,
-    struct.error,
-    zipfile.BadZipFile,
-    zlib.error,
-)
-"""Possible errors when reading a file that is damaged or not a zip file."""
-
 MODEL, REPLAY, REST = "model.zip", "replay_buffer.pkl", "state.pkl"
 _RECORDS = ("name_to_value", "name_to_count", "name_to_excluded")
 KEY = "key.json"
 _REMEDY = "train afresh, or in another folder"
+
+
+@dataclass
+class LearningRate:
+    """A constant rate, or one that falls linearly to zero over every phase of a run.
+
+    Stable-Baselines3 passes the remaining share of all steps up to the end of the phase, including
+    the steps of earlier phases; `start` and `end` convert it to a share of the phase.
+    """
+
+    rate: float
+    """The rate at the start of a phase."""
+    anneal: bool
+    """Whether it falls."""
+    start: int = 0
+    """Steps made at the start of the phase."""
+    end: int = 1
+    """Steps made at its end."""
+
+    def __call__(self, remaining: float) -> float:
+        """Return the rate when the share `remaining` of `end` remains."""
+        if not self.anneal:
+            return self.rate
+        # The last rollout may exceed the end.
+        return self.rate * max(0.0, remaining * self.end / (self.end - self.start))
 
 
 def make_model(
@@ -105,7 +114,7 @@ def make_model(
     return CLASSES[settings.algorithm](
         kind,
         env,
-        learning_rate=learning_rate.LearningRate(settings.learning_rate, settings.anneal),
+        learning_rate=LearningRate(settings.learning_rate, settings.anneal),
         policy_kwargs=policy | {"net_arch": list(settings.hidden)},
         seed=seed,
         device=device,
@@ -140,7 +149,7 @@ def network(
     extractor = features.FromTheMouth
     if seen == "symmetric":
         masked = algorithm == "maskable-ppo"
-        kind = symmetry_masked.MaskableSymmetricPolicy if masked else symmetry.SymmetricPolicy
+        kind = symmetry.MaskableSymmetricPolicy if masked else symmetry.SymmetricPolicy
         extractor = symmetry.FromOneSide
     return kind, options | {
         "features_extractor_class": extractor,
@@ -194,7 +203,11 @@ class Progress:
         """
         self.last = result
         self.validations += 1
-        best = self.best is None or _rank(result) > _rank(self.best)
+        keys = ("success_rate", "score")
+        rank, earlier = (
+            [each[key] for key in keys] if each else [] for each in (result, self.best)
+        )
+        best = rank > earlier
         if best:
             self.best, self.stale = result, 0
         else:
@@ -210,15 +223,6 @@ class Progress:
         self.phase_start = steps
         self.validations = 0
         self.best, self.stale, self.stopping = None, 0, False
-
-
-def due(steps: int, last: int, every: int) -> bool:
-    """Return whether a multiple of `every` has been passed since `last` steps."""
-    return steps // every > last // every
-
-
-def _rank(result: dict[str, float]) -> tuple[float, float]:
-    return result["success_rate"], result["score"]
 
 
 def random_state() -> tuple[Any, ...]:
@@ -240,51 +244,29 @@ def set_random_state(state: tuple[Any, ...]) -> None:
         torch.cuda.set_rng_state_all(state[3])
 
 
-@dataclass(frozen=True)
-class RunState:
-    """State that is not in the model's own file."""
-
-    progress: Progress
-    """Progress of the run."""
-    random: tuple[Any, ...]
-    """Random numbers of the process, from `random_state`."""
-    actions: gymnasium.Space[Any]
-    """The space that random actions are drawn from, with its random numbers."""
-    envs: EnvsState
-    """State of the environments."""
-    records: dict[str, dict[str, Any]]
-    """Unwritten values of the logger, by attribute."""
-    events: dict[str, int]
-    """Sizes of TensorBoard's files."""
-    memory: Any = None
-    """Memory of recurrent networks in running episodes; None for other networks."""
-
-
 def pack(
     model: base_class.BaseAlgorithm,
     envs: vec_env.VecMonitor,
     progress: Progress,
     events: dict[str, int],
 ) -> dict[str, bytes]:
-    """Return the state of a run between two rollouts, as named parts."""
-    state = RunState(
-        progress,
-        random_state(),
-        model.action_space,
-        envs_state(envs),
-        {name: dict(getattr(model.logger, name)) for name in _RECORDS},
-        events,
-        getattr(model, "_last_lstm_states", None),
-    )
-    parts = {MODEL: _written(model.save), REST: pickle.dumps(state)}
+    """Return the state of a run between two rollouts, as named parts.
+
+    `events` contains the sizes of TensorBoard's files.
+    """
+    rest = {
+        "progress": progress,
+        "random": random_state(),
+        "actions": model.action_space,  # with the random numbers of random actions
+        "envs": envs_state(envs),
+        "records": {name: dict(getattr(model.logger, name)) for name in _RECORDS},
+        "events": events,
+        "memory": getattr(model, "_last_lstm_states", None),
+    }
+    parts = {MODEL: _written(model.save), REST: pickle.dumps(rest)}
     if isinstance(model, off_policy_algorithm.OffPolicyAlgorithm):
         parts[REPLAY] = _written(model.save_replay_buffer)
     return parts
-
-
-def unpack_rest(parts: dict[str, bytes]) -> RunState:
-    """Return the part of the state that is not in the model's own files."""
-    return pickle.loads(parts[REST])
 
 
 def unpack_model(
@@ -298,7 +280,7 @@ def unpack_model(
     Environments of the same phase of the same run are restored, and the logger gets the unwritten
     values.
     """
-    state = unpack_rest(parts)
+    rest: dict[str, Any] = pickle.loads(parts[REST])
     model = CLASSES[settings.learner.algorithm].load(
         io.BytesIO(parts[MODEL]), env=envs, device=settings.device, force_reset=False
     )
@@ -306,13 +288,13 @@ def unpack_model(
         model.load_replay_buffer(io.BytesIO(parts[REPLAY]), truncate_last_traj=False)
     model.set_logger(records)
     for name in _RECORDS:
-        getattr(records, name).update(state.records[name])
+        getattr(records, name).update(rest["records"][name])
     # Last, because making a model seeds all of these.
-    model.action_space = state.actions
+    model.action_space = rest["actions"]
     if isinstance(model, RecurrentPPO):
-        model._last_lstm_states = state.memory
-    set_envs_state(envs, state.envs)
-    set_random_state(state.random)
+        model._last_lstm_states = rest["memory"]
+    set_envs_state(envs, rest["envs"])
+    set_random_state(rest["random"])
     return model
 
 
@@ -345,7 +327,7 @@ def read_archive(path: Path, key: Mapping[str, Any]) -> dict[str, bytes]:
         with zipfile.ZipFile(path) as archive:
             members = {name: archive.read(name) for name in archive.namelist()}
         found = json.loads(members.pop(KEY))
-    except UNREADABLE as e:
+    except Exception as e:  # a damaged zip file raises errors of many kinds
         raise CheckpointError(f"{path}: is damaged ({e}); {_REMEDY}") from None
     if where := difference(found, json.loads(json.dumps(key))):
         raise CheckpointError(f"{path}: was written by another run, {where}; {_REMEDY}")

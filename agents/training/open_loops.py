@@ -29,14 +29,8 @@ KEPT = 16
 def best_open_loops(settings: EnvSettings, effort: Search, folder: Path) -> list[list[Any]]:
     """Return for every task of an environment its best open loops, the best first.
 
-    Parameters
-    ----------
-    settings : EnvSettings
-        Settings of the environment; open loops use its actions.
-    effort : Search
-        Effort of the search for every task.
-    folder : Path
-        Folder that contains the folders of searches.
+    Open loops use the environment's actions. `effort` is that for every task, and `folder` contains
+    the folders of searches.
     """
     env: Any = make_env(settings).unwrapped
     loops, jobs = open_loops_of(env), [(settings, n, effort) for n in range(len(env.tasks))]
@@ -58,20 +52,9 @@ def kept_search(
 ) -> list[Any]:
     """Return the results of a search for every task of an environment, stored beside runs.
 
-    Parameters
-    ----------
-    title : str
-        Name of the search.
-    settings : EnvSettings
-        Those of the environment.
-    effort : dict
-        Further values that the results depend on.
-    folder : Path
-        Folder that contains the folders of searches.
-    search
-        Returns the result of a task from a job, as JSON values; it is called in processes.
-    jobs
-        The arguments of `search` for every task.
+    `search` returns the result of a task as JSON values; it is called in processes with the `jobs`,
+    one for every task. `effort` contains further values that the results depend on, and `folder`
+    the folders of searches.
     """
     env: Any = make_env(settings).unwrapped
     key: dict[str, Any] = {

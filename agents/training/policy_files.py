@@ -11,7 +11,7 @@ from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
 from stable_baselines3.common import base_class, policies
 
 from agents.settings import checked
-from agents.training.models import CLASSES, FEATURES, UNREADABLE, network
+from agents.training.models import CLASSES, FEATURES, network
 from magfold_env.checkpoint import difference
 from magfold_env.scoring import policy_file
 from magfold_env.scoring.policy_file import PolicySettings, Shown
@@ -37,10 +37,9 @@ class SavedPolicy:
 
 def _kind(settings: PolicySettings) -> tuple[type[policies.BasePolicy], dict[str, Any]]:
     """Return the class of a policy with given settings, and the options of its features."""
-    dictionary = isinstance(settings.observations, policy_file.Boxes)
-    return network(
-        settings.algorithm, settings.features, dictionary, settings.backward, settings.lstm
-    )
+    boxes = isinstance(settings.observations, policy_file.Boxes)
+    own = settings.algorithm, settings.features, boxes, settings.backward, settings.lstm
+    return network(*own)
 
 
 def make(settings: PolicySettings) -> policies.BasePolicy:
@@ -82,7 +81,7 @@ def save(
 def begin_with(path: str | Path, model: base_class.BaseAlgorithm, shown: Shown) -> int:
     """Set the networks of `model` to the weights of a policy that `save` wrote.
 
-    Nothing else of the policy is used; optimisers begin anew. Returns the number of its training
+    Nothing else of the policy is used; optimisers start fresh. Returns the number of its training
     steps.
 
     Raises
@@ -90,14 +89,13 @@ def begin_with(path: str | Path, model: base_class.BaseAlgorithm, shown: Shown) 
     ValueError
         If there is no such file, or it is damaged or has other networks, actions or observations.
     """
-    settings, policy = _read(Path(path))
-    aside = {"steps", "blind"}
-    own = _settings_of(model, shown)
-    theirs, wanted = (each.model_dump(exclude=aside) for each in (settings, own))
-    if where := difference(theirs, wanted):
+    saved, aside = load(path), {"steps", "blind"}
+    both = saved.shown, _settings_of(model, shown)
+    theirs, own = (settings.model_dump(exclude=aside) for settings in both)
+    if where := difference(theirs, own):
         raise ValueError(f"{path}: holds another policy, {where}; must be one of the same networks")
-    model.policy.load_state_dict(policy.state_dict())
-    return settings.steps
+    model.policy.load_state_dict(saved.policy.state_dict())
+    return saved.steps
 
 
 def load(path: str | Path) -> SavedPolicy:
@@ -108,16 +106,10 @@ def load(path: str | Path) -> SavedPolicy:
     ValueError
         If there is no such file, it is damaged, or a model of Stable-Baselines3.
     """
-    settings, policy = _read(Path(path))
-    return SavedPolicy(policy, settings, settings.steps)
-
-
-def _read(path: Path) -> tuple[PolicySettings, policies.BasePolicy]:
-    """Return the settings in a policy file, and the networks with its weights."""
     file = policy_file.read(path)
     try:
         policy = make(file.settings)
-    except (*UNREADABLE, AssertionError) as error:
+    except Exception as error:
         raise ValueError(f"{path}: its networks cannot be made: {error}") from None
     shapes = {name: tuple(tensor.shape) for name, tensor in policy.state_dict().items()}
     try:
@@ -128,7 +120,7 @@ def _read(path: Path) -> tuple[PolicySettings, policies.BasePolicy]:
         raise ValueError(f"{path}: weights: {error}") from None
     policy.load_state_dict({name: torch.from_numpy(each) for name, each in weights.items()})
     policy.set_training_mode(False)
-    return file.settings, policy
+    return SavedPolicy(policy, file.settings, file.settings.steps)
 
 
 def _settings_of(model: base_class.BaseAlgorithm, shown: Shown) -> PolicySettings:

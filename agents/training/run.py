@@ -1,5 +1,6 @@
 """A training run: its phases, its validations and its stored files."""
 
+import pickle
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -45,9 +46,8 @@ def train(
 ) -> Path:
     """Run the training described by `settings`, or the rest of it; return the policy.
 
-    Everything that the run writes lies in the folder `path`, see `TrainingRun`; what becomes of an
-    earlier run there `resume` says, see `RunFolder.open`. `watch` follows the
-    validations.
+    All files of the run lie in the folder `path`, see `TrainingRun`; `RunFolder.open` describes
+    `resume`. `watch` follows the validations.
 
     Raises
     ------
@@ -84,14 +84,13 @@ def _make_model(
     settings: TrainSettings, envs: vec_env.VecEnv
 ) -> tuple[base_class.BaseAlgorithm, int]:
     """Return the initial model of a run and the number of its training steps."""
-    learner, before = settings.learner, 0
-    model = models.make_model(learner, envs, settings.seed, settings.device)
-    if settings.start is not None:
-        try:
-            before = policy_files.begin_with(settings.start, model, learner)
-        except ValueError as error:
-            raise SettingsError(f"start: {error}") from None
-    return model, before
+    model = models.make_model(settings.learner, envs, settings.seed, settings.device)
+    if settings.start is None:
+        return model, 0
+    try:
+        return model, policy_files.begin_with(settings.start, model, settings.learner)
+    except ValueError as error:
+        raise SettingsError(f"start: {error}") from None
 
 
 class Validation:
@@ -110,10 +109,8 @@ class Validation:
 
     def __call__(self, model: base_class.BaseAlgorithm) -> dict[str, float]:
         """Return the rate of success and the mean score of `model`."""
-        episodes = self._episodes
-        player = Player(model.policy, self._shown, self._env, episodes.count)
-        plan = player.plan(self._env)
-        (ends,) = play(episodes, self._numbers, self._seeds, lambda _: plan)
+        plan = Player(model.policy, self._shown, self._env, self._episodes.count).plan(self._env)
+        (ends,) = play(self._episodes, self._numbers, self._seeds, lambda _: plan)
         return {
             "success_rate": float(np.mean(ends["is_success"])),
             "score": float(np.mean(ends["score"])),
@@ -134,17 +131,10 @@ class BoundaryCallback(callbacks.BaseCallback):
         save: Callable[[], None],
     ) -> None:
         super().__init__()
-        self._state = state
-        self._settings = settings
-        self._validate = validate
-        self._save = save
+        self._state, self._settings = state, settings
+        self._validate, self._save = validate, save
         self._limit = np.inf if settings.minutes is None else 60.0 * settings.minutes
         self._began = time.monotonic() - state.seconds
-
-    @property
-    def interrupted(self) -> bool:
-        """Whether the phase ended early."""
-        return self._state.stopping or self.out_of_time
 
     @property
     def out_of_time(self) -> bool:
@@ -154,9 +144,12 @@ class BoundaryCallback(callbacks.BaseCallback):
     def visit(self) -> None:
         """Perform the actions that are due between two rollouts."""
         state, steps = self._state, self.model.num_timesteps
-        if models.due(steps, state.validated_at, self._settings.validate_every):
+        # When a multiple has been passed since the last time.
+        every = self._settings.validate_every
+        if steps // every > state.validated_at // every:
             self._validate()
-        if models.due(steps, state.saved_at, self._settings.checkpoint_every):
+        every = self._settings.checkpoint_every
+        if steps // every > state.saved_at // every:
             state.saved_at = steps
             self._save()
 
@@ -169,7 +162,7 @@ class BoundaryCallback(callbacks.BaseCallback):
 
     def _on_step(self) -> bool:
         self._state.seconds = time.monotonic() - self._began
-        return not self.interrupted
+        return not (self._state.stopping or self.out_of_time)
 
 
 class TrainingRun:
@@ -193,60 +186,49 @@ class TrainingRun:
         watch: Watch | None = None,
     ) -> None:
         settings = folder.settings
-        self._folder = folder
-        self._settings = settings
-        self._key = folder.key
+        self._folder, self._settings, self._key = folder, settings, folder.key
+        self._parts, self._watch = parts, watch
         self._model: base_class.BaseAlgorithm | None = None
-        self._parts = parts
-        self._watch = watch
         self._progress = models.Progress()
         info = run_folder.RunInfo.begin(settings.name, settings.learner.algorithm, settings.seed)
         if parts is not None:
-            state = models.unpack_rest(parts)
-            self._progress = state.progress
+            rest: dict[str, Any] = pickle.loads(parts[models.REST])
+            self._progress = rest["progress"]
             info = run_folder.RunInfo.read(folder.path) or info
             info.resumed_at.append(self._progress.saved_at)
-            run_folder.cut_events(folder.path, state.events)
+            run_folder.cut_events(folder.path, rest["events"])
         self._info = info
         self._logger = logger.Logger(
             str(folder.path), [logger.TensorBoardOutputFormat(str(folder.path))]
         )
 
     def finish(self) -> None:
-        """Train to the end and save the policy."""
+        """Train through the remaining phases and save the policy."""
+        progress, phases = self._progress, self._settings.phases
         self._info.write(self._folder.path)
+        out_of_time = False
         try:
-            self._learn_all()
+            while progress.phase < len(phases) and not out_of_time:
+                envs = make_training_envs(self._settings, progress.phase)
+                try:
+                    out_of_time = self._learn(self._model_in(envs), envs, phases[progress.phase])
+                finally:
+                    envs.close()
             if self._model is not None:
                 self._write(self._model, self._folder.policy)
             self._info.finished = True
+        except ValueError as error:
+            # torch's own message on numbers that are not finite is long.
+            model = self._model
+            if model is None or all(bool(x.isfinite().all()) for x in model.policy.parameters()):
+                raise
+            raise DivergedError(
+                f"after {model.num_timesteps} steps the networks hold numbers that are not finite; "
+                "a smaller learner.learning_rate may help"
+            ) from error
         finally:
             self._note()
             self._logger.close()
-
-    def _learn_all(self) -> None:
-        """Train through the remaining phases."""
-        progress, phases = self._progress, self._settings.phases
-        out_of_time = False
-        while progress.phase < len(phases) and not out_of_time:
-            envs = make_training_envs(self._settings, progress.phase)
-            try:
-                out_of_time = self._learn(self._model_in(envs), envs, phases[progress.phase])
-            except ValueError as error:
-                self._check_finite(error)
-                raise
-            finally:
-                envs.close()
-
-    def _check_finite(self, error: ValueError) -> None:
-        """Raise a short error if numbers are not finite; torch's own message is long."""
-        model = self._model
-        if model is None or all(bool(each.isfinite().all()) for each in model.policy.parameters()):
-            return
-        raise DivergedError(
-            f"after {model.num_timesteps} steps the networks hold numbers that are not finite; "
-            "a smaller learner.learning_rate may help"
-        ) from error
 
     def _learn(
         self, model: base_class.BaseAlgorithm, envs: vec_env.VecMonitor, phase: Phase
@@ -284,7 +266,7 @@ class TrainingRun:
                     log_interval=1 if on_policy else max(EPISODES_PER_RECORD, settings.envs),
                     reset_num_timesteps=False,
                 )
-            if not boundaries.interrupted:
+            if not (progress.stopping or boundaries.out_of_time):
                 boundaries.visit()
         if progress.validated_at < model.num_timesteps:
             self._validate(model, validation, phase)
@@ -331,9 +313,8 @@ class TrainingRun:
     def _save(self, model: base_class.BaseAlgorithm, envs: vec_env.VecMonitor) -> None:
         """Write a checkpoint for resumption and the current policy."""
         self._keep(model, envs)
-        self._write(
-            model, self._folder.checkpoints / f"policy-{model.num_timesteps:09d}.safetensors"
-        )
+        name = f"policy-{model.num_timesteps:09d}.safetensors"
+        self._write(model, self._folder.checkpoints / name)
         self._note()
 
     def _keep(self, model: base_class.BaseAlgorithm, envs: vec_env.VecMonitor) -> None:
@@ -342,7 +323,6 @@ class TrainingRun:
         models.write_archive(self._folder.state, self._key, parts)
 
     def _write(self, model: base_class.BaseAlgorithm, path: Path) -> None:
-        """Write the policy."""
         policy_files.save(model, path, self._settings.learner, self._progress.before)
 
     def _note(self) -> None:

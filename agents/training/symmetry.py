@@ -15,6 +15,7 @@ import numpy as np
 import torch
 from gymnasium import Space, spaces
 from numpy.typing import NDArray
+from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
 from stable_baselines3.common import policies, torch_layers
 from torch import nn
 
@@ -211,3 +212,7 @@ class Symmetric(policies.BasePolicy):
 
 class SymmetricPolicy(Symmetric, policies.ActorCriticPolicy):
     """Actor and critic of PPO with the features of `FromOneSide`."""
+
+
+class MaskableSymmetricPolicy(Symmetric, MaskableActorCriticPolicy):  # pyright: ignore[reportIncompatibleMethodOverride, reportIncompatibleVariableOverride]
+    """Actor and critic of MaskablePPO with the features of `FromOneSide`."""

@@ -3,10 +3,9 @@
 import struct
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import jinja2
 
@@ -20,24 +19,15 @@ PNG_START = b"\x89PNG\r\n\x1a\n"
 CSS_DPI = 96
 
 
-@dataclass(frozen=True)
-class Picture:
+class Picture(NamedTuple):
     """A PNG file, which becomes part of the page, and its caption."""
 
     path: Path
     caption: str = ""
 
-    @cached_property
+    @property
     def content(self) -> bytes:
-        """The file.
-
-        Raises
-        ------
-        FileNotFoundError
-            If it does not exist.
-        ValueError
-            If it is not a PNG file.
-        """
+        """The file, which must be a PNG file."""
         content = self.path.read_bytes()
         if not content.startswith(PNG_START):
             raise ValueError(f"{self.path}: is not a picture; must be a PNG file")
@@ -55,22 +45,19 @@ class Picture:
         return round(width * CSS_DPI / DPI), round(height * CSS_DPI / DPI)
 
 
-@dataclass(frozen=True)
-class Entries:
+class Entries(NamedTuple):
     """Short texts, each with a short label."""
 
     texts: Mapping[str, str]
 
 
-@dataclass(frozen=True)
-class Points:
+class Points(NamedTuple):
     """A list of sentences."""
 
     sentences: Sequence[str]
 
 
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(NamedTuple):
     """The verdict of a comparison in one word, and a sentence that explains it."""
 
     word: str
@@ -80,16 +67,14 @@ class Verdict:
     """Further sentences, one per line, in a collapsed block."""
 
 
-@dataclass(frozen=True)
-class Frame:
+class Frame(NamedTuple):
     """A self-contained page within this one."""
 
     title: str
     page: str
 
 
-@dataclass(frozen=True)
-class Details:
+class Details(NamedTuple):
     """Collapsed blocks below a line that describes them."""
 
     summary: str
@@ -104,22 +89,20 @@ Block = str | Picture | Entries | Points | Verdict | Table | Frame | Details
 """The content of a section; plain text is a paragraph."""
 
 
-@dataclass(frozen=True)
-class Section:
+class Section(NamedTuple):
     """A part of the page with a heading, listed in the page's contents."""
 
     title: str
     blocks: Sequence[Block]
 
 
-@dataclass(frozen=True)
-class Page:
+class Page(NamedTuple):
     """A page: the answer, sections, and the origin of its numbers."""
 
     title: str
     sections: Sequence[Section]
     lead: Sequence[Block] = ()
-    provenance: Mapping[str, str] = field(default_factory=dict[str, str])
+    provenance: Mapping[str, str] = {}
     """Machine, versions, commit and the like, shown at the end."""
 
 
@@ -138,11 +121,11 @@ def write_page(page: Page, path: str | Path) -> None:
 
 def render(page: Page) -> str:
     """Return a page as HTML text with embedded pictures; see `write_page`."""
-    return _template().render(page=page, kind_of=_kind_of, cell_text=cell_text)
 
+    def kind_of(block: Block) -> str:
+        return type(block).__name__
 
-def _kind_of(block: Block) -> str:
-    return type(block).__name__
+    return _template().render(page=page, kind_of=kind_of, cell_text=cell_text)
 
 
 @cache

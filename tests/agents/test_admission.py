@@ -8,12 +8,9 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-import typer
 from gymnasium import spaces
 from gymnasium.utils import seeding
-from typer.testing import CliRunner
 
-from agents.admission import __main__ as command
 from agents.admission import contestants, rule
 from agents.admission.contestants import (
     BLIND,
@@ -34,7 +31,7 @@ from agents.open_loops import orders
 from agents.open_loops.orders import Orders
 from agents.open_loops.schedules import Schedule, constant
 from agents.open_loops.search import Field, halving, rounds
-from agents.training import mending, open_loops, redoings
+from agents.training import drawing_back, mending, open_loops
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.legs import Leg
 from magfold_env.envs.camera_track import INTERVAL
@@ -45,6 +42,7 @@ from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.minimiser import minimise
 from magfold_env.scoring.policy_file import Shown
 from magfold_env.scoring.track import FEED_TRACKS, TRACKS, TRAYS, choice_of_tasks
+from tests.agents.training import call
 from tests.killed import run_until_killed
 
 FLOOR = "MagFold/UnknownFloor-v0"
@@ -179,16 +177,6 @@ def test_orders_are_ones_that_can_be_had_from_the_tray(env_id: str) -> None:
     anchor = env_id == "MagFold/Anchor-v0"
     assert words > {task.target} if anchor else words == {task.target}
     assert all("S" not in word for word in words)
-    # Each as a single environment plays it.
-    seeds = episode_seeds("any", 3)
-    ends = arena.field.follow(np.full(3, number), seeds, found[4:7])
-    for seed, each, end in zip(seeds, found[4:7], ends, strict=True):
-        arena.env.reset(seed=seed, options={"task": number})
-        plan, over, info = loops.following([each]), False, {}
-        while not over:
-            action = arena.world.actions.write(plan(arena.env.episodes, np.array([0])))[0]
-            *_, over, _, info = arena.env.step(action)
-        assert (info["is_success"], info["score"]) == tuple(end)
 
 
 @pytest.mark.slow
@@ -277,7 +265,7 @@ def test_the_field_plays_what_a_single_environment_plays(env_id: str) -> None:
 
 def test_draws_of_results_are_used_for_nothing_else() -> None:
     others = ["evaluation", "validation", "selection", "scoring", "search 0", SEARCH]
-    others += [mending.STREAM, redoings.STREAM, open_loops.STREAM]
+    others += [mending.STREAM, drawing_back.STREAM, open_loops.STREAM]
     streams = [*others, *map(copies, range(1000))]
     seeds = {seed for stream in streams for seed in episode_seeds(stream, 30)}
     assert len(seeds) == 30 * len(streams)
@@ -321,7 +309,7 @@ def test_each_line_of_the_rule_decides(
 ) -> None:
     verdict = rule.judge(ends_of(ADMITTED | changes, runs=2))
     assert [line.holds for line in verdict.lines] == holds
-    assert verdict.said == said
+    assert verdict.decision == said
     assert [verdict.rows[name].figures["normalised"] for name in (RANDOM, ORACLE)] == [0.0, 1.0]
 
 
@@ -337,7 +325,7 @@ def test_what_was_not_given_is_not_measured() -> None:
     rates = {name: ADMITTED[name] for name in (RANDOM, OPEN_LOOP, ORACLE)}
     verdict = rule.judge(ends_of(rates))
     assert [line.holds for line in verdict.lines] == [True, None, None, None]
-    assert verdict.said == "not measured as a whole"
+    assert verdict.decision == "not measured as a whole"
     assert rule.markdown(verdict).count("not measured |") == 3
     # Wilson's, of 700 in 1000.
     assert verdict.rows[OPEN_LOOP].success == pytest.approx((0.7, 0.6709, 0.7276), abs=1e-4)
@@ -360,29 +348,17 @@ class Stacked:
         frames = observation.reshape(len(observation), -1, 74)
         # `seen`, after target, magnets and direction.
         out = frames[:, :, 40:46].sum(axis=(1, 2))
-        return self.acting(np.clip(0.8 - 0.02 * out, 0.3, 1.0)), len(self.shown)
-
-    def acting(self, share: Any) -> Any:
-        return share[:, None].astype(np.float32)
-
-
-class Leveled(Stacked):
-    """Likewise with speeds of a table."""
-
-    action_space = spaces.Discrete(9)
-
-    def acting(self, share: Any) -> Any:
-        return (4 + 4 * share).astype(np.int64)
+        share = np.clip(0.8 - 0.02 * out, 0.3, 1.0)
+        return share[:, None].astype(np.float32), len(self.shown)
 
 
 def saved(policy: Any, frames: int = 1, blind: bool = False) -> SavedPolicy:
     return SavedPolicy(policy, Shown(frames=frames, blind=blind), steps=0)
 
 
-@pytest.mark.parametrize("kind", [Stacked, Leveled])
-def test_policies_see_their_frames_and_the_blind_and_frozen_do_not(kind: type[Stacked]) -> None:
+def test_policies_see_their_frames_and_the_blind_and_frozen_do_not() -> None:
     arena = Arena(FLOOR, 1)
-    policy = kind(3)
+    policy = Stacked(3)
     contestants.play_policy(arena, saved(policy, 3), TRAINED, 0, 2)
     shown = np.array(policy.shown)
     assert shown.shape[1:] == (2, 3, 74)
@@ -391,15 +367,15 @@ def test_policies_see_their_frames_and_the_blind_and_frozen_do_not(kind: type[St
     assert shown[-1, :, :, 40:46].any()
 
     for stated, by_file in ((BLIND, False), (TRAINED, True)):
-        policy = kind(3)
+        policy = Stacked(3)
         contestants.play_policy(arena, saved(policy, 3, by_file), stated, 0, 2)
         assert not np.array(policy.shown)[..., 40:70].any()
 
-    policy = kind(1)
+    policy = Stacked(1)
     contestants.play_policy(arena, saved(policy), FROZEN, 0, 2)
     assert {each.shape for each in policy.shown} == {(1, 74)}  # one episode, whatever is played
 
-    for wrong in (saved(kind(1, 75)), saved(kind(3), 4)):
+    for wrong in (saved(Stacked(1, 75)), saved(Stacked(3), 4)):
         with pytest.raises(ValueError, match=r"policy: its spaces .* are not the environment's"):
             contestants.play_policy(arena, wrong, TRAINED, 0, 2)
 
@@ -461,11 +437,9 @@ main(
 def test_the_command_goes_on_where_it_was_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    app = typer.Typer()
-    app.command()(command.main)
     folder = tmp_path / "killed"
-    options = ["--tasks", "2", "--episodes", "3", "--search", "13", "32", "--race", "13", "32"]
-    given = [FLOOR, "--processes", "1", *options, "--output"]
+    options = ["--tasks", 2, "--episodes", 3, "--search", 13, 32, "--race", 13, 32]
+    given = ["admission.__main__", FLOOR, "--processes", 1, *options, "--output"]
     run_until_killed(2, KILLED, FLOOR, str(folder))
     searched: list[int] = []
 
@@ -475,11 +449,11 @@ def test_the_command_goes_on_where_it_was_killed(
 
     own_search = Field.search
     monkeypatch.setattr(Field, "search", search)
-    done = CliRunner().invoke(app, [*given, str(folder)])
+    done = call(*given, folder)
     assert done.exit_code == 0, done.output
     assert not searched  # both tasks were
     content = json.loads((folder / "admission.json").read_text(encoding="utf-8"))
-    whole = CliRunner().invoke(app, [*given, str(tmp_path / "whole")])
+    whole = call(*given, tmp_path / "whole")
     assert whole.exit_code == 0, whole.output
     again = json.loads((tmp_path / "whole" / "admission.json").read_text(encoding="utf-8"))
     for each in (content, again):
@@ -491,23 +465,6 @@ def test_the_command_goes_on_where_it_was_killed(
         assert row["success"][0] == pytest.approx((2 * of_task[0] + of_task[1]) / 3)
     assert content["figures"]["verdict"] in ("not measured as a whole", "not admitted")
     assert "Verdict:" in (folder / "admission.md").read_text(encoding="utf-8")
-    other = CliRunner().invoke(app, [*given, str(folder), "--tasks", "1"])
+    other = call(*given, folder, "--tasks", 1)
     assert other.exit_code == 2
     assert "was written by another run" in other.output
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        (["MagFold/TubeFeed-v0"], "id: 'MagFold/TubeFeed-v0' is not allowed; must be"),
-        ([FLOOR, "--search", "1000", "900"], "budget: 900 is not allowed for 1000 candidates"),
-        ([FLOOR, "--race", "1001", "9000"], "--race: 1001 open loops are not allowed; must be"),
-        ([FLOOR, "--blind", "none.safetensors"], "none.safetensors: no such file"),
-    ],
-)
-def test_what_cannot_be_is_refused(given: list[str], message: str, tmp_path: Path) -> None:
-    app = typer.Typer()
-    app.command()(command.main)
-    done = CliRunner().invoke(app, [*given, "--output", str(tmp_path)])
-    assert done.exit_code == 2
-    assert message in done.output

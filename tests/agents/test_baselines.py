@@ -1,34 +1,29 @@
 """Searches choose within their budgets; what they chose is kept, and a search goes on."""
 
 from collections.abc import Sequence
-from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from agents.baselines.searches import (
+from agents.baselines import (
     SEARCHES,
     Calls,
     SpentError,
     Tally,
     choose,
     choose_for,
-    energy_design,
-    search_of,
 )
 from agents.evaluation.episodes import play
 from agents.evaluation.policies import ChoiceFile, Chosen, OpenLoop, at_random, read_choices
 from agents.evaluation.policies import chosen as choosing
 from agents.settings import EnvSettings
 from magfold_env.designer import gap_designs
-from magfold_env.envs.chains.quasistatic import fold
 from magfold_env.envs.episodes import Episodes
 from magfold_env.envs.sequence_design import SequenceDesignEnv
 from magfold_env.envs.tasks.draws import evaluation_seeds
 from magfold_env.envs.tube_feed import TubeFeedEnv
-from magfold_env.shapes import folded_words
 
 TARGET = "LRL"
 GOOD = ("NSSN", "NSNS", "SNNS", "SNSN")
@@ -62,10 +57,10 @@ def chain() -> TubeFeedEnv:
 def test_a_search_finds_the_target_within_its_budget(
     name: str, lattice: TubeFeedEnv, seeds: list[int]
 ) -> None:
-    chosen = choose_for(search_of(name, 1.0), lattice, TARGET, 600, seed=0)
+    chosen = choose_for(name, 1.0, lattice, TARGET, 600, seed=0)
     assert chosen.calls == len(seeds) <= 600
     assert chosen.successes == chosen.releases > 0
-    assert play(choosing({TARGET: chosen.choice}), lattice, TARGET, 1).success
+    assert play(choosing({TARGET: OpenLoop(*chosen[:2])}), lattice, TARGET, 1).success
 
 
 @pytest.mark.parametrize("name", SEARCHES)
@@ -73,70 +68,35 @@ def test_a_search_finds_the_target_within_its_budget(
 def test_no_search_makes_a_call_too_many(
     name: str, budget: int, lattice: TubeFeedEnv, seeds: list[int]
 ) -> None:
-    chosen = choose_for(search_of(name, 1.0), lattice, TARGET, budget, seed=0)
+    chosen = choose_for(name, 1.0, lattice, TARGET, budget, seed=0)
     assert chosen.calls == len(seeds) <= budget
     assert 0 < chosen.releases <= budget
 
 
 def test_the_seed_decides_a_search(chain: TubeFeedEnv) -> None:
-    search = search_of("cross-entropy", 1.0)
-    choices = [choose_for(search, chain, TARGET, 50, seed) for seed in (1, 2, 1)]
+    choices = [choose_for("cross-entropy", 1.0, chain, TARGET, 50, seed) for seed in (1, 2, 1)]
     assert choices[0] == choices[2] != choices[1]
 
 
-@pytest.mark.parametrize("direction", ["forward", "backward"])
-def test_the_minimiser_designs_what_folds_joint_by_joint(direction: str) -> None:
-    scene = TubeFeedEnv(components=5, fidelity="quasistatic").scene
-    fed = scene.replace(feed={"direction": direction})
-    for word in folded_words(5)[::4]:
-        sequence = energy_design(scene, word, direction)  # pyright: ignore[reportArgumentType]
-        assert fold(fed.replace(sequence=sequence)).word == word
+def test_the_minimisers_free_design_is_the_one_of_largest_gap(lattice: TubeFeedEnv) -> None:
+    design = gap_designs(lattice.scene, [TARGET])[TARGET]  # pyright: ignore[reportArgumentType]
+    chosen = choose_for("minimiser-free", 1.0, lattice, TARGET, 100, seed=0)
+    assert chosen.sequence == design
 
 
-def test_no_sequence_is_surer_than_the_minimisers() -> None:
-    env = TubeFeedEnv(components=3, fidelity="quasistatic")
-    found = energy_design(env.scene, "LR", "forward")  # pyright: ignore[reportArgumentType]
-    rules = env.task.lattice
-    faces = ["".join(each) for each in product("NS", repeat=4)]
-
-    def margin(sequence: tuple[str, ...]) -> float:
-        signs = np.array([[1.0 if x == "N" else -1.0 for x in each] for each in sequence])
-        poles = signs * rules.packed.strengths
-        least = np.inf
-        for right, others in (((1,), ((0,), (-1,))), ((1, -1), ((1, 0), (1, 1)))):
-            energies = [rules.energy_of(np.array(turns), poles[: len(right) + 1])
-                        for turns in (right, *others)]  # fmt: skip
-            least = min(least, min(energies[1:]) - energies[0])
-        return least
-
-    assert margin(found) == pytest.approx(max(map(margin, product(faces, repeat=3))))
-
-
-def test_the_minimisers_free_design_is_the_one_of_largest_gap() -> None:
-    scene = TubeFeedEnv(components=4, fidelity="quasistatic").scene
-    deepest = gap_designs(scene, [TARGET])[TARGET]
-    assert energy_design(scene, TARGET, "free") == deepest  # pyright: ignore[reportArgumentType]
-
-
-def test_calls_of_equal_number_have_equal_draws_that_no_evaluation_has(
+def test_calls_of_equal_number_have_equal_draws_and_are_played_once(
     chain: TubeFeedEnv, seeds: list[int]
 ) -> None:
-    one = OpenLoop.at_one_speed(GOOD, 0.2)
-    other = OpenLoop.at_one_speed(GOOD, 0.4)
-    Calls(chain, TARGET, budget=10, seed=0).scores([one, other], 3)
+    one, other = (OpenLoop.at_one_speed(GOOD, speed) for speed in (0.2, 0.4))
+    calls = Calls(chain, TARGET, budget=8, seed=0)
+    before = calls.scores([one, other], 3)
     assert seeds[0::2] == seeds[1::2]
     assert len(set(seeds)) == 3
     assert not set(seeds) & set(evaluation_seeds(1000))
-
-
-def test_what_was_asked_before_is_not_played_again(chain: TubeFeedEnv) -> None:
-    calls = Calls(chain, TARGET, budget=5, seed=0)
-    first = OpenLoop.at_one_speed(GOOD, 0.2)
-    before = calls.scores([first], 3)
-    np.testing.assert_array_equal(calls.scores([first], 5)[:, :3], before)
-    assert calls.count == 5
+    np.testing.assert_array_equal(calls.scores([one], 5)[:, :3], before[:1])
+    assert calls.count == 8
     with pytest.raises(SpentError):
-        calls.scores([first], 6)
+        calls.scores([one], 6)
 
 
 def test_what_a_policy_chose_does_the_same_when_it_is_frozen(chain: TubeFeedEnv) -> None:
@@ -186,15 +146,6 @@ def test_a_target_without_a_choice_is_named(lattice: TubeFeedEnv) -> None:
         play(choosing({"LLR": OpenLoop(GOOD, (0.2,) * 4)}), lattice, TARGET, 0)
 
 
-@pytest.mark.parametrize(("name", "goal", "message"), [
-    ("annealing", 1.0, "search: 'annealing' is not allowed; must be one of minimiser-free"),
-    ("robust", 0.0, "goal: 0.0 is not allowed; must be above 0"),
-])  # fmt: skip
-def test_a_wrong_search_is_named(name: str, goal: float, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        search_of(name, goal)
-
-
 SETTINGS = EnvSettings(targets=("LRLLL", "RLRRR"))
 KEY = {"search": "cross-entropy", "budget": 10}
 
@@ -203,35 +154,18 @@ def chosen(speed: float) -> Chosen:
     return Chosen(("NSNS",) * 6, (speed,) * 6, calls=10, successes=3, releases=4)
 
 
-def test_choices_survive_a_round_trip(tmp_path: Path) -> None:
+def test_choices_are_read_as_they_were_written_or_refused(tmp_path: Path) -> None:
     path = tmp_path / "folder" / "choices.json"
     ChoiceFile(path, KEY).add("LRLLL", chosen(0.1))
     again = ChoiceFile(path, KEY)
     assert again.chosen == {"LRLLL": chosen(0.1)}
     again.add("RLRRR", chosen(0.2))
-    assert read_choices(path) == {"LRLLL": chosen(0.1).choice, "RLRRR": chosen(0.2).choice}
-
-
-def test_choices_of_another_search_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "choices.json"
-    ChoiceFile(path, KEY).add("LRLLL", chosen(0.1))
+    own = {"LRLLL": chosen(0.1), "RLRRR": chosen(0.2)}
+    assert read_choices(path) == {word: OpenLoop(*each[:2]) for word, each in own.items()}
     with pytest.raises(ValueError, match="another search, with budget 10; must be 20"):
         ChoiceFile(path, KEY | {"budget": 20})
-
-
-@pytest.mark.parametrize("text", ["", "[]", '{"format": "other"}', '{"checksum": 1}'])
-def test_foreign_files_are_refused(tmp_path: Path, text: str) -> None:
-    path = tmp_path / "choices.json"
-    path.write_text(text, encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8").replace("0.1", "0.3"), encoding="utf-8")
     with pytest.raises(ValueError, match=r"choices\.json: is not a file of choices .* damaged"):
-        read_choices(path)
-
-
-def test_a_damaged_file_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "choices.json"
-    ChoiceFile(path, KEY).add("LRLLL", chosen(0.1))
-    path.write_text(path.read_text(encoding="utf-8").replace("0.1", "0.2"), encoding="utf-8")
-    with pytest.raises(ValueError, match="damaged"):
         ChoiceFile(path, KEY)
 
 
@@ -252,4 +186,6 @@ def test_a_search_that_was_stopped_goes_on_with_the_next_target(
     assert dict(choose("cross-entropy", SETTINGS, path, budget=3)) == whole
     assert searched == {"RLRRR"}
     with pytest.raises(ValueError, match="with seed 0; must be 1"):
-        list(choose("cross-entropy", SETTINGS, path, budget=3, seed=1))
+        choose("cross-entropy", SETTINGS, path, budget=3, seed=1)
+    with pytest.raises(ValueError, match=r"goal: 0\.0 is not allowed; must be above 0"):
+        choose("cross-entropy", SETTINGS, path, budget=3, goal=0.0)

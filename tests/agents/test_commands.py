@@ -55,7 +55,7 @@ def test_imports_without_the_extra_end_with_it(module: str, tmp_path: Path) -> N
 
 def command(wrong: Annotated[str, typer.Option(help="What is wrong.")] = "") -> None:
     """Do nothing."""
-    with reported_errors(ValueError, extras="minari"):
+    with reported_errors(extras="minari"):
         if wrong == "module":
             raise ModuleNotFoundError("No module named 'minari'")
         if wrong == "folder":

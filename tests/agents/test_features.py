@@ -10,11 +10,10 @@ from agents.training.envs import make_training_envs
 from agents.training.features import FromTheMouth
 from agents.training.models import make_model
 from magfold_env.envs.spaces.observation import chain_layout
-from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.tube_feed_goal import TubeFeedGoalEnv
 from magfold_env.envs.wrappers.mouth_order import WIDTHS
 from magfold_env.scene import load_scene, save_scene
-from tests.agents.training import LEARNERS, tiny
+from tests.agents.training import tiny
 
 N = 5
 LAYOUT = chain_layout(N, side=1.0)
@@ -62,13 +61,6 @@ def test_everything_is_counted_from_the_mouth(step: int, backward: bool) -> None
     assert seen(step, backward) == wanted
 
 
-def test_nothing_that_is_out_is_left_out() -> None:
-    everything = set(np.arange(1.0, LAYOUT.size + 1))
-    released = LAYOUT.slices["released"]
-    everything -= set(np.arange(released.start + 1.0, released.stop + 1.0))
-    assert everything <= set(seen(N, backward=False))
-
-
 def test_other_observations_are_refused() -> None:
     for size in (0, LAYOUT.size - 1, LAYOUT.size + 1):
         with pytest.raises(ValueError, match="must be that of MagFold/TubeFeed-v0"):
@@ -95,23 +87,14 @@ def test_wanted_angles_take_the_place_of_letters(backward: bool) -> None:
 
 
 @pytest.mark.parametrize("direction", ["forward", "backward"])
-def test_a_policy_that_sees_from_the_mouth_is_saved_and_plays(
-    tmp_path: Any, direction: str
-) -> None:
+def test_a_policy_file_states_the_direction(tmp_path: Any, direction: str) -> None:
     save_scene(load_scene("tube-feed").replace(feed={"direction": direction}), tmp_path / "s.yaml")
-    options: dict[str, Any] = {"components": 3, "fidelity": "quasistatic"}
-    options["scene"] = str(tmp_path / "s.yaml")
-    learner = {"algorithm": "ppo", "features": "mouth", "hidden": [16], **LEARNERS["ppo"]}
-    settings = tiny(learner=learner, env=options)
-    model = make_model(settings.learner, make_training_envs(settings, 0), 0)
+    env: dict[str, Any] = {"components": 3, "fidelity": "quasistatic"}
+    settings = tiny(own={"features": "mouth"}, env=env | {"scene": str(tmp_path / "s.yaml")})
+    envs = make_training_envs(settings, 0)
+    model = make_model(settings.learner, envs, 0)
     policy_files.save(model, tmp_path / "policy.safetensors")
     loaded = policy_files.load(tmp_path / "policy.safetensors").policy
-    env: Any = TubeFeedEnv(**options)
-    observation, _ = env.reset(seed=0)
-    for _ in range(2):
-        action, _ = model.predict(observation, deterministic=True)
-        assert np.array_equal(action, loaded.predict(observation, deterministic=True)[0])
-        observation, *_ = env.step(action)
     order: Any = loaded.get_submodule("features_extractor").get_buffer("_order")
-    mirrored = FromTheMouth(env.observation_space, direction == "backward")
+    mirrored = FromTheMouth(envs.observation_space, direction == "backward")
     assert torch.equal(order, mirrored.get_buffer("_order"))

@@ -8,7 +8,7 @@ import pytest
 import torch
 from sb3_contrib.common.recurrent.type_aliases import RNNStates
 
-from agents.settings import SettingsError, TrainSettings
+from agents.settings import TrainSettings
 from agents.training import models
 from agents.training.envs import make_env, make_training_envs
 from agents.training.imitation import Demonstrations, Steps, evaluated, imitate
@@ -139,17 +139,3 @@ def test_a_run_that_imitates_repeats_itself(tmp_path: Path) -> None:
     assert same_weights(*runs)
     other = train(settings(episodes=8), tmp_path / "c")
     assert not same_weights(runs[0], other)
-
-
-@pytest.mark.parametrize(
-    ("changes", "named"),
-    [
-        ({"algorithm": "sac"}, "learner.algorithm"),
-        ({"env": {"id": "MagFold/TubeFeed-v0"}}, "env.id"),
-        ({"imitate": {"episodes": 0}}, "imitate.episodes"),
-        ({"imitate": {"random": 1.0}}, "imitate.random"),
-    ],
-)
-def test_who_cannot_imitate_is_told(changes: dict[str, Any], named: str) -> None:
-    with pytest.raises((SettingsError, ValueError), match=named.replace(".", r"\.")):
-        tiny(**{"env": {"id": FLOOR}, "imitate": {}} | changes)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.settings import EnvSettings, SettingsError
+from agents.settings import EnvSettings
 from agents.training import mending
 from agents.training.envs import make_env
 from agents.training.imitation import Demonstrations
@@ -48,8 +48,12 @@ def play(env: Any, ways: Any, stream: str) -> tuple[Any, list[list[tuple[int, ..
 
 
 @pytest.mark.slow
-def test_chains_can_be_had_from_their_trays_and_begin_alike(found: Any) -> None:
+def test_chains_can_be_had_from_their_trays_and_are_searched_once(
+    searched: Any, found: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     env, ways = found
+    monkeypatch.setattr(Episodes, "play", None)
+    assert mended(SETTINGS, searched[0], DRAWS) == ways
     assert len(ways) == len(env.tasks)
     for task, chains in zip(env.tasks, ways, strict=True):
         assert 1 <= len(chains) <= CHAINS
@@ -61,13 +65,6 @@ def test_chains_can_be_had_from_their_trays_and_begin_alike(found: Any) -> None:
             patterns = [PATTERNS.index(task.tray[part]) for part in parts]
             assert np.isin(LYING[patterns, lies], np.arange(16)).all()
             assert chain.speed in env.actions.speeds
-
-
-@pytest.mark.slow
-def test_chains_are_searched_once(searched: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder, ways = searched
-    monkeypatch.setattr(Episodes, "play", None)
-    assert mended(SETTINGS, folder, DRAWS) == ways
 
 
 @pytest.mark.slow
@@ -98,5 +95,3 @@ def test_demonstrations_can_show_it(
     given = tiny(env={"id": ANCHOR, "difficulty": 0.1}, imitate={"plan": "mending", "random": 0.0})
     steps = Demonstrations(given, tmp_path).block(range(8))
     assert {BACK, PULL} <= set(steps.actions[:, 3].tolist())
-    with pytest.raises((SettingsError, ValueError), match=r"imitate\.plan"):
-        tiny(env={"id": "MagFold/Tray-v0"}, imitate={"plan": "mending"})

@@ -13,17 +13,14 @@ import numpy as np
 import pytest
 import stable_baselines3
 import torch
-import typer
 from safetensors.numpy import load, save
-from typer.testing import CliRunner
 
-from agents import evaluate
 from agents.evaluation.policies import make_policy
 from agents.training import policy_files
 from agents.training.envs import make_training_envs
 from agents.training.models import make_model
 from magfold_env.envs.tube_feed import TubeFeedEnv
-from tests.agents.training import LEARNERS, tiny
+from tests.agents.training import LEARNERS, call, tiny
 from tests.fuzz.readers import resigned
 
 GOAL = "MagFold/TubeFeedGoal-v0"
@@ -77,13 +74,6 @@ def test_every_algorithm_acts_as_before(
     envs.close()
 
 
-def test_networks_of_other_shapes_come_back(model: Any, file: Path) -> None:
-    observation = np.linspace(-1.0, 1.0, model.observation_space.shape[0], dtype=np.float32)
-    values = torch.as_tensor(observation[None])
-    saved: Any = policy_files.load(file).policy
-    assert torch.equal(saved.predict_values(values), model.policy.predict_values(values))
-
-
 @pytest.mark.parametrize("critic", ["own", "shared", "none"])
 def test_every_memory_comes_back(critic: str, tmp_path: Path) -> None:
     lstm = {"hidden": 8, "layers": 2, "critic": critic}
@@ -131,9 +121,7 @@ def test_what_is_not_trusted_runs_no_code(evil: tuple[Path, Path], tmp_path: Pat
     for each in (path, renamed):
         with pytest.raises(ValueError, match=r"evil\..*: is a zip file.*policy_files\.save"):
             make_policy(str(each))
-    app = typer.Typer()
-    app.command()(evaluate.main)
-    refused = CliRunner().invoke(app, [str(path), "--output", str(tmp_path / "out")])
+    refused = call("evaluate", path, "--output", tmp_path / "out")
     assert refused.exit_code == 2
     assert "policy_files.save" in refused.stderr
     assert not written.exists()
@@ -158,21 +146,14 @@ def changed(file: Path, settings: dict[str, Any], **weights: Any) -> None:
     [
         ({"algorithm": "os.system"}, "algorithm: 'os.system' is not allowed; must be 'ppo'"),
         ({"features": "os.path"}, "features: 'os.path' is not allowed; must be 'chain'"),
-        ({"activation": "Hardtanh"}, "activation: 'Hardtanh' is not allowed; must be 'tanh'"),
         ({"policy": "os.system"}, "policy: 'os.system' is not allowed; unknown key"),
-        ({"actor": [0]}, r"actor\[0\]: 0 is not allowed; must be greater than or equal to 1"),
         ({"actor": [10**9]}, "actor, critic: .* is not allowed; must be those of the weights"),
-        ({"critic": [1] * 17}, "critic: .* is not allowed"),
         ({"actor": [6]}, r"weights: mlp_extractor\.\S+: is not one of the network's"),
         ({"actor": [6, 6]}, r"weights: mlp_extractor\.\S+2\.weight: .* F32 numbers, \[6, 6"),
         ({"observations": {"low": [0]}}, "observations.high: None is not allowed; must be given"),
-        ({"observations": {"low": [0], "high": [1, 2]}}, "observations.high: 2 is not allowed"),
         ({"actions": {"boxes": {}}}, "actions: .* is not allowed; must be a box"),
         ({"actions": {"n": 10**8}}, "actor, critic: .* must be those of the weights"),
-        ({"algorithm": "sac"}, "actions: .* is not allowed; must be a box with sac"),
         ({"features": "symmetric", "actions": {"n": 3}}, "its networks cannot be made: action_sp"),
-        ({"steps": None}, "steps: None is not allowed"),
-        ({"frames": 65}, "frames: 65 is not allowed; must be less than or equal to 64"),
         ({"frames": 64}, "actor, critic: .* must be those of the weights"),
         ({"lstm": {"hidden": 8}}, "lstm: .* must not be given with ppo"),
         ({"algorithm": "recurrent-ppo"}, "lstm: None is not allowed; must be given with recurr"),
@@ -187,26 +168,6 @@ def test_wrong_settings_name_file_and_key(file: Path, settings: Any, message: st
     with pytest.raises(ValueError, match=rf"policy\.safetensors: {message}") as caught:
         policy_files.load(file)
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    "entry",
-    [
-        {"dtype": "F64"},
-        {"data_offsets": [10**9, 10**9 + 16]},
-        {"data_offsets": [-8, 8]},
-        {"data_offsets": [0, 16]},  # where another lies
-        {"shape": [10**9]},
-        None,
-    ],
-)
-def test_wrong_places_of_weights_are_told(file: Path, entry: Any) -> None:
-    content = file.read_bytes()
-    header = json.loads(content[8 : 8 + int.from_bytes(content[:8], "little")])
-    name = "mlp_extractor.value_net.0.bias"
-    changed(file, {}, **{name: entry and header[name] | entry})
-    with pytest.raises(ValueError, match=r"policy\.safetensors: is not a policy, or is damaged: "):
-        policy_files.load(file)
 
 
 @pytest.mark.parametrize(

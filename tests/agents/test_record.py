@@ -3,19 +3,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-import typer
-from typer.testing import CliRunner
 
-from agents.record import main
 from agents.training import policy_files
 from agents.training.envs import make_training_envs
 from agents.training.models import make_model
-from tests.agents.training import tiny
+from tests.agents.training import call, tiny
 
 minari: Any = pytest.importorskip("minari", reason="needs the extra minari")
-
-app = typer.Typer()
-app.command()(main)
 
 
 @pytest.fixture(autouse=True)
@@ -25,10 +19,6 @@ def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 QUICK = ("--env", "fidelity=quasistatic", "--env", "components=3")
-
-
-def run(env_id: str, *options: str) -> Any:
-    return CliRunner().invoke(app, [env_id, *options])
 
 
 def each(value: Any, step: int) -> Any:
@@ -48,7 +38,7 @@ def each(value: Any, step: int) -> Any:
     ],
 )
 def test_a_dataset_is_loaded_and_its_episodes_repeat(env_id: str, options: tuple[str]) -> None:
-    result = run(env_id, *options, "--episodes", "4", "--dataset", "my/own-v3")
+    result = call("record", env_id, *options, "--episodes", "4", "--dataset", "my/own-v3")
     assert result.exit_code == 0, result.output
     dataset = minari.load_dataset("my/own-v3")
     assert dataset.total_episodes == 4
@@ -72,7 +62,7 @@ def test_a_trained_policy_is_recorded(tmp_path: Path) -> None:
     model = make_model(settings.learner, make_training_envs(settings, 0), 0)
     path = tmp_path / "mine.safetensors"
     policy_files.save(model, path)
-    result = run("MagFold/TubeFeed-v0", *QUICK, "--policy", str(path), "--episodes", "2")
+    result = call("record", "MagFold/TubeFeed-v0", *QUICK, "--policy", str(path), "--episodes", "2")
     assert result.exit_code == 0, result.output
     (episode, _) = minari.load_dataset("magfold/TubeFeed/mine-v0").iterate_episodes()
     action, _ = model.predict(episode.observations[0], deterministic=True)
@@ -80,14 +70,16 @@ def test_a_trained_policy_is_recorded(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_recorded_is_named() -> None:
-    assert "id: 'Nothing-v0'" in run("Nothing-v0").output
+    assert "id: 'Nothing-v0'" in call("record", "Nothing-v0").output
     named = "MagFold/TubeFeed-v0", *QUICK, "--episodes", "1", "--dataset"
-    assert "dataset: 'a b' is not allowed; must be such as" in run(*named, "a b").output
-    assert "dataset: 'a' is not allowed; must be such as" in run(*named, "a").output
-    assert run(*named, "a-v0").exit_code == 0
-    again = run(*named, "a-v0")
+    assert "dataset: 'a b' is not allowed; must be such as" in call("record", *named, "a b").output
+    assert "dataset: 'a' is not allowed; must be such as" in call("record", *named, "a").output
+    assert call("record", *named, "a-v0").exit_code == 0
+    again = call("record", *named, "a-v0")
     assert again.exit_code == 2
     assert "dataset: 'a-v0' is there already" in again.output
-    assert "no such file" in run(*named, "b-v0", "--policy", "nobody").output
-    floor = run("MagFold/UnknownFloor-v0", "--policy", "minimiser", "--dataset", "b-v0").output
+    assert "no such file" in call("record", *named, "b-v0", "--policy", "nobody").output
+    floor = call(
+        "record", "MagFold/UnknownFloor-v0", "--policy", "minimiser", "--dataset", "b-v0"
+    ).output
     assert "policy: 'minimiser' is not allowed in MagFold/UnknownFloor-v0; must be" in floor

@@ -3,11 +3,10 @@
 from pathlib import Path
 
 import pytest
-import typer
-from typer.testing import CliRunner
 
 from agents import scoreboard
 from magfold_env.scoring.results import Results, Row, Run, summed
+from tests.agents.training import call
 
 FLOOR, LUMEN = "MagFold/UnknownFloor-v0", "MagFold/Lumen-v0"
 RATES = {"random": 0.2, "always forward": 0.4, "open loop": 0.5, "oracle": 0.9}
@@ -61,7 +60,9 @@ def test_scores_stand_between_random_actions_and_the_oracle(tmp_path: Path) -> N
     score(tmp_path, "good", 9)
     score(tmp_path, "bad", 2)
     score(tmp_path, "chosen", 10, kind="actions")
-    found = tables(scoreboard.page(tmp_path))
+    out = tmp_path / "page.md"
+    assert call("scoreboard", "--scores", tmp_path, "--output", out).exit_code == 0
+    found = tables(out.read_text(encoding="utf-8"))
     names = [row[0] for row in found[FLOOR]]
     assert names == ["random", "always forward", "oracle", "chosen", "good", "bad"]
     rows = {row[0]: dict(zip(scoreboard.COLUMNS, row, strict=True)) for row in found[FLOOR]}
@@ -86,16 +87,6 @@ def test_what_no_oracle_has_played_is_said(tmp_path: Path) -> None:
     assert row["score"] == "0.900"
 
 
-def test_the_command_writes_the_page(tmp_path: Path) -> None:
-    admission(tmp_path)
-    app = typer.Typer()
-    app.command()(scoreboard.main)
-    out = tmp_path / "page.md"
-    done = CliRunner().invoke(app, ["--scores", str(tmp_path), "--output", str(out)])
-    assert done.exit_code == 0
-    assert out.read_text(encoding="utf-8") == scoreboard.page(tmp_path)
-
-
 def test_what_is_not_understood_is_named(tmp_path: Path) -> None:
     def refused(name: str, message: str) -> None:
         with pytest.raises(ValueError, match=f"{name}: {message}"):
@@ -112,12 +103,3 @@ def test_what_is_not_understood_is_named(tmp_path: Path) -> None:
     refused("elsewhere.json", "id: 'MagFold/TubeFeed-v0' is not allowed")
     (tmp_path / "elsewhere.json").write_text("{}", encoding="utf-8")
     refused("elsewhere.json", "is not a file of results")
-
-
-def test_names_cannot_break_the_table(tmp_path: Path) -> None:
-    score(tmp_path, "good", 9)
-    path = tmp_path / "good.json"
-    content = path.read_text(encoding="utf-8").replace('"good"', '"good | 100 %"')
-    path.write_text(content, encoding="utf-8")
-    with pytest.raises(ValueError, match=r"good\.json: rows: 'good \| 100 %' is not allowed"):
-        scoreboard.page(tmp_path)

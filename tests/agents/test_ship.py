@@ -2,24 +2,20 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from agents import ablate
-from agents.admission import __main__ as admission
 from agents.evaluate import compare
 from agents.evaluation import policies
 from agents.evaluation.episodes import Method
-from agents.evaluation.report import numbers, summarise
+from agents.evaluation.report import summarise
 from agents.evaluation.shipped import Card, CardError, load_shipped, shipped_files
 from agents.ship import app, ship_policies, with_results
 from agents.training import policy_files
 from agents.training.run import train
-from magfold_env.scoring.results import FORMAT, Results
-from tests.agents.training import tiny
+from magfold_env.scoring.results import Results
+from tests.agents.training import call, tiny
 
 pytestmark = pytest.mark.train
 
@@ -61,61 +57,30 @@ def test_a_shipped_policy_is_loaded_by_its_name(card: Card) -> None:
 
 
 @pytest.mark.medium
-def test_the_card_takes_what_an_evaluation_found(card: Card, tmp_path: Path) -> None:
+def test_the_card_takes_what_an_evaluation_and_an_ablation_found(
+    card: Card, tmp_path: Path
+) -> None:
     settings = tiny().env
     results = compare([Method.parse(NAME)], settings, 3, 1, tmp_path / "out")
-    (found,) = with_results(card, [tmp_path / "out" / "results.json"]).results
+    card = with_results(card, [tmp_path / "out" / "results.json"])
+    (found,) = card.results
     assert len(found.seeds) == 3
     assert found.tasks == tuple(dict.fromkeys(each.target for each in results[NAME][0]))
     for kept, run in zip(found.rows[NAME].runs, results[NAME], strict=True):
         assert kept.success == "".join(str(int(each.success)) for each in run)
-    assert found.rows[NAME].success == numbers(summarise(results)[NAME].success)
+    assert found.rows[NAME].success == summarise(results)[NAME].success
     assert found.env == settings.model_dump(mode="json", exclude_defaults=True)
-
-
-@pytest.mark.medium
-def test_the_card_takes_what_an_ablation_found_and_keeps_the_rest(
-    card: Card, tmp_path: Path
-) -> None:
-    compare([Method.parse(NAME)], tiny().env, 1, 1, tmp_path / "out")
-    card = with_results(card, [tmp_path / "out" / "results.json"])
-    command = typer.Typer()
-    command.command()(ablate.main)
-    given = [NAME, "--draws", "1", "--processes", "1", "--seeds", "1", "--output", str(tmp_path)]
+    given = [NAME, "--draws", 1, "--processes", 1, "--seeds", 1, "--output", tmp_path]
     for change in ("fidelity=quasistatic", "components=3", "randomisation=null"):
         given += ["--env", change]
-    done = CliRunner().invoke(command, given)
+    done = call("ablate", *given)
     assert done.exit_code == 0, done.output
-    found = with_results(card, [tmp_path / "ablation.json"])
-    assert tuple(found.of("evaluation")) == card.results
-    (ablation,) = found.of("ablation")
+    both = with_results(card, [tmp_path / "ablation.json"])
+    assert both.of("evaluation") == [found]
+    (ablation,) = both.of("ablation")
     assert ablation == Results.read(tmp_path / "ablation.json", "ablation")
-    assert found.numbers(ablation.rows["seeing"]) == [0]
-    assert ablation.env == card.results[0].env
-
-
-def test_the_card_takes_what_an_admission_found(card: Card, tmp_path: Path) -> None:
-    files = [{"name": "x", "sha256": policy.sha256} for policy in reversed(card.policies)]
-    row = {
-        "success": [0.5, 0.1, 0.9], "score": 0.6, "files": files,
-        "runs": [{"success": "01"}, {"success": "11"}], "figures": {"normalised": None},
-    }  # fmt: skip
-    content: dict[str, Any] = {
-        "format": FORMAT, "view": "admission", "id": "MagFold/UnknownFloor-v0",
-        "draws": 2, "physics": "0" * 16, "rows": {"trained": row},
-        "figures": {"verdict": "admitted"},
-    }  # fmt: skip
-    path = tmp_path / "admission.json"
-    path.write_text(json.dumps(content), encoding="utf-8")
-    (found,) = with_results(card, [path]).of("admission")
-    trained = found.rows["trained"]
-    assert card.numbers(trained) == [1, 0]
-    assert [run.success for run in trained.runs] == ["01", "11"]
-    assert trained.success == (0.5, 0.1, 0.9)
-    files[0]["sha256"] = "0" * 64
-    path.write_text(json.dumps(content), encoding="utf-8")
-    with pytest.raises(CardError, match=r"admission\.json: has no results of all of tiny-set"):
-        with_results(card, [path])
+    assert both.numbers(ablation.rows["seeing"]) == [0]
+    assert ablation.env == found.env
 
 
 @pytest.mark.medium
@@ -123,24 +88,22 @@ def test_an_admission_tells_what_cards_take(tmp_path: Path) -> None:
     floor = "MagFold/UnknownFloor-v0"
     train(tiny(env={"id": floor}, timesteps=24), tmp_path / "run")
     card = ship_policies(NAME, [tmp_path / "run"], tmp_path)
-    command = typer.Typer()
-    command.command()(admission.main)
-    given = [floor, "--policy", str(tmp_path / "run" / "policy.safetensors"), "--tasks", "1"]
-    given += ["--episodes", "3", "--search", "13", "32", "--race", "13", "32"]
-    done = CliRunner().invoke(command, [*given, "--processes", "1", "--output", str(tmp_path)])
+    given = [floor, "--policy", tmp_path / "run" / "policy.safetensors", "--tasks", 1]
+    given += ["--episodes", 3, "--search", 13, 32, "--race", 13, 32, "--processes", 1]
+    done = call("admission.__main__", *given, "--output", tmp_path)
     assert done.exit_code == 0, done.output
     (found,) = with_results(card, [tmp_path / "admission.json"]).results
     assert (found.id, card.numbers(found.rows["trained"])) == (floor, [0])
     (run,) = found.rows["trained"].runs
     assert len(run.success) == 3
     assert found.rows["trained"].success[0] == pytest.approx(run.success.count("1") / 3)
-
-
-@pytest.mark.medium
-def test_results_of_other_policies_are_refused(card: Card, tmp_path: Path) -> None:
     compare([], tiny().env, 1, 1, tmp_path / "out")
-    with pytest.raises(CardError, match=r"results\.json: has no results of all of tiny-set"):
-        with_results(card, [tmp_path / "out" / "results.json"])
+    text = (tmp_path / "admission.json").read_text(encoding="utf-8")
+    other = tmp_path / "other.json"
+    other.write_text(text.replace(card.policies[0].sha256, "0" * 64), encoding="utf-8")
+    for file in (other, tmp_path / "out" / "results.json"):
+        with pytest.raises(CardError, match=r"\.json: has no results of all of tiny-set"):
+            with_results(card, [file])
 
 
 @pytest.mark.parametrize("damage", ["card", "policy"])

@@ -9,7 +9,7 @@ from gymnasium.wrappers import FrameStackObservation
 
 from agents.evaluation import episodes
 from agents.evaluation.policies import make_policy
-from agents.settings import SettingsError, TrainSettings, changed_settings
+from agents.settings import TrainSettings
 from agents.training import policy_files
 from agents.training.envs import envs_state, make_training_envs, set_envs_state
 from agents.training.models import make_model
@@ -113,20 +113,3 @@ def test_a_policy_trained_blind_plays_blind(tmp_path: Path) -> None:
         [episodes.play(make_policy(name), env, target, seed) for seed in range(4)] for name in names
     ]
     assert all(each == outcomes[0] for each in outcomes)
-
-
-@pytest.mark.parametrize(
-    ("settings", "changes", "message"),
-    [
-        (tiny(), {"learner.frames": 0}, "learner.frames: 0 is not allowed; must be greater than"),
-        (tiny(), {"learner.frames": 2, "learner.features": "mouth"}, "learner.frames: 2 .* be 1"),
-        (tiny("sac", True), {"learner.frames": 2}, "learner.frames: 2 is not allowed; must be 1"),
-        (tiny("sac", True), {"learner.blind": True}, "learner.blind: True .* with hindsight"),
-        (tiny(), {"learner.blind": True, "env.id": "MagFold/SequenceDesign-v0"}, "learner.blind"),
-    ],
-)
-def test_what_cannot_be_shown_is_refused(
-    settings: TrainSettings, changes: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(SettingsError, match=message):
-        changed_settings(settings, changes)

@@ -5,7 +5,6 @@ import pytest
 import torch
 from gymnasium import spaces
 
-from agents.training import policy_files
 from agents.training.envs import make_training_envs
 from agents.training.models import make_model
 from agents.training.symmetry import VIEWS, FromOneSide, SymmetricPolicy, is_symmetric
@@ -138,9 +137,7 @@ def test_other_actions_are_refused() -> None:
 @pytest.mark.medium
 @pytest.mark.parametrize("algorithm", ["ppo", "maskable-ppo"])
 @pytest.mark.parametrize("env_id", ["MagFold/TubeFeed-v0", "MagFold/TubeFeedGoal-v0"])
-def test_a_symmetric_policy_learns_is_saved_and_plays(
-    tmp_path: Any, env_id: str, algorithm: str
-) -> None:
+def test_a_symmetric_policy_learns(env_id: str, algorithm: str) -> None:
     learner = {"algorithm": algorithm, "features": "symmetric", "hidden": [16]}
     options = {"components": 3, "fidelity": "quasistatic"}
     settings = tiny(learner=learner | LEARNERS[algorithm], env={"id": env_id, **options})
@@ -149,11 +146,3 @@ def test_a_symmetric_policy_learns_is_saved_and_plays(
     before = [each.clone() for each in model.policy.parameters()]
     model.learn(100)
     assert not any(map(torch.equal, before, model.policy.parameters()))
-    policy_files.save(model, tmp_path / "policy.safetensors")
-    loaded: Any = policy_files.load(tmp_path / "policy.safetensors").policy
-    assert type(loaded) is type(model.policy)
-    observations: Any = envs.reset()
-    assert np.array_equal(
-        model.predict(observations, deterministic=True)[0],
-        loaded.predict(observations, deterministic=True)[0],
-    )

@@ -12,8 +12,7 @@ from agents.settings import EnvSettings, StopSettings, TrainSettings, load_setti
 from agents.training import policy_files
 from agents.training.envs import check_envs, make_env, make_training_envs
 from agents.training.folder import RunInfo
-from agents.training.learning_rate import LearningRate
-from agents.training.models import Progress, due, make_model
+from agents.training.models import LearningRate, Progress, make_model
 from agents.training.run import Validation, train
 from magfold_env.files import configs_dir
 from magfold_env.scoring.track import TRACKS
@@ -111,16 +110,6 @@ def test_a_rate_falls_to_zero_over_its_phase_and_not_beyond() -> None:
     remaining = [1 - steps / 500 for steps in (300, 400, 500, 510)]
     np.testing.assert_allclose([rate(share) for share in remaining], [0.1, 0.05, 0.0, 0.0])
     assert LearningRate(0.1, anneal=False, start=300, end=500)(0.1) == 0.1
-
-
-def test_a_multiple_is_due_once() -> None:
-    steps = list(range(0, 100, 7))
-    last, passed = 0, []
-    for now in steps:
-        if due(now, last, 20):
-            passed.append(now)
-            last = now
-    assert passed == [21, 42, 63, 84]
 
 
 def test_a_phase_stops_when_it_is_good_enough_or_no_longer_gets_better() -> None:

@@ -1,10 +1,13 @@
-"""Tiny runs without dynamics, and what is compared of them."""
+"""Commands, tiny runs without dynamics, and what is compared of them."""
 
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import torch
+import typer
 from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
+from typer.testing import CliRunner
 
 from agents.settings import TrainSettings
 from agents.training import policy_files
@@ -42,6 +45,13 @@ def tiny(
         "validation_episodes": 4,
     }
     return TrainSettings.model_validate(run | changes)
+
+
+def call(module: str, *arguments: object) -> Any:
+    """Return the result of a command of `agents`."""
+    app = typer.Typer()
+    app.command()(import_module(f"agents.{module}").main)
+    return CliRunner().invoke(app, list(map(str, arguments)))
 
 
 def weights(policy: Path) -> dict[str, torch.Tensor]:

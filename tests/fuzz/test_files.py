@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import magfold_env as mf
 from agents.settings import SettingsError, load_settings
-from agents.tuning.search import load_search
+from agents.tune import load_search
 from magfold_env.envs.tasks.feed_tasks import read_tasks
 from magfold_env.envs.tasks.targets import resolve_targets
 from tests.command_line import fails_in_one_line, run

@@ -1,6 +1,6 @@
 """Baselines that decide before the chain folds: one sequence and its speeds for each target.
 
-Some begin with energies: the minimiser's designs, and robust open-loop design. Others use only
+Two begin with energies: the minimiser's design, and robust open-loop design. The third uses only
 physics calls. ``python -m agents.baselines SEARCH`` runs a search and writes its choices, which
 `agents.evaluate` then scores on fresh draws.
 
@@ -13,25 +13,32 @@ import hashlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, NamedTuple
 from zlib import crc32
 
 import numpy as np
+import typer
 
 import magfold_env as mf
+from agents.commands import (
+    EnvChanges,
+    EnvConfig,
+    Processes,
+    progress_bar,
+    reported_errors,
+    run_command,
+)
 from agents.evaluation import episodes, intervals, policies
-from agents.settings import EnvSettings
+from agents.settings import EnvSettings, env_settings
 from magfold_env import designer
 from magfold_env.designer import Choice, annealing, trials
-from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.fold_env import FoldEnv
-from magfold_env.envs.spaces.actions import PATTERNS, SIGNS
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.files import physics_digest
-from magfold_env.minimiser import LONGEST_OF_ALL, strengths
-from magfold_env.shapes import folded_words, overlaps
+from magfold_env.minimiser import LONGEST_OF_ALL
+from magfold_env.shapes import folded_words
 
 USUAL_SPEED = 0.2
 """Initial feed speed [m/s], at which most designs do well."""
@@ -110,12 +117,15 @@ class Calls:
         return episodes.play(policy, self.env, self.target, self._seeds[draw]).score
 
 
-Search = Callable[[Calls, np.random.Generator], None]
-"""Tries choices, until one is good enough or the budget is spent (`SpentError`)."""
+Search = Callable[[float, Calls, np.random.Generator], None]
+"""Tries choices until one is good enough or the budget is spent (`SpentError`).
+
+The first argument is the sufficient share of successes of 40 calls.
+"""
 
 
 def choose_for(
-    search: Search, env: FoldEnv[Any], target: str, budget: int, seed: int
+    name: str, goal: float, env: FoldEnv[Any], target: str, budget: int, seed: int
 ) -> policies.Chosen:
     """Return the choice of a search for a target within a budget of at least one physics call.
 
@@ -124,7 +134,7 @@ def choose_for(
     """
     calls = Calls(env, target, budget, seed)
     with suppress(SpentError):
-        search(calls, np.random.default_rng([seed, crc32(target.encode())]))
+        SEARCHES[name](goal, calls, np.random.default_rng([seed, crc32(target.encode())]))
     best = calls.tallies()[0]
     return policies.Chosen(*best.choice, calls.count, best.successes, len(best.scores))
 
@@ -134,91 +144,29 @@ def speeds_to_try(env: FoldEnv[Any]) -> list[float]:
     return sorted(env.actions.speeds.tolist(), key=lambda v: abs(np.log(v / USUAL_SPEED)))
 
 
-Prediction = Literal["free", "forward", "backward"]
-"""How energies predict a fold: all shapes compared, or joint by joint from one end."""
-
-WIDTH = 64
-"""Number of chains kept from one component to the next."""
-
-_TURNS = {"S": 0, "L": 1, "R": -1}
-
-
-def minimiser_design(
-    prediction: Prediction, goal: float, calls: Calls, rng: np.random.Generator
-) -> None:
-    """Race the speeds of the sequence that the energies favour most.
-
-    In the mode ``free``, this sequence has the largest energy gap between the target and the next
-    word. In ``forward`` and ``backward``, it folds into the target joint by joint when fed from
-    that end, and its smallest gap between the wanted letter and the next is the largest.
-    """
-    # Frozen models are hashable.
-    sequence = energy_design(calls.env.scene, calls.target, prediction)  # pyright: ignore[reportArgumentType]
+def minimiser_design(goal: float, calls: Calls, rng: np.random.Generator) -> None:
+    """Race the speeds of the sequence with the largest energy gap between target and next word."""
+    scene: Any = calls.env.scene
+    every = _all_deepest(scene) if scene.n <= LONGEST_OF_ALL else {}
+    sequence = every.get(calls.target) or _deepest(scene, calls.target)
     trials.successive_halving(
         [designer.Choice(sequence, speed) for speed in speeds_to_try(calls.env)], calls
     )
 
 
-@lru_cache(maxsize=512)
-def energy_design(scene: mf.Scene, target: str, prediction: Prediction) -> tuple[str, ...]:
-    """Return the sequence whose energies predict the target most clearly."""
-    if prediction == "free":
-        return _deepest(scene, target)
-    return _surest(scene.replace(feed={"direction": prediction}), target)
-
-
-def _deepest(scene: mf.Scene, target: str) -> tuple[str, ...]:
-    """Return the sequence of largest gap, which is proven for short chains."""
-    every = _all_deepest(scene) if scene.n <= LONGEST_OF_ALL else {}  # pyright: ignore[reportArgumentType]
-    if target in every:
-        return every[target]
-    # No sequence has this ground state, or there are too many: annealing finds the best one.
-    mode = scene.feed.direction
-    found = designer.design(target, scene, mode, "gap", search="annealing", runs=0, workers=1)
-    return found.sequence
-
-
 @lru_cache(maxsize=4)
 def _all_deepest(scene: mf.Scene) -> dict[str, tuple[str, ...]]:
+    """Return the sequences of proven largest gap of all words that have one."""
     found = designer.gap_designs(scene, folded_words(scene.n))
     return {word: sequence for word, sequence in found.items() if sequence is not None}
 
 
-class _Partial(NamedTuple):
-    """Components that have left the tube and folded into the target."""
-
-    margin: float
-    """The smallest energy gap between a target letter and the next [J]."""
-    patterns: tuple[int, ...]
-
-
-def _surest(scene: mf.Scene, target: str) -> tuple[str, ...]:
-    """Return the sequence that component-by-component feed decides most clearly.
-
-    A component gets its magnets when it leaves the tube. The search builds chains in the order of
-    feed and keeps the `WIDTH` clearest at each length.
-    """
-    lattice = LatticeFeed(scene)
-    order = slice(None) if lattice.turn == 1 else slice(None, None, -1)
-    letters, strength = target[order], strengths(scene)[order]
-    kept = [_Partial(np.inf, (pattern,)) for pattern in range(len(PATTERNS) // 2)]
-    for joint, letter in enumerate(letters):
-        before = letters[:joint]
-        wanted, *others = [
-            np.array([_TURNS[each] for each in before + option])
-            for option in (letter, *(set(_TURNS) - {letter}))
-            if not overlaps(before + option)
-        ]
-        grown: list[_Partial] = []
-        for begun in kept:
-            for pattern in range(len(PATTERNS)):
-                patterns = (*begun.patterns, pattern)
-                poles = SIGNS[list(patterns)] * strength[: joint + 2]
-                above = min((lattice.energy_of(each, poles) for each in others), default=np.inf)
-                margin = above - lattice.energy_of(wanted, poles)
-                grown.append(_Partial(min(begun.margin, margin), patterns))
-        kept = sorted(grown, key=lambda each: (-each.margin, each.patterns))[:WIDTH]
-    return tuple(PATTERNS[pattern] for pattern in kept[0].patterns)[order]
+@lru_cache(maxsize=512)
+def _deepest(scene: mf.Scene, target: str) -> tuple[str, ...]:
+    """Return the best sequence that annealing finds."""
+    mode = scene.feed.direction
+    found = designer.design(target, scene, mode, "gap", search="annealing", runs=0, workers=1)
+    return found.sequence
 
 
 def robust_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
@@ -228,7 +176,12 @@ def robust_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
     are raced on releases at one speed after another until one succeeds; if none does, the
     cross-entropy method continues from the best.
     """
-    task = _task(calls.env, calls.target, rng)
+    env = calls.env
+    # The search by energy needs no budget because it makes no physics calls.
+    task = designer.task_for(
+        calls.target, env.scene, env.scene.feed.direction, "probability",
+        search=None, seed=int(rng.integers(2**31)), speeds=None, budget=1, goal=1.0, runs=0,
+    )  # fmt: skip
     sequences = designer.candidates(task, Counter(), lambda done: None)
     evaluations: list[trials.Evaluation] = []
     for count in range(1, len(designer.SPEEDS) + 1):
@@ -245,14 +198,6 @@ def robust_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
     )  # fmt: skip
 
 
-def _task(env: FoldEnv[Any], target: str, rng: np.random.Generator) -> designer.Task:
-    """Return the search by energy, which needs no budget because it makes no physics calls."""
-    return designer.task_for(
-        target, env.scene, env.scene.feed.direction, "probability",
-        search=None, seed=int(rng.integers(2**31)), speeds=None, budget=1, goal=1.0, runs=0,
-    )  # fmt: skip
-
-
 def cross_entropy_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
     """Use `magfold_env.designer.trials.cross_entropy` from an even distribution."""
     env = calls.env
@@ -261,29 +206,12 @@ def cross_entropy_search(goal: float, calls: Calls, rng: np.random.Generator) ->
     )
 
 
-SEARCHES: Mapping[str, Callable[[float, Calls, np.random.Generator], None]] = {
-    "minimiser-free": partial(minimiser_design, "free"),
-    "minimiser-forward": partial(minimiser_design, "forward"),
-    "minimiser-backward": partial(minimiser_design, "backward"),
+SEARCHES: Mapping[str, Search] = {
+    "minimiser-free": minimiser_design,
     "robust": robust_search,
     "cross-entropy": cross_entropy_search,
 }
-"""By name, each given the share of successes of 40 calls that is enough."""
-
-
-def search_of(name: str, goal: float) -> Search:
-    """Return the search called `name`.
-
-    Raises
-    ------
-    ValueError
-        If there is no such search, or `goal` is not a share.
-    """
-    if name not in SEARCHES:
-        raise ValueError(f"search: {name!r} is not allowed; must be one of {', '.join(SEARCHES)}")
-    if not 0.0 < goal <= 1.0:
-        raise ValueError(f"goal: {goal} is not allowed; must be above 0 and at most 1")
-    return partial(SEARCHES[name], goal)
+"""The searches by name."""
 
 
 def choose(
@@ -304,9 +232,13 @@ def choose(
     Raises
     ------
     ValueError
-        If there is no such search, or the file is damaged or belongs to another search.
+        If there is no such search, `goal` is not a share, or the file is damaged or belongs to
+        another search.
     """
-    search_of(name, goal)
+    if name not in SEARCHES:
+        raise ValueError(f"search: {name!r} is not allowed; must be one of {', '.join(SEARCHES)}")
+    if not 0.0 < goal <= 1.0:
+        raise ValueError(f"goal: {goal} is not allowed; must be above 0 and at most 1")
     env = episodes.make_env(settings)
     scene = env.scene.model_dump_json(exclude={"sequence"})
     key = {
@@ -326,7 +258,7 @@ def choose(
 
     def each() -> Iterator[tuple[str, policies.Chosen]]:
         yield from ((target, file.chosen[target]) for target in known)
-        jobs = [(name, settings, target, budget, goal, seed) for target in missing]
+        jobs = [(name, goal, settings, target, budget, seed) for target in missing]
         found = episodes.spread_over(processes, _search, jobs)
         for target, chosen in zip(missing, found, strict=True):
             file.add(target, chosen)
@@ -335,8 +267,42 @@ def choose(
     return each()
 
 
-def _search(
-    name: str, settings: EnvSettings, target: str, budget: int, goal: float, seed: int
-) -> policies.Chosen:
-    """Return what a search chooses for a target; the arguments are those of `choose`."""
-    return choose_for(search_of(name, goal), episodes.own_env(settings), target, budget, seed)
+def _search(name: str, goal: float, settings: EnvSettings, *job: Any) -> policies.Chosen:
+    return choose_for(name, goal, episodes.own_env(settings), *job)
+
+
+def main(
+    search: Annotated[str, typer.Argument(help=f"One of {', '.join(SEARCHES)}.")],
+    config: EnvConfig = "ppo-tube-feed",
+    env: EnvChanges = None,
+    budget: Annotated[
+        int, typer.Option(min=1, help="Largest number of physics calls per target.")
+    ] = 2000,
+    goal: Annotated[
+        float, typer.Option(help="Share of successes of 40 calls that ends a search early.")
+    ] = 1.0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the search and of its calls.")] = 0,
+    processes: Processes = 2,
+    output: Annotated[
+        Path | None, typer.Option(help="File of choices; runs/baselines/SEARCH.json by default.")
+    ] = None,
+) -> None:
+    """Choose a sequence and speeds for every target; an interrupted search continues."""
+    path = output or Path("runs/baselines") / f"{search}.json"
+    calls = targets = 0
+    with reported_errors():
+        settings = env_settings(config, env or [])
+        total = len(episodes.make_env(settings).targets)
+        found = choose(search, settings, path, budget, goal, seed, processes)
+        with progress_bar() as bar:
+            task = bar.add_task(search, total=total, note="")
+            for _, chosen in found:
+                calls, targets = calls + chosen.calls, targets + 1
+                bar.update(task, advance=1, note=f"{calls / targets:.0f} calls a target")
+    typer.echo(f"{calls} physics calls for {targets} targets; choices written to {path}")
+
+
+if __name__ == "__main__":
+    from agents import baselines  # noqa: PLW0406 (processes find its functions by this name)
+
+    run_command(baselines.main)

@@ -1,1 +1,0 @@
-"""Searches that make all choices before the chain folds."""

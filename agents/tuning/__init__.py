@@ -1,1 +1,0 @@
-"""Searches for settings: Optuna's studies, in one process or on a cluster."""
