@@ -9,7 +9,7 @@ from magfold_bench.laws.overlap import deepest_overlap
 from magfold_bench.laws.random_scenes import designed_sequence
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene
-from tests.laws.outcomes import Outcome
+from tests.laws.agreement import Outcome
 
 pytestmark = pytest.mark.laws
 
