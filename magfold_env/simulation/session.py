@@ -13,7 +13,7 @@ from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import feed, ledger
 from magfold_env.engine.contact import boxes, constraints
-from magfold_env.engine.friction import held
+from magfold_env.engine.friction import sticking
 from magfold_env.engine.state import Array, Model, Work
 from magfold_env.engine.workspace import new_work
 from magfold_env.fold import Fold, FoldStatus
@@ -307,7 +307,7 @@ class Session:
         if constraints.begin_step(model, state, work) not in (constraints.OK, constraints.IMPACT):
             return math.nan
         out = work.stages.slope_v[0]
-        if not held.first_accelerations(model, state, work, out):
+        if not sticking.first_accelerations(model, state, work, out):
             return math.nan
         return float(feed.needed_force(self._held, model, work, out))
 
@@ -390,13 +390,10 @@ class Session:
             return
         feed.place_all(0, model, self._state.q, work.pose)
         boxes.place_boxes(0, model, work.pose, work)
-        pair = boxes.overlapping_pair(model, work)
-        if pair[0] >= 0:
-            first, second = sorted(self._view.index(k) + 1 for k in pair)
-            self.status = FoldStatus.FAILED
-            self.message = f"components {first} and {second} overlap at the start"
-        pair = boxes.blocked(model, work)
-        if pair[0] >= 0:
-            number = self._view.index(pair[0]) + 1
-            self.status = FoldStatus.FAILED
-            self.message = f"component {number} and an obstacle overlap at the start"
+        i, j = boxes.first_overlap(model, work)
+        if i < 0:
+            return
+        numbers = sorted(self._view.index(k) + 1 for k in (i, j) if k < model.n)
+        who = "components {} and {}" if j < model.n else "component {} and an obstacle"
+        self.status = FoldStatus.FAILED
+        self.message = f"{who.format(*numbers)} overlap at the start"
