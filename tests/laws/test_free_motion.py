@@ -135,7 +135,6 @@ def settled(seed, **changes):
     session.throw_any(rng)
     before = *session.own_momenta, session.kinetic
     session.settle()
-    assert session.time == pytest.approx(session.scene.duration)
     return session, before
 
 
@@ -148,6 +147,7 @@ def test_a_chain_of_uneven_components_keeps_momentum_and_energy(seed):
         seed, sequence=("NSNS",) * 6, casing=casing, magnets=None, contact=False, duration=0.5,
         solver={"tolerance": 1e-9},
     )  # fmt: skip
+    assert session.time == pytest.approx(0.5)
     assert session.kinetic == pytest.approx(energy, rel=1e-7)
     size = masses.sum() * 1.0  # a metre a second
     assert session.own_momenta[0] == pytest.approx(linear, abs=1e-8 * size)
