@@ -40,7 +40,6 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     find_motion(lo, model, state, work, out)
     find_braking(lo, model, state, work, out)
     copy(state.v, work.friction.before, 0)
-    state.clock[at.BRAKE] = first_stop(lo, model, work)
     anew = False
     while some_move(lo, model, work):
         anew = True
@@ -51,16 +50,15 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
                 lo, model.bodies, work.pose, state.v, work.centres.vx, work.centres.vy
             )
             if not dropped:
-                state.clock[at.BRAKE] = first_stop(lo, model, work)
-                return anew
+                break
         else:
             for i in range(lo, model.n):
                 work.friction.motion[i] = GOES_ON
         copy(work.friction.before, state.v, 0)
         work.rows.counts[at.ALL_ROWS] = rows
         if not some_move(lo, model, work):
-            state.clock[at.BRAKE] = first_stop(lo, model, work)
             first_accelerations(model, state, work, out)
+    state.clock[at.BRAKE] = first_stop(lo, model, work)
     return anew
 
 
