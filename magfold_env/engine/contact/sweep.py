@@ -11,12 +11,11 @@ no longer sink in by more than may go unseen.
 import math
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.contact.boxes import seen_from
 from magfold_env.engine.contact.jacobian import HALF_PI
-from magfold_env.engine.elementary import square
+from magfold_env.engine.elementary import sincos, square
 from magfold_env.engine.state import Array, Model, State, Work
 from magfold_env.engine.stepping.stages import DENSE, STAGES
 
@@ -32,7 +31,7 @@ POWERS = 4
 def follow_step(lo: int, model: Model, step: float, fraction: float, work: Work) -> None:
     """Take the dense output of a ``fraction`` of the step for the motion."""
     path, slopes = work.sweep.path, work.stages.slope_q
-    path[:, :lo] = 0.0
+    hold_still(lo, path)
     for k in range(lo, model.n + 2):
         scale = step
         for j in range(POWERS):
@@ -48,10 +47,18 @@ def follow_step(lo: int, model: Model, step: float, fraction: float, work: Work)
 def follow_line(lo: int, model: Model, begin: Array, end: Array, work: Work) -> None:
     """Take a straight line between two states for the motion."""
     path = work.sweep.path
-    path[:, :] = 0.0
+    hold_still(model.n + 2, path)
     for k in range(lo, model.n + 2):
         path[0, k] = end[k] - begin[k]
     find_bounds(model, work)
+
+
+@inlined
+def hold_still(end: int, path: Array) -> None:
+    """Let the coordinates before ``end`` keep their values."""
+    for k in range(end):
+        for j in range(POWERS):
+            path[j, k] = 0.0
 
 
 @inlined
@@ -147,13 +154,27 @@ def coordinates_at(model: Model, state: State, t: float, out: Array, work: Work)
 @kernel
 def place_at(model: Model, state: State, work: Work, t: float, slot: int) -> None:
     """Find centres and first axes of all squares that may touch, at a share ``t`` of the motion."""
-    lo, sweep, pose = state.counter[at.LO], work.sweep, work.pose
-    coordinates_at(model, state, t, work.stages.q, work)
-    place_all(lo, model, work.stages.q, pose)
-    for i in range(boxes.first_box(lo), model.n):
-        c, s = pose.cos[i], pose.sin[i]
-        sweep.x[slot, i], sweep.y[slot, i] = pose.x[i], pose.y[i]
-        sweep.c[slot, i], sweep.s[slot, i] = boxes.FACE_C * (c - s), boxes.FACE_C * (s + c)
+    lo, n, sweep, bodies = state.counter[at.LO], model.n, work.sweep, model.bodies
+    x, y = state.q[n] + value(sweep.path, n, t), state.q[n + 1] + value(sweep.path, n + 1, t)
+    hinge_x, hinge_y = x, y
+    for i in range(lo, n):
+        s, c = sincos(state.q[i] + value(sweep.path, i, t))
+        put(work, slot, i, x + bodies.reach[i] * c, y + bodies.reach[i] * s, c, s)
+        x += bodies.length[i] * c
+        y += bodies.length[i] * s
+    for i in range(lo - 1, boxes.first_box(lo) - 1, -1):
+        s, c = sincos(state.q[i])
+        hinge_x -= bodies.length[i] * c
+        hinge_y -= bodies.length[i] * s
+        put(work, slot, i, hinge_x + bodies.reach[i] * c, hinge_y + bodies.reach[i] * s, c, s)
+
+
+@inlined
+def put(work: Work, slot: int, i: int, x: float, y: float, c: float, s: float) -> None:
+    """Keep where component i is, and the axis of its square."""
+    sweep = work.sweep
+    sweep.x[slot, i], sweep.y[slot, i] = x, y
+    sweep.c[slot, i], sweep.s[slot, i] = boxes.FACE_C * (c - s), boxes.FACE_C * (s + c)
 
 
 @kernel
@@ -272,9 +293,10 @@ def beside(u: float, reach: float, u2: float, reach2: float) -> float:
 @inlined
 def seen(work: Work, slot: int, box: int, other: int) -> tuple[float, float, float]:
     """How wide a square with sides of 2 is that another sees, and where its centre is for it."""
-    x, y, c, s = work.sweep.x[slot], work.sweep.y[slot], work.sweep.c[slot], work.sweep.s[slot]
-    cos, sin = seen_from(c[box], s[box], c[other], s[other])
-    along, across = seen_from(c[box], s[box], x[other] - x[box], y[other] - y[box])
+    x, y, c, s = work.sweep.x, work.sweep.y, work.sweep.c, work.sweep.s
+    cos, sin = seen_from(c[slot, box], s[slot, box], c[slot, other], s[slot, other])
+    dx, dy = x[slot, other] - x[slot, box], y[slot, other] - y[slot, box]
+    along, across = seen_from(c[slot, box], s[slot, box], dx, dy)
     return abs(cos) + abs(sin), along, across
 
 
