@@ -440,7 +440,7 @@ def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
     )
     place_all(0, large, np.concatenate([fold.angles, fold.base]), work.pose)
     boxes.place_boxes(0, large, work.pose, work)
-    count = int(jacobian.collect_contacts(0, large, work, 0))
+    count = int(jacobian.collect_contacts(0, large, work, 0, jacobian.TOUCH * large.side))
     if count < 0:
         raise ValueError("fold: touches itself in more places than there is room for")
     found: list[FloatArray] = []

@@ -16,7 +16,7 @@ from agents.evaluation import policies
 from agents.training import policy_files
 from agents.training.folder import RunInfo, file_digest
 from magfold_env.files import write_text
-from magfold_env.scene.base import Part
+from magfold_env.scene.base import FrozenModel
 from magfold_env.scoring.results import Results, Row, View, one_line_lists
 
 
@@ -24,7 +24,7 @@ class CardError(ValueError):
     """A card that cannot be read, or that belongs to other policies."""
 
 
-class Training(Part):
+class Training(FrozenModel):
     """The origin of the policy of one seed."""
 
     file: str
@@ -35,7 +35,7 @@ class Training(Part):
     """Record of the training: commit, versions, seed, steps, seconds."""
 
 
-class Card(Part):
+class Card(FrozenModel):
     """The card of a set of shipped policies."""
 
     name: str

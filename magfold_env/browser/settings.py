@@ -291,13 +291,11 @@ def overlap(settings: Settings, model: Model, state: State, work: Work) -> int:
     k components and obstacles overlap in pairs: 100 i + j is of components i and j, −i of
     component i and an obstacle; numbers begin with 1.
     """
-    n = model.n
     if settings.choice[MOUNT] == TUBE:
         return 0
     feed.place_all(0, model, state.q, work.pose)
     boxes.place_boxes(0, model, work.pose, work)
-    i, _ = boxes.blocked(model, work)
-    if i >= 0:
-        return -(i + 1)
-    i, j = boxes.overlapping_pair(model, work)
-    return 100 * (i + 1) + j + 1 if i >= 0 and n > 1 else 0
+    i, j = boxes.first_overlap(model, work)
+    if i < 0:
+        return 0
+    return 100 * (i + 1) + j + 1 if j < model.n else -(i + 1)

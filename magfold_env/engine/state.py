@@ -398,6 +398,7 @@ class Newton(NamedTuple):
     step: Coordinates
     inverse: Coordinates  # of the factorised hessian's diagonal
     scale: PerRow
+    grip: PerRow  # largest friction force, in a component's first row
     offset: PerRow  # w where y is 0
     rate: PerRow  # w
     force: PerRow  # λ
@@ -423,7 +424,7 @@ class Secular(NamedTuple):
 class Friction(NamedTuple):
     """Scratch space of what friction stops and holds, see `engine.friction`."""
 
-    motion: IntPerBody  # of a component: what becomes of it, see `engine.friction.stopping`
+    motion: IntPerBody  # of a component: what becomes of it, see `engine.friction.stick_events`
     braking: PerBody  # when components may stop [s]
     slow: IntPerBody  # 1: friction is not among the smooth forces, but solved for
     before: Coordinates  # velocities before components were put to rest

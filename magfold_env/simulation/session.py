@@ -359,13 +359,10 @@ class Session:
             return
         feed.place_all(0, model, self._state.q, work.pose)
         boxes.place_boxes(0, model, work.pose, work)
-        pair = boxes.overlapping_pair(model, work)
-        if pair[0] >= 0:
-            first, second = sorted(self._view.index(k) + 1 for k in pair)
-            self.status = FoldStatus.FAILED
-            self.message = f"components {first} and {second} overlap at the start"
-        pair = boxes.blocked(model, work)
-        if pair[0] >= 0:
-            number = self._view.index(pair[0]) + 1
-            self.status = FoldStatus.FAILED
-            self.message = f"component {number} and an obstacle overlap at the start"
+        i, j = boxes.first_overlap(model, work)
+        if i < 0:
+            return
+        numbers = sorted(self._view.index(k) + 1 for k in (i, j) if k < model.n)
+        who = "components {} and {}" if j < model.n else "component {} and an obstacle"
+        self.status = FoldStatus.FAILED
+        self.message = f"{who.format(*numbers)} overlap at the start"

@@ -4,7 +4,9 @@ import math
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.contact.boxes import seen_from
 from magfold_env.engine.elementary import square
+from magfold_env.engine.friction.law import find_velocities
 from magfold_env.engine.state import Model, State, Work
 
 
@@ -12,12 +14,15 @@ from magfold_env.engine.state import Model, State, Work
 def may_meet_solid(model: Model, state: State, work: Work) -> bool:
     """Whether a solid lies where a chain whose joints stay as they are may come to.
 
-    Bounds, not forecasts: True where nobody knows. Needs the pose and the centres' velocities.
+    Bounds, not forecasts: True where nobody knows. No component is in a tube.
     """
     if model.obstacles.shape[0] == 0:
         return False
+    find_velocities(0, model, state, work)
     if model.pinned:
-        return meets_around(model, state, work)
+        # It turns about its pin.
+        x, y = state.q[model.n], state.q[model.n + 1]
+        return solid_within(model, x, y, radius_about(model, work, x, y))
     slowing = math.inf
     for i in range(model.n):
         slowing = min(slowing, model.grip[i] / model.bodies.mass[i])
@@ -28,28 +33,25 @@ def may_meet_solid(model: Model, state: State, work: Work) -> bool:
 
 
 @inlined
-def distance_to(model: Model, k: int, x: float, y: float) -> float:
-    """Distance of a point from solid k [m]; 0 inside."""
-    solid = model.obstacles[k]
-    dx, dy = x - solid[at.X], y - solid[at.Y]
-    edge = solid[at.RADIUS]
-    along = max(abs(solid[at.C] * dx + solid[at.S] * dy) - solid[at.A] - edge, 0.0)
-    across = max(abs(solid[at.C] * dy - solid[at.S] * dx) - solid[at.B] - edge, 0.0)
-    return math.sqrt(square(along) + square(across))
-
-
-@kernel
-def meets_around(model: Model, state: State, work: Work) -> bool:
-    """Whether a solid is within reach of a chain that turns about its pin."""
-    n, pose, x, y = model.n, work.pose, state.q[model.n], state.q[model.n + 1]
-    reach = 0.0
-    for i in range(n):
-        reach = max(reach, math.sqrt(square(pose.x[i] - x) + square(pose.y[i] - y)))
-    reach += 0.5 * model.bodies.length[0]
+def solid_within(model: Model, x: float, y: float, reach: float) -> bool:
+    """Whether any solid is at most ``reach`` [m] from a point."""
     for k in range(model.obstacles.shape[0]):
-        if distance_to(model, k, x, y) <= reach:
+        solid = model.obstacles[k]
+        u, v = seen_from(solid[at.C], solid[at.S], x - solid[at.X], y - solid[at.Y])
+        along = max(abs(u) - solid[at.A] - solid[at.RADIUS], 0.0)
+        across = max(abs(v) - solid[at.B] - solid[at.RADIUS], 0.0)
+        if math.sqrt(square(along) + square(across)) <= reach:
             return True
     return False
+
+
+@inlined
+def radius_about(model: Model, work: Work, x: float, y: float) -> float:
+    """Radius of a circle about a point that holds the whole chain [m]."""
+    pose, away = work.pose, 0.0
+    for i in range(model.n):
+        away = max(away, math.sqrt(square(pose.x[i] - x) + square(pose.y[i] - y)))
+    return away + 0.5 * model.bodies.length[0]
 
 
 @inlined
@@ -85,9 +87,8 @@ def meets_while_stopping(model: Model, state: State, work: Work, slowing: float)
     for i in range(model.n):
         away = math.sqrt(square(pose.x[i] - x) + square(pose.y[i] - y))
         reach = 0.5 * model.bodies.length[0] + way + turn * away
-        for k in range(model.obstacles.shape[0]):
-            if distance_to(model, k, pose.x[i], pose.y[i]) <= reach:
-                return True
+        if solid_within(model, pose.x[i], pose.y[i], reach):
+            return True
     return False
 
 
@@ -98,11 +99,8 @@ def meets_in_flight(model: Model, work: Work) -> bool:
     Where it falls, all that is not above the highest point it rises to is in its way; else all
     that its circle touches on a straight line.
     """
-    pose, radius = work.pose, 0.0
     x, y, vx, vy = centre_of_mass(model, work)
-    for i in range(model.n):
-        radius = max(radius, math.sqrt(square(pose.x[i] - x) + square(pose.y[i] - y)))
-    radius += 0.5 * model.bodies.length[0]
+    radius = radius_about(model, work, x, y)
     pull = math.sqrt(square(model.gravity_x) + square(model.gravity_y))
     speed = math.sqrt(square(vx) + square(vy))
     # Downward, or the way it drifts.
@@ -115,7 +113,7 @@ def meets_in_flight(model: Model, work: Work) -> bool:
     for k in range(model.obstacles.shape[0]):
         solid = model.obstacles[k]
         dx, dy = solid[at.X] - x, solid[at.Y] - y
-        c, s = solid[at.C] * cx + solid[at.S] * cy, solid[at.C] * cy - solid[at.S] * cx
+        c, s = seen_from(solid[at.C], solid[at.S], cx, cy)
         a, b = solid[at.A] + solid[at.RADIUS], solid[at.B] + solid[at.RADIUS]
         ahead = dx * cx + dy * cy + a * abs(c) + b * abs(s)
         beside = abs(dx * cy - dy * cx) - a * abs(s) - b * abs(c)

@@ -57,9 +57,9 @@ def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
 
 
 @inlined
-def count(model: Model) -> int:
-    """Return how many boxes there are: components, then obstacles."""
-    return model.n + int(model.obstacles.shape[0])
+def seen_from(c: float, s: float, x: float, y: float) -> tuple[float, float]:
+    """Parts of the vector (x, y) along the axis (c, s) of a box, and across."""
+    return c * x + s * y, c * y - s * x
 
 
 @inlined
@@ -90,8 +90,7 @@ def corner_offset(work: Work, box: int, other: int, k: int) -> tuple[float, floa
     px, py = corner(work, other, k)
     x = work.boxes.x[other] + px - work.boxes.x[box]
     y = work.boxes.y[other] + py - work.boxes.y[box]
-    c, s = work.boxes.c[box], work.boxes.s[box]
-    along, across = c * x + s * y, c * y - s * x
+    along, across = seen_from(work.boxes.c[box], work.boxes.s[box], x, y)
     a, b = work.boxes.a[box], work.boxes.b[box]
     dx = along - min(max(along, -a), a)
     dy = across - min(max(across, -b), b)
@@ -138,8 +137,8 @@ def behind_face(model: Model, work: Work, wall: int, other: int, k: int) -> floa
     px, py = corner(work, other, k)
     dx, dy = work.boxes.x[other] - work.boxes.x[wall], work.boxes.y[other] - work.boxes.y[wall]
     c, s = work.boxes.c[wall], work.boxes.s[wall]
-    x, y = c * dx + s * dy, c * dy - s * dx
-    along, across = c * px + s * py, c * py - s * px
+    x, y = seen_from(c, s, dx, dy)
+    along, across = seen_from(c, s, px, py)
     half = work.boxes.b[wall]
     side = 1.0 if y > 0.0 else -1.0
     before, behind = side * y - half, half - side * (y + across)
@@ -150,26 +149,30 @@ def behind_face(model: Model, work: Work, wall: int, other: int, k: int) -> floa
 
 
 @inlined
-def may_touch(model: Model, work: Work, i: int, j: int) -> bool:
-    """Cheap test that drops pairs too far apart to touch; ``j >= n`` is an obstacle."""
-    reach = model.bodies.length[0] * 1.01
-    dx = work.boxes.x[i] - work.boxes.x[j]
-    dy = work.boxes.y[i] - work.boxes.y[j]
+def is_near(model: Model, work: Work, i: int, j: int, reach: float) -> bool:
+    """Whether a centre is less than ``reach`` [m] from another one, or from an obstacle's sides."""
+    dx, dy = work.boxes.x[i] - work.boxes.x[j], work.boxes.y[i] - work.boxes.y[j]
     if j < model.n:
         return dx * dx + dy * dy < reach * reach
-    c, s = work.boxes.c[j], work.boxes.s[j]
-    along, across = abs(c * dx + s * dy), abs(c * dy - s * dx)
-    return along < 0.6 * reach + work.boxes.a[j] and across < 0.6 * reach + work.boxes.b[j]
+    along, across = seen_from(work.boxes.c[j], work.boxes.s[j], dx, dy)
+    return abs(along) < reach + work.boxes.a[j] and abs(across) < reach + work.boxes.b[j]
 
 
 @inlined
-def next_partner(model: Model, lo: int, i: int, j: int) -> int:
-    """Return the box after ``j`` that ``i`` can meet; begin with ``j = i``, end at the last box.
+def may_touch(model: Model, work: Work, i: int, j: int) -> bool:
+    """Cheap test that drops pairs too far apart to touch; ``j >= n`` is an obstacle."""
+    reach = model.bodies.length[0] * 1.01
+    return is_near(model, work, i, j, reach if j < model.n else 0.6 * reach)
+
+
+@inlined
+def partners(model: Model, lo: int, i: int) -> tuple[int, int]:
+    """Range of the boxes after ``i`` that component ``i`` can meet: components, then obstacles.
 
     Components in the tube, all before ``lo``, meet neither each other nor an obstacle.
     """
-    j = j + 1 if j > i else min(i + APART, model.n)
-    return j if j < model.n or i >= lo else count(model)
+    obstacles = int(model.obstacles.shape[0]) if i >= lo else 0
+    return min(i + APART, model.n), model.n + obstacles
 
 
 @kernel
@@ -178,34 +181,25 @@ def separation(work: Work, i: int, j: int) -> float:
     widest = -math.inf
     for k in range(2):
         box, other = (i, j) if k == 0 else (j, i)
-        c, s = work.boxes.c[box], work.boxes.s[box]
-        x, y = work.boxes.x[other] - work.boxes.x[box], work.boxes.y[other] - work.boxes.y[box]
-        cos = abs(c * work.boxes.c[other] + s * work.boxes.s[other])
-        sin = abs(c * work.boxes.s[other] - s * work.boxes.c[other])
-        a, b = work.boxes.a[other], work.boxes.b[other]
-        widest = max(widest, abs(c * x + s * y) - work.boxes.a[box] - (a * cos + b * sin))
-        widest = max(widest, abs(c * y - s * x) - work.boxes.b[box] - (a * sin + b * cos))
+        placed = work.boxes
+        c, s = placed.c[box], placed.s[box]
+        x, y = seen_from(c, s, placed.x[other] - placed.x[box], placed.y[other] - placed.y[box])
+        cos, sin = seen_from(c, s, placed.c[other], placed.s[other])
+        a, b = placed.a[other], placed.b[other]
+        widest = max(widest, abs(x) - placed.a[box] - (a * abs(cos) + b * abs(sin)))
+        widest = max(widest, abs(y) - placed.b[box] - (a * abs(sin) + b * abs(cos)))
     return widest
 
 
 @kernel
-def overlapping_pair(model: Model, work: Work) -> tuple[int, int]:
-    """Return two components that overlap, (−1, −1) if none do. Needs `place_boxes`."""
-    least = 2.0 * model.rounding - OVERLAP * model.side
-    for i in range(model.n):
-        for j in range(i + APART, model.n):
-            if may_touch(model, work, i, j) and separation(work, i, j) < least:
-                return i, j
-    return -1, -1
+def first_overlap(model: Model, work: Work) -> tuple[int, int]:
+    """Return a component and what it overlaps: a box after it; (−1, −1) if none overlap.
 
-
-@kernel
-def blocked(model: Model, work: Work) -> tuple[int, int]:
-    """Return a component that overlaps an obstacle, and the obstacle; (−1, −1) if none does."""
+    Needs `place_boxes` of all.
+    """
     for i in range(model.n):
-        for k in range(model.obstacles.shape[0]):
-            j = model.n + k
+        for j in range(*partners(model, 0, i)):
             least = clearance(model, i, j) - OVERLAP * model.side
             if may_touch(model, work, i, j) and separation(work, i, j) < least:
-                return i, k
+                return i, j
     return -1, -1

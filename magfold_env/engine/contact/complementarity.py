@@ -39,7 +39,6 @@ def active_sets(count: int, work: Work) -> bool:
         if blocking >= 0:
             for r in range(count):
                 lam[r] += fraction * (trial[r] - lam[r])
-            for r in range(count):
                 if (
                     passive[r] == 1
                     and work.rows.equality[r] == 0

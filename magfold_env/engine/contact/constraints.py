@@ -10,7 +10,7 @@ from magfold_env.engine.chain import articulated, feed, ledger
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, jacobian
-from magfold_env.engine.contact.equalities import solve_equalities, take_least
+from magfold_env.engine.contact.equalities import solve_passive, take_least
 from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, IntArray, Model, State, Work, copy
 from magfold_env.engine.stepping import dynamics
@@ -152,10 +152,7 @@ def note_gaps(model: Model, state: State, work: Work) -> bool:
     lo, touch = state.counter[at.LO], jacobian.TOUCH * model.side
     place_touching(lo, model, state.q, work)
     for r in range(work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]):
-        gap = boxes.corner_gap(
-            model, work, work.rows.id[r, 0], work.rows.id[r, 1], work.rows.id[r, 2]
-        )
-        work.rows.gap[r] = min(max(gap, 0.0), touch)
+        work.rows.gap[r] = min(max(jacobian.gap_of(model, work, r), 0.0), touch)
     return True
 
 
@@ -187,8 +184,7 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
         for r in range(rows):
             work.rows.bias[r] = 0.0
             if r >= stops:
-                box, other, k = work.rows.id[r, 0], work.rows.id[r, 1], work.rows.id[r, 2]
-                gap = boxes.corner_gap(model, work, box, other, k)
+                gap = jacobian.gap_of(model, work, r)
                 if gap < -SUNK * model.side:
                     return False
                 if work.rows.passive[r] == 1:
@@ -196,14 +192,14 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
                     off = max(off, abs(work.rows.bias[r]))
         if off < near or correction == CORRECTIONS:
             break
-        solve_equalities(rows, work)
+        solve_passive(rows, work, work.rows.multiplier)
         dynamics.apply_multipliers(lo, rows, work, q)
     # Where constraints all but contradict each other corrections may lead away.
     if off > ASTRAY * near:
         return False
     for r in range(rows):
         work.rows.bias[r] = dynamics.rate_of(lo, work, r, v)
-    solve_equalities(rows, work)
+    solve_passive(rows, work, work.rows.multiplier)
     dynamics.apply_multipliers(lo, rows, work, v)
     return True
 
@@ -213,7 +209,8 @@ def collect_rows(lo: int, model: Model, state: State, work: Work) -> int:
     """Rows of all that touches, stops first; returns their number, −1 if there is no room."""
     collect_stops(lo, model, state, work)
     place_touching(lo, model, state.q, work)
-    rows = jacobian.collect_contacts(lo, model, work, work.rows.counts[at.JOINT_STOPS])
+    stops, touch = work.rows.counts[at.JOINT_STOPS], jacobian.TOUCH * model.side
+    rows = jacobian.collect_contacts(lo, model, work, stops, touch)
     work.rows.counts[at.CONTACTS] = rows
     return rows
 
@@ -363,21 +360,8 @@ def collect_within(
         fastest = max(fastest, math.sqrt(square(work.centres.vx[i]) + square(work.centres.vy[i])))
         fastest = max(fastest, abs(v[i]) * model.side)
     near = 4.0 * fastest * h + jacobian.TOUCH * model.side
-    for i in range(boxes.first_box(lo), model.n):
-        j = boxes.next_partner(model, lo, i, i)
-        while j < boxes.count(model):
-            if boxes.may_touch(model, work, i, j):
-                for c in range(8):
-                    box, other = (i, j) if c < 4 else (j, i)
-                    gap = boxes.corner_gap(model, work, box, other, c % 4)
-                    if gap < near and not boxes.is_beside_face(work, box, other, c % 4):
-                        if row >= work.rows.bias.size:
-                            return -1
-                        work.rows.id[row, 0] = box
-                        work.rows.id[row, 1] = other
-                        work.rows.id[row, 2] = c % 4
-                        jacobian.contact_row(lo, model, work.pose, work, row, v)
-                        work.rows.bias[row] = allowance(model, gap, h, model.side)
-                        row += 1
-            j = boxes.next_partner(model, lo, i, j)
-    return row
+    rows = jacobian.collect_contacts(lo, model, work, row, near)
+    for r in range(row, rows):
+        jacobian.contact_row(lo, model, work.pose, work, r, v)
+        work.rows.bias[r] = allowance(model, work.rows.gap[r], h, model.side)
+    return rows

@@ -84,9 +84,3 @@ def take_least(count: int, work: Work) -> None:
     cholesky.solve(count, work.rows.cholesky, work.rows.inverse, change)
     for r in range(count):
         lam[r] = change[r] if passive[r] == 1 else 0.0
-
-
-@kernel
-def solve_equalities(count: int, work: Work) -> None:
-    """As `solve_passive`, into ``work.rows.multiplier``."""
-    solve_passive(count, work, work.rows.multiplier)

@@ -44,18 +44,17 @@ def square_margin(model: Model, state: State, q: Array, work: Work) -> float:
     lo, worst = state.counter[at.LO], 1.0
     constraints.place_touching(lo, model, q, work)
     for i in range(boxes.first_box(lo), model.n):
-        j = boxes.next_partner(model, lo, i, i)
-        while j < boxes.count(model):
-            if boxes.may_touch(model, work, i, j):
-                for c in range(8):
-                    box, other = (i, j) if c < 4 else (j, i)
-                    gap = boxes.corner_gap(model, work, box, other, c % 4)
-                    if c >= 4 and j >= model.n:
-                        gap = min(gap, -boxes.behind_face(model, work, j, i, c % 4))
-                    gap /= model.side
-                    if gap < worst and not jacobian.is_row(work, box, other, c % 4):
-                        worst = gap
-            j = boxes.next_partner(model, lo, i, j)
+        for j in range(*boxes.partners(model, lo, i)):
+            if not boxes.may_touch(model, work, i, j):
+                continue
+            for c in range(8):
+                box, other = (i, j) if c < 4 else (j, i)
+                gap = boxes.corner_gap(model, work, box, other, c % 4)
+                if c >= 4 and j >= model.n:
+                    gap = min(gap, -boxes.behind_face(model, work, j, i, c % 4))
+                gap /= model.side
+                if gap < worst and not jacobian.is_row(work, box, other, c % 4):
+                    worst = gap
     return worst
 
 

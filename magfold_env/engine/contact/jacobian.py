@@ -16,28 +16,34 @@ TOUCH = 1e-5  # contacts act within this share of the side
 
 
 @kernel
-def collect_contacts(lo: int, model: Model, work: Work, row: int) -> int:
-    """Append a row [box, other box, corner of the other] for every touching corner.
+def collect_contacts(lo: int, model: Model, work: Work, row: int, near: float) -> int:
+    """Append a row [box, other box, corner of the other] for every corner nearer than ``near`` [m].
 
-    Returns the number of rows, −1 if there is no room for them.
+    Its gap is left in ``work.rows.gap``. Returns the number of rows, −1 if there is no room for
+    them. Needs `place_boxes`.
     """
-    touch = TOUCH * model.side
     for i in range(boxes.first_box(lo), model.n):
-        j = boxes.next_partner(model, lo, i, i)
-        while j < boxes.count(model):
-            if boxes.may_touch(model, work, i, j):
-                for c in range(8):
-                    box, other = (i, j) if c < 4 else (j, i)
-                    gap = boxes.corner_gap(model, work, box, other, c % 4)
-                    if gap < touch and not boxes.is_beside_face(work, box, other, c % 4):
-                        if row >= work.rows.bias.size:
-                            return -1
-                        work.rows.id[row, 0] = box
-                        work.rows.id[row, 1] = other
-                        work.rows.id[row, 2] = c % 4
-                        row += 1
-            j = boxes.next_partner(model, lo, i, j)
+        for j in range(*boxes.partners(model, lo, i)):
+            if not boxes.may_touch(model, work, i, j):
+                continue
+            for c in range(8):
+                box, other = (i, j) if c < 4 else (j, i)
+                gap = boxes.corner_gap(model, work, box, other, c % 4)
+                if gap < near and not boxes.is_beside_face(work, box, other, c % 4):
+                    if row >= work.rows.bias.size:
+                        return -1
+                    work.rows.id[row, 0] = box
+                    work.rows.id[row, 1] = other
+                    work.rows.id[row, 2] = c % 4
+                    work.rows.gap[row] = gap
+                    row += 1
     return row
+
+
+@inlined
+def gap_of(model: Model, work: Work, r: int) -> float:
+    """Gap of contact row r [m]. Needs `place_boxes`."""
+    return boxes.corner_gap(model, work, work.rows.id[r, 0], work.rows.id[r, 1], work.rows.id[r, 2])
 
 
 @inlined
@@ -76,30 +82,29 @@ def add_point(
 
 
 @inlined
+def motion_of(lo: int, model: Model, work: Work, box: int, v: Array) -> tuple[float, float, float]:
+    """Velocity of a box's centre [m/s] and its rate.
+
+    Bodies before ``lo`` move with the base, obstacles not at all.
+    """
+    if box >= model.n:
+        return 0.0, 0.0, 0.0
+    if box < lo:
+        return v[model.n], v[model.n + 1], 0.0
+    return work.centres.vx[box], work.centres.vy[box], v[box]
+
+
+@inlined
 def corner_velocity(
     lo: int, model: Model, work: Work, box: int, other: int, ox: float, oy: float, v: Array
 ) -> tuple[float, float, float]:
     """Velocity [m/s] of the point (ox, oy) from the centre of ``other``, and rate of ``box``.
 
-    The velocity is relative to the centre of ``box``. Bodies before ``lo`` move with the base,
-    obstacles not at all.
+    The velocity is relative to the centre of ``box``.
     """
-    n = model.n
-    vx, vy, w = 0.0, 0.0, 0.0
-    if other < n:
-        vx, vy = v[n], v[n + 1]
-        if other >= lo:
-            vx = work.centres.vx[other] - v[other] * oy
-            vy = work.centres.vy[other] + v[other] * ox
-    if box < n:
-        if box >= lo:
-            w = v[box]
-            vx -= work.centres.vx[box]
-            vy -= work.centres.vy[box]
-        else:
-            vx -= v[n]
-            vy -= v[n + 1]
-    return vx, vy, w
+    x, y, w = motion_of(lo, model, work, box, v)
+    vx, vy, turn = motion_of(lo, model, work, other, v)
+    return vx - turn * oy - x, vy + turn * ox - y, w
 
 
 @kernel

@@ -13,18 +13,18 @@ import math
 from magfold_env.engine import entries as at
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes
+from magfold_env.engine.contact.boxes import seen_from
+from magfold_env.engine.contact.jacobian import HALF_PI
 from magfold_env.engine.elementary import sincos, square
 from magfold_env.engine.state import Array, Model, State, Work
 from magfold_env.engine.stepping.stages import DENSE, STAGES
 
-HALF_PI = math.pi / 2.0
 # What may go unseen between two looks: shares of the side and of a solid's thickness that squares
 # sink in, and tolerances that a joint turns beyond its stop.
 SUNK, THIN, PAST = 3e-4, 3e-3, 0.5
 FLOOR = 0.5  # of that, which something may move by where no test tells that it is clear
 CLEAR, GRAZES, UNSURE = range(3)
 POWERS = 4
-DIAGONAL = math.sqrt(0.5)
 
 
 @kernel
@@ -40,25 +40,23 @@ def follow_step(lo: int, model: Model, step: float, fraction: float, work: Work)
                 total += DENSE[s, j] * slopes[s, k]
             scale *= fraction
             path[j, k] = scale * total
-    find_bounds(lo, model, work)
+    find_bounds(model, work)
 
 
 @kernel
 def follow_line(lo: int, model: Model, begin: Array, end: Array, work: Work) -> None:
     """Take a straight line between two states for the motion."""
     path = work.sweep.path
-    hold_still(lo, path)
+    hold_still(model.n + 2, path)
     for k in range(lo, model.n + 2):
         path[0, k] = end[k] - begin[k]
-        for j in range(1, POWERS):
-            path[j, k] = 0.0
-    find_bounds(lo, model, work)
+    find_bounds(model, work)
 
 
 @inlined
-def hold_still(lo: int, path: Array) -> None:
-    """Let those components in the tube that others may meet keep their headings."""
-    for k in range(boxes.first_box(lo), lo):
+def hold_still(end: int, path: Array) -> None:
+    """Let the coordinates before ``end`` keep their values."""
+    for k in range(end):
         for j in range(POWERS):
             path[j, k] = 0.0
 
@@ -71,7 +69,7 @@ def bounds(a: float, b: float, c: float, d: float) -> tuple[float, float]:
 
 
 @kernel
-def find_bounds(lo: int, model: Model, work: Work) -> None:
+def find_bounds(model: Model, work: Work) -> None:
     """Bound how far things move and turn in all, and how far their ways bend.
 
     Of the components' headings and centres, and of the sums of the joints' angles up to each.
@@ -81,14 +79,9 @@ def find_bounds(lo: int, model: Model, work: Work) -> None:
     x, bend_x = bounds(path[0, n], path[1, n], path[2, n], path[3, n])
     y, bend_y = bounds(path[0, n + 1], path[1, n + 1], path[2, n + 1], path[3, n + 1])
     way, bend, turns = x + y, bend_x + bend_y, 0.0
-    for i in range(lo):
-        sweep.turn[i], sweep.twist[i] = 0.0, 0.0
-        sweep.way[i], sweep.bend[i] = way, bend
-        sweep.turns[i] = 0.0
-    for i in range(lo, n):
-        a, b, c, d = path[0, i], path[1, i], path[2, i], path[3, i]
-        turn, twist = bounds(a, b, c, d)
-        turns += relative(path, i, i - 1)[0] if i > lo else turn
+    for i in range(n):
+        turn, twist = bounds(path[0, i], path[1, i], path[2, i], path[3, i])
+        turns += relative(path, i, i - 1)[0] if i > 0 else turn
         sweep.turns[i] = turns
         swing, curl = turn * bodies.length[i], (twist + turn * turn) * bodies.length[i]
         sweep.turn[i], sweep.twist[i] = turn, twist
@@ -132,23 +125,16 @@ def reach(model: Model, work: Work, i: int, j: int, width: float) -> float:
 @kernel
 def may_meet(model: Model, state: State, work: Work) -> bool:
     """Whether any squares may come to touch; the boxes are placed anywhere on the way."""
-    lo, n, sweep = state.counter[at.LO], model.n, work.sweep
-    for i in range(boxes.first_box(lo), n):
-        j = boxes.next_partner(model, lo, i, i)
-        while j < boxes.count(model):
-            dx, dy = work.boxes.x[i] - work.boxes.x[j], work.boxes.y[i] - work.boxes.y[j]
-            if j < n:
+    lo = state.counter[at.LO]
+    for i in range(boxes.first_box(lo), model.n):
+        for j in range(*boxes.partners(model, lo, i)):
+            if j < model.n:
                 near = reach(model, work, i, j, 1.0)
-                if dx * dx + dy * dy < near * near:
-                    return True
             else:
-                near = 0.5 * model.bodies.length[0] + sweep.way[i]
+                near = 0.5 * model.bodies.length[0] + work.sweep.way[i]
                 near += boxes.clearance(model, i, j)
-                c, s = work.boxes.c[j], work.boxes.s[j]
-                along, across = abs(c * dx + s * dy), abs(c * dy - s * dx)
-                if along < near + work.boxes.a[j] and across < near + work.boxes.b[j]:
-                    return True
-            j = boxes.next_partner(model, lo, i, j)
+            if boxes.is_near(model, work, i, j, near):
+                return True
     return False
 
 
@@ -162,8 +148,7 @@ def value(path: Array, k: int, t: float) -> float:
 def coordinates_at(model: Model, state: State, t: float, out: Array, work: Work) -> None:
     """Find the coordinates (n + 2,) at a share ``t`` of the motion."""
     for k in range(model.n + 2):
-        moved = value(work.sweep.path, k, t) if k >= state.counter[at.LO] else 0.0
-        out[k] = state.q[k] + moved
+        out[k] = state.q[k] + value(work.sweep.path, k, t)
 
 
 @kernel
@@ -189,7 +174,7 @@ def put(work: Work, slot: int, i: int, x: float, y: float, c: float, s: float) -
     """Keep where component i is, and the axis of its square."""
     sweep = work.sweep
     sweep.x[slot, i], sweep.y[slot, i] = x, y
-    sweep.c[slot, i], sweep.s[slot, i] = DIAGONAL * (c - s), DIAGONAL * (s + c)
+    sweep.c[slot, i], sweep.s[slot, i] = boxes.FACE_C * (c - s), boxes.FACE_C * (s + c)
 
 
 @kernel
@@ -206,10 +191,8 @@ def joints_clear(
     for k in range(max(lo, 1), model.n):
         if state.lock[k] != 0:
             continue
-        a, b, c, d = path[0, k], path[1, k], path[2, k], path[3, k]
-        if k > lo:
-            a, b = a - path[0, k - 1], b - path[1, k - 1]
-            c, d = c - path[2, k - 1], d - path[3, k - 1]
+        a, b = path[0, k] - path[0, k - 1], path[1, k] - path[1, k - 1]
+        c, d = path[2, k] - path[2, k - 1], path[3, k] - path[3, k - 1]
         # Taylor's coefficients about the first look, in shares of the interval.
         t = begin
         p0 = state.q[k] - state.q[k - 1] + (((d * t + c) * t + b) * t + a) * t
@@ -237,124 +220,110 @@ def squares_clear(
 
     Their places at the looks are in ``slot`` and ``last``, those at the beginning in slot 0.
     """
-    lo, n = state.counter[at.LO], model.n
-    width, found = end - begin, CLEAR
-    for i in range(boxes.first_box(lo), n):
-        j = boxes.next_partner(model, lo, i, i)
-        while j < boxes.count(model):
-            clear = CLEAR
-            if j < n:
-                clear = pair_clear(model, work, i, j, width, slot, last)
-            else:
-                clear = solid_clear(model, work, i, j, width, slot, last)
+    lo, found = state.counter[at.LO], CLEAR
+    for i in range(boxes.first_box(lo), model.n):
+        for j in range(*boxes.partners(model, lo, i)):
+            clear = stays_clear(model, work, i, j, end - begin, slot, last)
             if clear == UNSURE:
                 return UNSURE
             found = max(found, clear)
-            j = boxes.next_partner(model, lo, i, j)
     return found
 
 
 @kernel
-def pair_clear(model: Model, work: Work, i: int, j: int, width: float, slot: int, last: int) -> int:
-    """Whether two squares stay clear of each other."""
-    sweep = work.sweep
-    dx, dy = sweep.x[last, j] - sweep.x[last, i], sweep.y[last, j] - sweep.y[last, i]
-    near = reach(model, work, i, j, width)
-    if dx * dx + dy * dy >= near * near:
-        return CLEAR
-    seen_from_i, seen_from_j = between(model, work, i, j), between(model, work, j, i)
-    way, bend = width * max(seen_from_i[0], seen_from_j[0]), max(seen_from_i[1], seen_from_j[1])
-    sunk = SUNK * model.side
-    needed = 2.0 * model.rounding - sunk + 0.125 * bend * width * width
-    if apart(model, work, i, j, slot, last) >= needed:
-        return CLEAR
+def stays_clear(
+    model: Model, work: Work, i: int, j: int, width: float, slot: int, last: int
+) -> int:
+    """Whether a square stays clear of another one, or of a solid."""
+    sweep, clearance, sunk = work.sweep, boxes.clearance(model, i, j), SUNK * model.side
+    way = 0.0
+    x, y = sweep.x[last, i], sweep.y[last, i]
+    if j < model.n:
+        near = reach(model, work, i, j, width)
+        if square(sweep.x[last, j] - x) + square(sweep.y[last, j] - y) >= near * near:
+            return CLEAR
+    else:
+        solid, radius = model.obstacles[j - model.n], 0.5 * model.bodies.length[0]
+        way = width * (sweep.way[i] + radius * sweep.turn[i])
+        near = radius + clearance + way
+        u, v = from_solid(solid, x, y)
+        if abs(u) >= near + solid[at.A] or abs(v) >= near + solid[at.B]:
+            return CLEAR
+        sunk = min(sunk, 2.0 * THIN * (solid[at.B] + solid[at.RADIUS]))
+    needed, left = clearance - sunk, apart(model, work, i, j, width, slot, last)
     # What lies deeper from the beginning may not sink in farther.
-    needed -= max(2.0 * model.rounding - apart(model, work, i, j, 0, 0), 0.0)
-    if apart(model, work, i, j, slot, last) >= needed:
+    if left >= needed or left >= needed - max(clearance - apart(model, work, i, j, 0.0, 0, 0), 0.0):
         return CLEAR
+    if j < model.n:
+        way = width * max(between(model, work, i, j)[0], between(model, work, j, i)[0])
     return UNSURE if way > FLOOR * sunk else GRAZES
-
-
-@kernel
-def apart(model: Model, work: Work, i: int, j: int, slot: int, last: int) -> float:
-    """By how much one side at least separates two squares' cores at both looks [m]."""
-    sweep = work.sweep
-    half = 0.5 * (1.0 - boxes.SHRINK) * model.side - model.rounding
-    least = -math.inf
-    for k in range(2):
-        box, other = (i, j) if k == 0 else (j, i)
-        r, u, v = seen(sweep.x, sweep.y, sweep.c, sweep.s, slot, box, other)
-        r2, u2, v2 = seen(sweep.x, sweep.y, sweep.c, sweep.s, last, box, other)
-        reach, reach2 = half + half * r, half + half * r2
-        least = max(least, min(u - reach, u2 - reach2))
-        least = max(least, min(-u - reach, -u2 - reach2))
-        least = max(least, min(v - reach, v2 - reach2))
-        least = max(least, min(-v - reach, -v2 - reach2))
-    return least
 
 
 @inlined
-def seen(
-    x: Array, y: Array, c: Array, s: Array, slot: int, box: int, other: int
-) -> tuple[float, float, float]:
-    """How wide a square with sides of 2 is that another sees, and where its centre is for it."""
-    cos = c[slot, box] * c[slot, other] + s[slot, box] * s[slot, other]
-    sin = c[slot, box] * s[slot, other] - s[slot, box] * c[slot, other]
-    dx, dy = x[slot, other] - x[slot, box], y[slot, other] - y[slot, box]
-    along, across = c[slot, box] * dx + s[slot, box] * dy, c[slot, box] * dy - s[slot, box] * dx
-    return abs(cos) + abs(sin), along, across
+def apart(model: Model, work: Work, i: int, j: int, width: float, slot: int, last: int) -> float:
+    """By how much one side at least separates the cores of a square and a box all the way [m]."""
+    if j < model.n:
+        return squares_apart(model, work, i, j, width, slot, last)
+    return solid_apart(model, work, i, j, width, slot, last)
 
 
 @kernel
-def solid_clear(
+def squares_apart(
     model: Model, work: Work, i: int, j: int, width: float, slot: int, last: int
-) -> int:
-    """Whether a square stays clear of a solid."""
-    sweep, solid = work.sweep, model.obstacles[j - model.n]
-    radius = 0.5 * model.bodies.length[0]
-    way = width * (sweep.way[i] + radius * sweep.turn[i])
-    clearance = boxes.clearance(model, i, j)
-    near = radius + clearance + way
-    u, v = from_solid(solid, sweep.x[last, i], sweep.y[last, i])
-    if abs(u) >= near + solid[at.A] or abs(v) >= near + solid[at.B]:
-        return CLEAR
-    sunk = min(SUNK * model.side, 2.0 * THIN * (solid[at.B] + solid[at.RADIUS]))
-    needed = clearance - sunk
-    if solid_apart(model, work, i, j, width, slot, last) >= needed:
-        return CLEAR
-    needed -= max(clearance - solid_apart(model, work, i, j, 0.0, 0, 0), 0.0)
-    if solid_apart(model, work, i, j, width, slot, last) >= needed:
-        return CLEAR
-    return UNSURE if way > FLOOR * sunk else GRAZES
+) -> float:
+    """As `apart`, of two squares."""
+    least = -math.inf
+    half = 0.5 * (1.0 - boxes.SHRINK) * model.side - model.rounding
+    for k in range(2):
+        box, other = (i, j) if k == 0 else (j, i)
+        r, u, v = seen(work, slot, box, other)
+        r2, u2, v2 = seen(work, last, box, other)
+        reach, reach2 = half + half * r, half + half * r2
+        least = max(least, beside(u, reach, u2, reach2), beside(v, reach, v2, reach2))
+    bend = max(between(model, work, i, j)[1], between(model, work, j, i)[1])
+    return least - 0.125 * bend * width * width
+
+
+@inlined
+def beside(u: float, reach: float, u2: float, reach2: float) -> float:
+    """By how much both of two places are beyond the reach from 0, on the same side of it [m]."""
+    return max(min(u - reach, u2 - reach2), min(-u - reach, -u2 - reach2))
+
+
+@inlined
+def seen(work: Work, slot: int, box: int, other: int) -> tuple[float, float, float]:
+    """How wide a square with sides of 2 is that another sees, and where its centre is for it."""
+    x, y, c, s = work.sweep.x, work.sweep.y, work.sweep.c, work.sweep.s
+    cos, sin = seen_from(c[slot, box], s[slot, box], c[slot, other], s[slot, other])
+    dx, dy = x[slot, other] - x[slot, box], y[slot, other] - y[slot, box]
+    along, across = seen_from(c[slot, box], s[slot, box], dx, dy)
+    return abs(cos) + abs(sin), along, across
 
 
 @inlined
 def from_solid(solid: Array, x: float, y: float) -> tuple[float, float]:
     """Where a point is for a solid [m], along its longer side and across."""
-    dx, dy = x - solid[at.X], y - solid[at.Y]
-    return solid[at.C] * dx + solid[at.S] * dy, solid[at.C] * dy - solid[at.S] * dx
+    return seen_from(solid[at.C], solid[at.S], x - solid[at.X], y - solid[at.Y])
 
 
 @kernel
 def solid_apart(
     model: Model, work: Work, i: int, j: int, width: float, slot: int, last: int
 ) -> float:
-    """By how much one side at least separates the cores of a square and a solid all the way [m]."""
+    """As `apart`, of a square and a solid."""
     sweep, solid = work.sweep, model.obstacles[j - model.n]
     half = 0.5 * (1.0 - boxes.SHRINK) * model.side - model.rounding
     radius = 0.5 * model.bodies.length[0]
     u, v = from_solid(solid, sweep.x[slot, i], sweep.y[slot, i])
     u2, v2 = from_solid(solid, sweep.x[last, i], sweep.y[last, i])
-    c, s, c2, s2 = axes_from_solid(solid, sweep.c, sweep.s, slot, last, i)
+    c, s = seen_from(solid[at.C], solid[at.S], sweep.c[slot, i], sweep.s[slot, i])
+    c2, s2 = seen_from(solid[at.C], solid[at.S], sweep.c[last, i], sweep.s[last, i])
     # By the solid's sides, whose distance from the square's corners bends as these do.
     swing = sweep.twist[i] + square(sweep.turn[i])
     bend = 0.125 * width * width * (sweep.bend[i] + radius * swing)
     reach, reach2 = half * (abs(c) + abs(s)), half * (abs(c2) + abs(s2))
     a, b = solid[at.A], solid[at.B]
-    least = min(u - reach, u2 - reach2) - a
-    least = max(least, min(-u - reach, -u2 - reach2) - a)
-    least = max(least, min(v - reach, v2 - reach2) - b)
-    least = max(least, min(-v - reach, -v2 - reach2) - b) - bend
+    least = max(beside(u, reach, u2, reach2) - a, beside(v, reach, v2, reach2) - b) - bend
     # By the square's sides: of the solid, only the part within reach counts.
     near = radius + boxes.clearance(model, i, j) + 0.125 * width * width * sweep.bend[i]
     left, right = max(-a, min(u, u2) - near), min(a, max(u, u2) + near)
@@ -371,19 +340,6 @@ def solid_apart(
         p, p2 = c * (mid_u - u) + s * (mid_v - v), c2 * (mid_u - u2) + s2 * (mid_v - v2)
         r = half + half_u * abs(c) + half_v * abs(s)
         r2 = half + half_u * abs(c2) + half_v * abs(s2)
-        own = max(own, min(p - r, p2 - r2), min(-p - r, -p2 - r2))
+        own = max(own, beside(p, r, p2, r2))
         c, s, c2, s2 = -s, c, -s2, c2
     return max(least, own - bend)
-
-
-@inlined
-def axes_from_solid(
-    solid: Array, c: Array, s: Array, slot: int, last: int, i: int
-) -> tuple[float, float, float, float]:
-    """Return the first axis of a square at both looks, as a solid sees it."""
-    return (
-        solid[at.C] * c[slot, i] + solid[at.S] * s[slot, i],
-        solid[at.C] * s[slot, i] - solid[at.S] * c[slot, i],
-        solid[at.C] * c[last, i] + solid[at.S] * s[last, i],
-        solid[at.C] * s[last, i] - solid[at.S] * c[last, i],
-    )

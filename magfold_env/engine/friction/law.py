@@ -7,9 +7,10 @@ complementarity problem, solved where the accelerations are.
 
 import math
 
+from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import square
-from magfold_env.engine.state import Array, Model, Pose, Work
+from magfold_env.engine.state import Array, Model, Pose, State, Work
 
 AT_REST = 1e-13  # [m/s] slower is rounding error
 ALONG = 1e-20  # and sines below are
@@ -20,6 +21,20 @@ def speed(model: Model, work: Work, v: Array, i: int) -> float:
     """S of component i [m/s], from the centres' velocities in ``work``."""
     spin = model.arm * v[i]
     return math.sqrt(square(work.centres.vx[i]) + square(work.centres.vy[i]) + spin * spin)
+
+
+@kernel
+def find_velocities(lo: int, model: Model, state: State, work: Work) -> None:
+    """Find the pose of the free components, and how fast their centres move."""
+    centres = work.centres
+    articulated.place(lo, model.bodies, state.q, work.pose)
+    articulated.centre_velocities(lo, model.bodies, work.pose, state.v, centres.vx, centres.vy)
+
+
+@inlined
+def size_of(force: Array, r: int) -> float:
+    """Size of the friction force in rows r to r + 2."""
+    return math.sqrt(square(force[r]) + square(force[r + 1]) + square(force[r + 2]))
 
 
 @inlined
@@ -45,10 +60,10 @@ def slide_of(model: Model, work: Work, v: Array, i: int) -> float:
 
 
 @inlined
-def _told(part: float) -> float:
+def above_rounding(part: float) -> float:
     """Return a sine or cosine, 0 where a force along it could not do what rounding undoes.
 
-    What is held turns at rates of rounding. To bear their centripetal acceleration along a row of
+    What sticks turns at rates of rounding. To bear their centripetal acceleration along a row of
     such entries alone would take any force.
     """
     return part if abs(part) > ALONG else 0.0
@@ -63,8 +78,8 @@ def friction_rows(lo: int, model: Model, pose: Pose, work: Work, r: int, i: int)
         work.rows.id[r + k, 0] = i
     for k in range(lo, i + 1):
         d = model.bodies.reach[k] if k == i else model.bodies.length[k]
-        work.rows.jacobian[r, k] = -d * _told(pose.sin[k])
-        work.rows.jacobian[r + 1, k] = d * _told(pose.cos[k])
+        work.rows.jacobian[r, k] = -d * above_rounding(pose.sin[k])
+        work.rows.jacobian[r + 1, k] = d * above_rounding(pose.cos[k])
     work.rows.jacobian[r, n] = 1.0
     work.rows.jacobian[r + 1, n + 1] = 1.0
     work.rows.jacobian[r + 2, i] = model.arm

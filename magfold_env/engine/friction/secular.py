@@ -17,6 +17,7 @@ from magfold_env.engine import cholesky
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.equalities import refine, ridge
 from magfold_env.engine.elementary import square
+from magfold_env.engine.friction.law import size_of
 from magfold_env.engine.state import Array, Work
 
 SWEEPS = 6
@@ -66,13 +67,6 @@ def relax(rows: int, count: int, work: Work, grip: Array) -> None:
                 push(count, k, share * normal[k] - lam[k], work)
 
 
-@inlined
-def size_of(work: Work, r: int) -> float:
-    """Size of the friction force in rows r to r + 2."""
-    lam = work.rows.multiplier
-    return math.sqrt(square(lam[r]) + square(lam[r + 1]) + square(lam[r + 2]))
-
-
 @kernel
 def classify(rows: int, count: int, work: Work, grip: Array) -> None:
     """Guess by the relaxed forces what presses, and what slides how fast."""
@@ -86,7 +80,7 @@ def classify(rows: int, count: int, work: Work, grip: Array) -> None:
         trace = delassus[r, r] + delassus[r + 1, r + 1] + delassus[r + 2, r + 2]
         for k in range(r, r + 3):
             total += square(work.rows.rate[k])
-        if radius > 0.0 and size_of(work, r) > FULL * radius:
+        if radius > 0.0 and size_of(work.rows.multiplier, r) > FULL * radius:
             share = math.sqrt(total) / radius
         for k in range(r, r + 3):
             secular.active[k] = int(radius > 0.0 and trace > 0.0)
@@ -132,7 +126,7 @@ def correct_shares(rows: int, count: int, work: Work, grip: Array) -> tuple[bool
     for r in range(rows, count, 3):
         if secular.active[r] == 0:
             continue
-        size = size_of(work, r)
+        size = size_of(work.rows.multiplier, r)
         excess = size / grip[work.rows.id[r, 0]] - 1.0
         if secular.share[r] == 0.0 and excess <= EXACT:
             continue
@@ -170,7 +164,7 @@ def correct_shares(rows: int, count: int, work: Work, grip: Array) -> tuple[bool
 def cut_to_grip(rows: int, count: int, work: Work, grip: Array) -> None:
     """Take away by what rounding makes forces larger than what friction can do."""
     for r in range(rows, count, 3):
-        size, radius = size_of(work, r), grip[work.rows.id[r, 0]]
+        size, radius = size_of(work.rows.multiplier, r), grip[work.rows.id[r, 0]]
         if size > radius:
             for k in range(r, r + 3):
                 work.rows.multiplier[k] *= radius / size

@@ -23,6 +23,7 @@ import math
 from magfold_env.engine import cholesky
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import square
+from magfold_env.engine.friction.law import size_of
 from magfold_env.engine.friction.secular import solve_by_sizes
 from magfold_env.engine.state import Array, Work
 
@@ -46,13 +47,14 @@ INEXACT = 0.1  # largest gradient at the end of a round, as a share of what is l
 
 
 @kernel
-def scale_rows(rows: int, count: int, work: Work) -> None:
-    """Factors that bring W to unit diagonal; 0 for rows that no force accelerates."""
+def scale_rows(rows: int, count: int, work: Work, grip: Array) -> None:
+    """Factors that bring W to unit diagonal, 0 for rows that no force accelerates; and grips."""
     delassus, scale = work.rows.delassus, work.friction.newton.scale
     for r in range(rows):
         scale[r] = 1.0 / math.sqrt(delassus[r, r]) if delassus[r, r] > 0.0 else 0.0
     for r in range(rows, count, 3):
         trace = delassus[r, r] + delassus[r + 1, r + 1] + delassus[r + 2, r + 2]
+        work.friction.newton.grip[r] = grip[work.rows.id[r, 0]]
         for k in range(3):
             scale[r + k] = 1.0 / math.sqrt(trace) if trace > 0.0 else 0.0
 
@@ -60,12 +62,8 @@ def scale_rows(rows: int, count: int, work: Work) -> None:
 @kernel
 def factorise(count: int, work: Work) -> int:
     """Scaled W = G Gᵀ by Cholesky's method with complete pivoting; return the rank."""
-    delassus, scale, factor = (
-        work.rows.delassus,
-        work.friction.newton.scale,
-        work.friction.newton.factor,
-    )
-    left = work.friction.newton.along
+    delassus, newton = work.rows.delassus, work.friction.newton
+    scale, factor, left = newton.scale, newton.factor, newton.along
     for r in range(count):
         left[r] = delassus[r, r] * scale[r] * scale[r]
     for k in range(factor.shape[1]):
@@ -87,33 +85,30 @@ def factorise(count: int, work: Work) -> int:
 
 
 @kernel
-def project_forces(rows: int, count: int, work: Work, grip: Array, force: Array) -> None:
+def project_forces(rows: int, count: int, work: Work, force: Array) -> None:
     """Replace ``force`` (count,) by the nearest that can act."""
-    scale = work.friction.newton.scale
+    newton = work.friction.newton
     for r in range(rows):
         if work.rows.equality[r] == 0 and force[r] < 0.0:
             force[r] = 0.0
     for r in range(rows, count, 3):
-        size = math.sqrt(square(force[r]) + square(force[r + 1]) + square(force[r + 2])) * scale[r]
-        radius = grip[work.rows.id[r, 0]]
+        size, radius = size_of(force, r) * newton.scale[r], newton.grip[r]
         if size > radius:
             for k in range(r, r + 3):
                 force[k] *= radius / size
 
 
 @kernel
-def friction_slope(r: int, penalty: float, work: Work, grip: Array) -> float:
+def friction_slope(r: int, penalty: float, work: Work) -> float:
     """Share s and direction u: near t the ball of rows r to r + 2 keeps s (1 − u uᵀ) of a change.
 
     Within the ball s is 1 and u is 0. Returns s and leaves u in ``work.friction.newton.normal``.
     """
     newton = work.friction.newton
-    total = 0.0
     for k in range(r, r + 3):
         newton.normal[k] = newton.force[k] - penalty * newton.rate[k]
-        total += square(newton.normal[k])
-    length = math.sqrt(total)
-    size, radius = length * newton.scale[r], grip[work.rows.id[r, 0]]
+    length = size_of(newton.normal, r)
+    size, radius = length * newton.scale[r], newton.grip[r]
     outside = size > 0.0 and size >= radius
     for k in range(r, r + 3):
         newton.normal[k] = newton.normal[k] / length if outside else 0.0
@@ -123,9 +118,7 @@ def friction_slope(r: int, penalty: float, work: Work, grip: Array) -> float:
 
 
 @kernel
-def move_forces(
-    rows: int, count: int, penalty: float, work: Work, grip: Array, change: Array
-) -> None:  # fmt: skip
+def move_forces(rows: int, count: int, penalty: float, work: Work, change: Array) -> None:
     """Set the forces to the projection of t + ``change`` (count,), to first order.
 
     The projection of t is in ``projected``.
@@ -135,7 +128,7 @@ def move_forces(
         if work.rows.equality[r] == 1 or newton.projected[r] > 0.0:
             newton.projected[r] += change[r]
     for r in range(rows, count, 3):
-        share = friction_slope(r, penalty, work, grip)
+        share = friction_slope(r, penalty, work)
         across = 0.0
         for k in range(r, r + 3):
             across += newton.normal[k] * change[k]
@@ -143,13 +136,11 @@ def move_forces(
             newton.projected[k] += share * (change[k] - across * newton.normal[k])
     for r in range(count):
         newton.force[r] = newton.projected[r]
-    project_forces(rows, count, work, grip, newton.force)
+    project_forces(rows, count, work, newton.force)
 
 
 @kernel
-def evaluate(
-    rows: int, count: int, rank: int, penalty: float, work: Work, grip: Array
-) -> float:  # fmt: skip
+def evaluate(rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
     """Find w, p and the gradient at y; return the size of the gradient."""
     newton = work.friction.newton
     factor, point, gradient = newton.factor, newton.point, newton.gradient
@@ -159,7 +150,7 @@ def evaluate(
             w += factor[r, m] * point[m]
         newton.rate[r] = w
         newton.projected[r] = newton.force[r] - penalty * w
-    project_forces(rows, count, work, grip, newton.projected)
+    project_forces(rows, count, work, newton.projected)
     for m in range(rank):
         gradient[m] = point[m]
     for r in range(count):
@@ -183,9 +174,7 @@ def add_square(rank: int, weight: float, vector: Array, matrix: Array) -> None:
 
 
 @kernel
-def fill_hessian(
-    rows: int, count: int, rank: int, penalty: float, work: Work, grip: Array
-) -> None:  # fmt: skip
+def fill_hessian(rows: int, count: int, rank: int, penalty: float, work: Work) -> None:
     """1 + σ Gᵀ P G, with P the derivative of the projection at t."""
     newton = work.friction.newton
     factor, hessian, mean = newton.factor, newton.hessian, newton.step
@@ -197,7 +186,7 @@ def fill_hessian(
         if work.rows.equality[r] == 1 or newton.projected[r] > 0.0:
             add_square(rank, penalty, factor[r], hessian)
     for r in range(rows, count, 3):
-        share = friction_slope(r, penalty, work, grip)
+        share = friction_slope(r, penalty, work)
         for m in range(rank):
             mean[m] = 0.0
             for k in range(r, r + 3):
@@ -223,15 +212,13 @@ def newton_step(count: int, rank: int, work: Work) -> None:
 
 
 @kernel
-def slope_at(
-    share: float, rows: int, count: int, rank: int, penalty: float, work: Work, grip: Array
-) -> float:
+def slope_at(share: float, rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
     """Find the derivative along the step, after ``share`` of it."""
     newton = work.friction.newton
     for r in range(count):
         rate = newton.rate[r] + share * newton.along[r]
         newton.projected[r] = newton.force[r] - penalty * rate
-    project_forces(rows, count, work, grip, newton.projected)
+    project_forces(rows, count, work, newton.projected)
     total = 0.0
     for m in range(rank):
         total += newton.step[m] * (newton.point[m] + share * newton.step[m])
@@ -241,9 +228,7 @@ def slope_at(
 
 
 @kernel
-def step_length(
-    rows: int, count: int, rank: int, penalty: float, work: Work, grip: Array
-) -> float:  # fmt: skip
+def step_length(rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
     """Share of the Newton step to take: all, or about as much as descends.
 
     Slopes are compared, not values, whose differences would be lost in rounding.
@@ -252,12 +237,12 @@ def step_length(
     for m in range(rank):
         start += work.friction.newton.step[m] * work.friction.newton.gradient[m]
     low, low_slope = 0.0, start
-    high, high_slope = 1.0, slope_at(1.0, rows, count, rank, penalty, work, grip)
+    high, high_slope = 1.0, slope_at(1.0, rows, count, rank, penalty, work)
     if high_slope <= -1e-3 * start:
         return 1.0
     for _ in range(HALVINGS):
         share = low + (high - low) * min(max(low_slope / (low_slope - high_slope), 0.1), 0.9)
-        slope = slope_at(share, rows, count, rank, penalty, work, grip)
+        slope = slope_at(share, rows, count, rank, penalty, work)
         if abs(slope) <= -0.1 * start:
             return share
         if slope < 0.0:
@@ -292,12 +277,12 @@ def begin_round(count: int, rank: int, work: Work) -> None:
 
 
 @kernel
-def error_left(rows: int, count: int, work: Work, grip: Array) -> float:
+def error_left(rows: int, count: int, work: Work) -> float:
     """Size of the change of the forces by one step of projected gradient descent, 0 at the end."""
     newton = work.friction.newton
     for r in range(count):
         newton.projected[r] = newton.force[r] - newton.rate[r]
-    project_forces(rows, count, work, grip, newton.projected)
+    project_forces(rows, count, work, newton.projected)
     total = 0.0
     for r in range(count):
         total += square(newton.projected[r] - newton.force[r])
@@ -305,7 +290,7 @@ def error_left(rows: int, count: int, work: Work, grip: Array) -> float:
 
 
 @kernel
-def is_solution(rows: int, count: int, work: Work, grip: Array, largest: float) -> bool:
+def is_solution(rows: int, count: int, work: Work, largest: float) -> bool:
     """Whether the multipliers are as exact as this method would make them."""
     newton, lam = work.friction.newton, work.rows.multiplier
     for r in range(count):
@@ -314,29 +299,27 @@ def is_solution(rows: int, count: int, work: Work, grip: Array, largest: float) 
             w += row[c] * lam[c]
         newton.rate[r] = w * newton.scale[r]
         newton.force[r] = lam[r] / newton.scale[r] if newton.scale[r] > 0.0 else 0.0
-    return error_left(rows, count, work, grip) <= CONVERGED * largest
+    return error_left(rows, count, work) <= CONVERGED * largest
 
 
 @kernel
-def minimise(
-    rows: int, count: int, rank: int, penalty: float, largest: float, work: Work, grip: Array
-) -> bool:
+def minimise(rows: int, count: int, rank: int, penalty: float, largest: float, work: Work) -> bool:
     """Find the forces at the smooth function's minimum; False and none if Newton's steps fail."""
     newton = work.friction.newton
     for _ in range(STEPS):
-        size = evaluate(rows, count, rank, penalty, work, grip)
+        size = evaluate(rows, count, rank, penalty, work)
         moved = 0.0
         for r in range(count):
             moved = max(moved, abs(newton.projected[r] - newton.force[r]))
-        fill_hessian(rows, count, rank, penalty, work, grip)
+        fill_hessian(rows, count, rank, penalty, work)
         newton_step(count, rank, work)
         if size <= max(INEXACT * moved / penalty, EPSILON * penalty * largest):
             # The last step is taken to first order, in p: its errors are those of w times σ.
             for r in range(count):
                 newton.along[r] *= -penalty
-            move_forces(rows, count, penalty, work, grip, newton.along)
+            move_forces(rows, count, penalty, work, newton.along)
             return True
-        share = step_length(rows, count, rank, penalty, work, grip)
+        share = step_length(rows, count, rank, penalty, work)
         for m in range(rank):
             newton.point[m] += share * newton.step[m]
     return False
@@ -351,21 +334,19 @@ def solve_with_friction(rows: int, count: int, work: Work, grip: Array) -> bool:
     those marked as equalities have w = 0 and any λ. Rows that no force accelerates are left alone.
     Returns whether the accelerations were found; λ is in ``work.rows.multiplier``.
     """
-    scale_rows(rows, count, work)
+    scale_rows(rows, count, work, grip)
     largest = 0.0
     for r in range(count):
         largest = max(largest, abs(work.rows.bias[r]) * work.friction.newton.scale[r])
-    if solve_by_sizes(rows, count, work, grip) and is_solution(rows, count, work, grip, largest):
+    if solve_by_sizes(rows, count, work, grip) and is_solution(rows, count, work, largest):
         return True
-    return solve_by_multipliers(rows, count, work, grip, largest, 0.0) or solve_by_multipliers(
-        rows, count, work, grip, largest, SAME
+    return solve_by_multipliers(rows, count, work, largest, 0.0) or solve_by_multipliers(
+        rows, count, work, largest, SAME
     )
 
 
 @kernel
-def solve_by_multipliers(
-    rows: int, count: int, work: Work, grip: Array, largest: float, same: float
-) -> bool:
+def solve_by_multipliers(rows: int, count: int, work: Work, largest: float, same: float) -> bool:
     """As `solve_with_friction`, by the method of multipliers; ``largest`` is the largest bias.
 
     Rounds that leave more by a share up to ``same`` count as if they had left as much.
@@ -376,7 +357,7 @@ def solve_by_multipliers(
     penalty, left, found = FIRST_PENALTY, math.inf, True
     for done in range(ROUNDS):
         begin_round(count, rank, work)
-        before, left = left, error_left(rows, count, work, grip)
+        before, left = left, error_left(rows, count, work)
         enough = CONVERGED if done < ENOUGH_ROUNDS else ACCEPTABLE
         if left <= enough * largest:
             return True
@@ -387,5 +368,5 @@ def solve_by_multipliers(
             penalty /= GROWTH
         elif left > PROGRESS * before:
             penalty = min(GROWTH * penalty, LAST_PENALTY)
-        found = minimise(rows, count, rank, penalty, largest, work, grip)
+        found = minimise(rows, count, rank, penalty, largest, work)
     return left <= ACCEPTABLE * largest

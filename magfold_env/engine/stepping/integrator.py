@@ -19,8 +19,8 @@ from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, constraints, events, jacobian
 from magfold_env.engine.contact.constraints import first_joint, joint_rate
 from magfold_env.engine.elementary import inverse_root
-from magfold_env.engine.friction.held import first_accelerations, is_at_rest, torn_loose
-from magfold_env.engine.friction.stopping import creeps, stop_slow
+from magfold_env.engine.friction.stick_events import is_creeping, stop_slow
+from magfold_env.engine.friction.sticking import first_accelerations, is_at_rest, torn_loose
 from magfold_env.engine.state import Array, Model, Record, State, Work, copy, is_finite
 from magfold_env.engine.stepping import chebyshev
 from magfold_env.engine.stepping.moreau import moreau_step
@@ -80,7 +80,7 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
         if not goes_on and is_at_rest(model, state, work, acceleration):
             return rest(model, state, work, record, until)
         rattling = state.counter[at.MOREAU_LEFT] > 0
-        if rattling or (model.frictional and creeps(model, state, work, acceleration)):
+        if rattling or (model.frictional and is_creeping(model, state, work, acceleration)):
             outcome = moreau_step(model, state, work, record, until, rattling)
             state.counter[at.MOREAU_LEFT] -= int(rattling)
         else:

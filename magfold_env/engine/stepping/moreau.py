@@ -35,7 +35,7 @@ from magfold_env.engine.contact.jacobian import HALF_PI
 from magfold_env.engine.elementary import square
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.solver import solve_with_friction
-from magfold_env.engine.friction.stopping import STOPPED
+from magfold_env.engine.friction.stick_events import STOPPED
 from magfold_env.engine.state import Array, Model, Record, State, Work, copy
 from magfold_env.engine.stepping import dynamics
 from magfold_env.engine.stepping.recorder import record_line
@@ -228,10 +228,7 @@ def mark_slow(lo: int, model: Model, state: State, work: Work) -> bool:
     """
     found = False
     brake = math.inf
-    articulated.place(lo, model.bodies, state.q, work.pose)
-    articulated.centre_velocities(
-        lo, model.bodies, work.pose, state.v, work.centres.vx, work.centres.vy
-    )
+    law.find_velocities(lo, model, state, work)
     for i in range(lo, model.n):
         slide = law.slide_of(model, work, state.v, i)
         slow = state.stuck[i] == 1 or slide < STOPPED * model.tolerance * model.side

@@ -100,7 +100,5 @@ class Boxes:
 def pairs(case):
     """All the pairs that the engine looks at."""
     for i in range(boxes.first_box(case.lo), case.n):
-        j = boxes.next_partner(case.model, case.lo, i, i)
-        while j < boxes.count(case.model):
+        for j in range(*boxes.partners(case.model, case.lo, i)):
             yield i, j
-            j = boxes.next_partner(case.model, case.lo, i, j)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
 
 from magfold_env.engine.contact import boxes, jacobian
 from tests.engine import reference
@@ -43,7 +44,7 @@ def test_a_corner_beside_the_one_in_the_mouth_meets_the_next():
     for places in (work.boxes.x, work.boxes.y):
         places[5] = places[1]
     work.boxes.x[5] += 0.9 * SIDE * np.sqrt(2)
-    rows = jacobian.collect_contacts(3, case.model, work, 0)
+    rows = jacobian.collect_contacts(3, case.model, work, 0, jacobian.TOUCH * SIDE)
     assert {(1, 5), (5, 1)} & {tuple(row[:2]) for row in work.rows.id[:rows].tolist()}
 
 
@@ -112,18 +113,18 @@ def test_a_corner_beyond_a_wall_is_told_from_one_in_front_of_it(seed):
     assert boxes.behind_face(model, work, wall, 2, k) == pytest.approx(expected, abs=1e-12)
 
 
-@given(seed=seeds)
-def test_squares_overlap_where_no_side_separates_them(seed):
-    case = Boxes(6)
+@given(seed=seeds, rocks=st.sampled_from([(), ROCKS]))
+def test_boxes_overlap_where_no_side_separates_them(seed, rocks):
+    case = Boxes(6, obstacles=rocks)
     q = case.random_q(np.random.default_rng(seed))
     case.place(q)
     overlapping = []
     for i, j in pairs(case):
         expected = reference.separation(case.polygon(i, q), case.polygon(j, q))
         assert boxes.separation(case.work, i, j) == pytest.approx(expected, abs=1e-12)
-        if expected < 2.0 * RADIUS - boxes.OVERLAP * SIDE:
+        if expected < case.radii(i, j) - boxes.OVERLAP * SIDE:
             overlapping.append((i, j))
-    assert boxes.overlapping_pair(case.model, case.work) == (overlapping or [(-1, -1)])[0]
+    assert boxes.first_overlap(case.model, case.work) == (overlapping or [(-1, -1)])[0]
 
 
 @given(seed=seeds, layout=layouts)
@@ -131,7 +132,7 @@ def test_a_box_has_the_four_corners_of_its_polygon(seed, layout):
     case = Boxes(**layout)
     q = case.random_q(np.random.default_rng(seed))
     case.place(q)
-    for box in range(boxes.first_box(case.lo), boxes.count(case.model)):
+    for box in range(boxes.first_box(case.lo), case.work.boxes.x.size):
         centre = case.work.boxes.x[box], case.work.boxes.y[box]
         found = np.array([np.add(centre, boxes.corner(case.work, box, k)) for k in range(4)])
         apart = np.linalg.norm(found[:, None] - case.polygon(box, q).corners[0], axis=2)

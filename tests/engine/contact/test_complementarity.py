@@ -1,7 +1,6 @@
-"""Multipliers: their optimality conditions, an independent solver, and Moreau's impact."""
+"""Multipliers and their optimality conditions."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -9,9 +8,7 @@ from magfold_env.engine.contact.complementarity import solve_nonnegative
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Scene
 from magfold_env.simulation.pack import pack
-from tests.laws.impacts import Impact
 
-SIDE = 0.0125
 seeds = st.integers(0, 2**32 - 1)
 
 
@@ -68,26 +65,3 @@ def test_equalities_hold_with_either_sign(seed):
     assert lam[free].min() >= 0.0
     assert w[free].min() >= -1e-8
     assert np.abs((lam * w)[free]).max() <= 1e-8
-
-
-@pytest.mark.laws
-@given(seed=seeds)
-def test_impact_lets_nothing_approach_and_gains_no_energy(seed):
-    impact = Impact(seed)
-    after, before = impact.project(), impact.before[impact.free]
-    rate = np.abs(impact.jacobian @ before).max(initial=0.0)
-    # The ridge that picks one of many impulses costs this much where rows nearly repeat.
-    assert (impact.jacobian @ after).min(initial=0.0) >= -1e-8 * rate
-    energy = before @ impact.mass @ before
-    assert after @ impact.mass @ after <= energy * (1 + 1e-12)
-
-
-@given(seed=seeds)
-def test_corners_that_part_slowly_stay_together(seed):
-    impact = Impact(seed)
-    apart = impact.jacobian @ impact.project()
-    rate = np.abs(impact.jacobian @ impact.before[impact.free]).max(initial=0.0)
-    after = impact.jacobian @ impact.project(1e9)
-    assert after.min(initial=0.0) >= -1e-6 * rate
-    slow = (apart > 1e-3 * rate) & (np.arange(len(apart)) >= impact.stops)
-    np.testing.assert_allclose(after[slow], 0.0, rtol=0, atol=1e-6 * rate)

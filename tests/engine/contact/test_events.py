@@ -1,4 +1,4 @@
-"""Which joints stay at their stops after an impact."""
+"""Which joints stay at their stops after an impact, and how fast gaps may close."""
 
 import math
 
@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain import articulated
 from magfold_env.engine.contact import constraints, events
+from magfold_env.engine.friction.law import find_velocities
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import Scene
 from magfold_env.simulation.pack import pack
 
+MODEL = pack(Scene(sequence=("NNSS",) * 4))
 PULL = 1e4  # [rad/s²], what magnets pull a joint shut with
 
 
@@ -32,10 +33,7 @@ def hopping(rate, joint=1, tolerance=1e-3):
 
 def momentum(model, state, work):
     """Linear momentum [kg m/s]."""
-    articulated.place(0, model.bodies, state.q, work.pose)
-    articulated.centre_velocities(
-        0, model.bodies, work.pose, state.v, work.centres.vx, work.centres.vy
-    )
+    find_velocities(0, model, state, work)
     return np.array([model.bodies.mass @ work.centres.vx, model.bodies.mass @ work.centres.vy])
 
 
@@ -75,3 +73,23 @@ def test_a_joint_that_nothing_pulls_back_opens():
     model, state, work, acceleration = hopping(1e-3)
     assert events.end_hops(model, state, work, -acceleration) == constraints.OK
     assert state.lock[1] == 0
+
+
+@pytest.mark.parametrize("time", [1e-9, 1e-5, 1e-2])
+def test_a_gap_may_close_within_the_time_and_no_further(time):
+    assert constraints.allowance(MODEL, 1e-6, time, MODEL.side) == pytest.approx(1e-6 / time)
+    assert constraints.allowance(MODEL, 0.0, time, MODEL.side) == 0.0
+
+
+def test_overlaps_open_slowly_and_no_faster_than_errors_of_rates_allow():
+    slow = constraints.GENTLE * MODEL.tolerance * MODEL.rate_scale
+    assert constraints.allowance(MODEL, -1e-12, 1e-2, MODEL.side) == pytest.approx(
+        -constraints.PUSH_OUT * 1e-10
+    )
+    for time in (1e-9, 1e-5):
+        assert constraints.allowance(MODEL, -1e-5, time, MODEL.side) == pytest.approx(
+            -slow * MODEL.side
+        )
+        assert constraints.allowance(MODEL, -1e-5, time, 1.0) == pytest.approx(
+            max(-slow, -2e-6 / time)
+        )

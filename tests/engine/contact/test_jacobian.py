@@ -18,9 +18,9 @@ def test_every_touching_corner_becomes_a_row(seed):
     case = Boxes(7)
     q = case.random_q(rng)
     case.place(q)
-    rows = contact.collect_contacts(0, case.model, case.work, 0)
-    found = {tuple(row[:3]) for row in case.work.rows.id[:rows].tolist()}
     touch = contact.TOUCH * SIDE
+    rows = contact.collect_contacts(0, case.model, case.work, 0, touch)
+    found = {tuple(row[:3]) for row in case.work.rows.id[:rows].tolist()}
     for i, j in pairs(case):
         overlapping = reference.separation(case.polygon(i, q), case.polygon(j, q)) <= 0.0
         if overlapping or case.gap(i, j, q) < 0.9 * touch:

@@ -41,7 +41,7 @@ class Moving:
         path = rng.normal(size=(4, self.n + 2)) * scale[:, None]
         path[:, self.n :] *= 2.0 * SIDE
         self.work.sweep.path[:] = path
-        sweep.find_bounds(0, self.model, self.work)
+        sweep.find_bounds(self.model, self.work)
 
     def coordinates(self, t: float) -> np.ndarray:
         out = np.empty(self.n + 2)

@@ -8,12 +8,13 @@ from hypothesis import strategies as st
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.friction import law
-from magfold_env.engine.friction.held import first_accelerations
+from magfold_env.engine.friction.sticking import first_accelerations
 from magfold_env.engine.stepping.dynamics import accelerations
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.scene import Gravity, Scene
 from magfold_env.simulation.pack import pack
 from tests.engine import reference
+from tests.engine.friction.test_solver import assert_coulomb
 
 SIDE = 0.0125
 MU, G = 0.35, 9.8
@@ -138,36 +139,15 @@ def test_a_push_above_the_grip_moves_the_chain_as_one(seed, n, share):
 @pytest.mark.laws
 @given(seed=seeds, n=st.integers(2, 6), pull=st.floats(0.5, 20.0))
 def test_chain_at_rest_starts_as_the_convex_problem_says(seed, n, pull):
-    # Some components are held, others start to slide: friction is the force of each one's ball
-    # that leaves the least kinetic rate, checked by its optimality conditions.
+    # Some components stick, others start to slide: friction is the force of each one's ball that
+    # leaves the least kinetic rate, checked by its optimality conditions.
     floor = Floor(np.random.default_rng(seed), n, pull=pull, mount="pinned")
     out = floor.accelerations()
     masses, inertias = floor.scene.masses, floor.scene.inertias
     mass = reference.mass_matrix(floor.state.q, SIDE, masses, inertias)[:n, :n]
     rows = floor.ellipsoid()[:, :, :n]
     driving = np.einsum("idk,i,d->k", rows[:, :2], masses, floor.pull)
-    needed = mass @ out[:n] - driving  # what friction as a whole contributes
-    slip = rows @ out[:n]
-    size = np.linalg.norm(slip, axis=1)
-    grip = MU * masses * G
-    moving = size > 1e-4 * MU * G
-    known = -np.einsum(
-        "i,idk,id->k", grip * moving, rows, slip / np.where(moving, size, 1)[:, None]
-    )
-    held = rows[~moving].reshape(-1, n)
-    balance = needed - known
-    if held.size == 0:
-        np.testing.assert_allclose(balance, 0.0, atol=1e-5 * np.abs(driving).max())
-        return
-    # The held ones must supply the rest from inside their balls: project by alternation.
-    force = np.linalg.lstsq(held.T, balance, rcond=None)[0]
-    np.testing.assert_allclose(held.T @ force, balance, atol=1e-5 * np.abs(driving).max())
-    null = np.eye(held.shape[0]) - np.linalg.pinv(held.T) @ held.T
-    for _ in range(20_000):
-        balls = force.reshape(-1, 3)
-        norms = np.linalg.norm(balls, axis=1)
-        if (norms <= grip[~moving] * (1 + 1e-4)).all():
-            break
-        clipped = balls * np.minimum(1.0, grip[~moving] / np.maximum(norms, 1e-300))[:, None]
-        force = force + null @ (clipped.ravel() - force)
-    assert (np.linalg.norm(force.reshape(-1, 3), axis=1) <= grip[~moving] * (1 + 1e-3)).all()
+    force = floor.work.rows.multiplier[: 3 * n].reshape(n, 3)
+    caused = driving + np.einsum("idk,id->k", rows, force)
+    np.testing.assert_allclose(mass @ out[:n], caused, rtol=0, atol=1e-9 * np.abs(driving).max())
+    assert_coulomb(force, rows @ out[:n], MU * masses * G, 1e-7 * pull)

@@ -7,12 +7,12 @@ from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.constraints import prepare
-from magfold_env.engine.contact.equalities import solve_equalities
+from magfold_env.engine.contact.equalities import solve_passive
 from magfold_env.engine.elementary import square
 from magfold_env.engine.friction import law
-from magfold_env.engine.friction.held import first_accelerations
+from magfold_env.engine.friction.sticking import first_accelerations
 from magfold_env.engine.state import Array, Model, State, Work, copy
-from magfold_env.engine.stepping.dynamics import apply_multipliers, rate_of, respond
+from magfold_env.engine.stepping.dynamics import apply_multipliers, fill_friction, rate_of
 
 # Shares of tolerance times side that a component may still slide by: to be put to rest, and to
 # have its stopping watched; and to turn back from rest.
@@ -40,27 +40,25 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     find_motion(lo, model, state, work, out)
     find_braking(lo, model, state, work, out)
     copy(state.v, work.friction.before, 0)
-    state.clock[at.BRAKE] = first_stop(lo, model, work)
     anew = False
     while some_move(lo, model, work):
         anew = True
         if put_to_rest(model, state, work, rows):
             first_accelerations(model, state, work, out)
-            dropped = drop_unheld(lo, model, state, work, out)
+            dropped = drop_loose(lo, model, state, work, out)
             articulated.centre_velocities(
                 lo, model.bodies, work.pose, state.v, work.centres.vx, work.centres.vy
             )
             if not dropped:
-                state.clock[at.BRAKE] = first_stop(lo, model, work)
-                return anew
+                break
         else:
             for i in range(lo, model.n):
                 work.friction.motion[i] = GOES_ON
         copy(work.friction.before, state.v, 0)
         work.rows.counts[at.ALL_ROWS] = rows
         if not some_move(lo, model, work):
-            state.clock[at.BRAKE] = first_stop(lo, model, work)
             first_accelerations(model, state, work, out)
+    state.clock[at.BRAKE] = first_stop(lo, model, work)
     return anew
 
 
@@ -106,7 +104,7 @@ def some_move(lo: int, model: Model, work: Work) -> bool:
 
 
 @kernel
-def drop_unheld(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> bool:
+def drop_loose(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> bool:
     """Let those go on that friction does not hold, but for those that turn back; whether any.
 
     A component turns back if from rest it accelerates against its velocity before, which is in
@@ -136,39 +134,24 @@ def drop_unheld(lo: int, model: Model, state: State, work: Work, acceleration: A
 
 
 @kernel
-def creeps(model: Model, state: State, work: Work, acceleration: Array) -> bool:
+def is_creeping(model: Model, state: State, work: Work, acceleration: Array) -> bool:
     """Whether a component hardly moves, and what drives it is of the order of its friction.
 
     Its friction turns with its velocity within far less than a step, which steps that do not
     solve for friction cannot follow. Needs the centres' velocities in ``work``.
     """
-    lo = state.counter[at.LO]
-    if not any_creeper(lo, model, state, work):
-        return False
-    find_motion(lo, model, state, work, acceleration)
-    for i in range(lo, model.n):
-        if is_creeper(model, state, work, i):
-            ax, ay = work.loads.fx[i] + work.centres.ax[i], work.loads.fy[i] + work.centres.ay[i]
-            spin = model.arm * acceleration[i]
-            drive = math.sqrt(ax * ax + ay * ay + spin * spin)
-            if drive * model.bodies.mass[i] < GENTLE * model.grip[i]:
-                return True
-    return False
-
-
-@inlined
-def is_creeper(model: Model, state: State, work: Work, i: int) -> bool:
-    """Whether component i is neither held nor faster than creeping."""
-    if state.stuck[i] == 1:
-        return False
-    return law.slide_of(model, work, state.v, i) < CREEPING * model.tolerance * model.side
-
-
-@inlined
-def any_creeper(lo: int, model: Model, state: State, work: Work) -> bool:
-    """Whether there is any."""
-    for i in range(lo, model.n):
-        if is_creeper(model, state, work, i):
+    found, centres, loads = False, work.centres, work.loads
+    for i in range(state.counter[at.LO], model.n):
+        slide = law.slide_of(model, work, state.v, i)
+        if state.stuck[i] == 1 or not slide < CREEPING * model.tolerance * model.side:
+            continue
+        if not found:
+            find_motion(state.counter[at.LO], model, state, work, acceleration)
+            found = True
+        ax, ay = loads.fx[i] + centres.ax[i], loads.fy[i] + centres.ay[i]
+        spin = model.arm * acceleration[i]
+        drive = math.sqrt(ax * ax + ay * ay + spin * spin)
+        if drive * model.bodies.mass[i] < GENTLE * model.grip[i]:
             return True
     return False
 
@@ -188,13 +171,11 @@ def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
             count += 3
     work.rows.counts[at.ALL_ROWS] = count
     prepare(lo, model, state.v, work)
-    for r in range(rows, count, 3):
-        law.friction_rows(lo, model, work.pose, work, r, work.rows.id[r, 0])
-    respond(lo, model, work, rows, count)
+    fill_friction(lo, model, work)
     for r in range(count):
         work.rows.bias[r] = rate_of(lo, work, r, state.v)
         work.rows.passive[r] = 1
-    solve_equalities(count, work)
+    solve_passive(count, work, work.rows.multiplier)
     if drags_along(lo, model, state, work, count):
         return False
     apply_multipliers(lo, count, work, state.v)

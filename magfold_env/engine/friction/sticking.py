@@ -1,4 +1,4 @@
-"""Which resting components friction holds, when it no longer can, and when a chain is at rest."""
+"""Which resting components stick to the floor, when they tear loose, and when a chain rests."""
 
 import math
 
@@ -17,12 +17,12 @@ from magfold_env.engine.stepping.dynamics import accelerations, apply_multiplier
 SLACK = 0.01  # share of µ g by which a step may end beyond what friction can do
 SLIPPED = 0.03  # and tolerances of a typical rate that it may miss by then
 ROUNDING = 1e-9  # of accelerations, as a share of typical ones
-HELD = 1e-6  # share of µ g: a component that accelerates less is held
+STILL = 1e-6  # share of µ g: a component that accelerates less sticks
 
 
 @kernel
 def first_accelerations(model: Model, state: State, work: Work, out: Array) -> bool:
-    """As `accelerations` at the state itself, and decide which resting components are held.
+    """As `accelerations` at the state itself, and decide which resting components stick.
 
     Marks them in ``state.stuck`` and leaves only their rows for the stages to come.
     """
@@ -30,10 +30,7 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
     rows = work.rows.counts[at.CONTACTS]
     count = rows
     if model.frictional:
-        articulated.place(lo, model.bodies, state.q, work.pose)
-        articulated.centre_velocities(
-            lo, model.bodies, work.pose, state.v, work.centres.vx, work.centres.vy
-        )
+        law.find_velocities(lo, model, state, work)
         for i in range(lo, n):
             state.stuck[i] = 0
             if law.speed(model, work, state.v, i) <= law.AT_REST:
@@ -52,7 +49,7 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
     keep = rows
     for r in range(rows, count, 3):
         i = work.rows.id[r, 0]
-        if acceleration_left(count, work, r) < HELD * model.grip[i] / model.bodies.mass[i]:
+        if acceleration_left(count, work, r) < STILL * model.grip[i] / model.bodies.mass[i]:
             state.stuck[i] = 1
             work.rows.id[keep, 0] = i
             keep += 3
@@ -77,8 +74,7 @@ def within_grip(model: Model, work: Work) -> bool:
     """Whether friction can supply all the forces that would hold the candidates."""
     lam = work.rows.multiplier
     for r in range(work.rows.counts[at.CONTACTS], work.rows.counts[at.ALL_ROWS], 3):
-        size = math.sqrt(square(lam[r]) + square(lam[r + 1]) + square(lam[r + 2]))
-        if size > model.grip[work.rows.id[r, 0]]:
+        if law.size_of(lam, r) > model.grip[work.rows.id[r, 0]]:
             return False
     return True
 
@@ -109,7 +105,7 @@ def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
             square(work.loads.fx[i]) + square(work.loads.fy[i]) + square(model.arm * change[i])
         )
         most = model.grip[i] / bodies.mass[i]
-        if size > max(HELD * most, min(SLACK * most, missed)):
+        if size > max(STILL * most, min(SLACK * most, missed)):
             return True
     return False
 
@@ -126,14 +122,15 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
     lo, n = state.counter[at.LO], model.n
     free = is_free(lo, model)
     if model.frictional:
-        held = True
+        sticks = True
         for i in range(lo, n):
-            held = held and state.stuck[i] == 1
-        if held:
+            sticks = sticks and state.stuck[i] == 1
+        if sticks:
             state.v[lo:] = 0.0
             return True
     # A pinned chain that nothing holds or pulls turns about its pin as a free one turns in space.
-    spins = free or (model.pinned and not model.frictional and not pulled(model))
+    pulled = model.gravity_x != 0.0 or model.gravity_y != 0.0
+    spins = free or (model.pinned and not model.frictional and not pulled)
     spins = spins and (n > 1 or free)
     slow = 1e-3 * model.tolerance
     turning, speeding_up = relative_motion(lo, n, spins, state.v, acceleration, slow)
@@ -141,7 +138,7 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
     least = max(0.1 * model.tolerance, rounding)
     if turning > slow or speeding_up > least:
         return False
-    if spins and (model.field.present or meets_solid(model, state, work)):
+    if spins and (model.field.present or may_meet_solid(model, state, work)):
         # Where a field acts, or a solid may be met, a chain that moves on as one body may bend
         # again. That of the whole chain which takes a second for a tolerance does not count, for
         # what lies on a solid without friction drifts along it.
@@ -162,22 +159,6 @@ def whole_motion(model: Model, v: Array) -> float:
     """Largest rate or acceleration of the first component and of the base, in sides."""
     n, side = model.n, model.side
     return max(abs(v[0]), abs(v[n]) / side, abs(v[n + 1]) / side)
-
-
-@kernel
-def meets_solid(model: Model, state: State, work: Work) -> bool:
-    """As `ahead.may_meet_solid` of a chain that no tube holds."""
-    articulated.place(0, model.bodies, state.q, work.pose)
-    articulated.centre_velocities(
-        0, model.bodies, work.pose, state.v, work.centres.vx, work.centres.vy
-    )
-    return may_meet_solid(model, state, work)
-
-
-@inlined
-def pulled(model: Model) -> bool:
-    """Whether gravity acts in the plane."""
-    return model.gravity_x != 0.0 or model.gravity_y != 0.0
 
 
 @kernel

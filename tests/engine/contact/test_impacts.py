@@ -1,6 +1,9 @@
 """Random impacts: the engine's velocities after them against an independent projection."""
 
 import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 from magfold_bench.laws.random_scenes import random_word
@@ -121,3 +124,35 @@ def impact_error(seed: int) -> float | None:
     expected, doubt = nearest_admissible(mass, impact.jacobian, before)
     off = after - expected
     return float(np.sqrt(off @ mass @ off / (before @ mass @ before))) if doubt <= CERTAIN else None
+
+
+@pytest.mark.laws
+@pytest.mark.parametrize(
+    "seeds", [range(0, 60, 2), pytest.param(range(400), marks=pytest.mark.weekly)]
+)
+def test_impacts_are_projections(seeds):
+    errors = [impact_error(seed) for seed in seeds]
+    assert max(error for error in errors if error is not None) <= 1e-8
+
+
+@pytest.mark.laws
+@given(seed=st.integers(0, 2**32 - 1))
+def test_impact_lets_nothing_approach_and_gains_no_energy(seed):
+    impact = Impact(seed)
+    after, before = impact.project(), impact.before[impact.free]
+    rate = np.abs(impact.jacobian @ before).max(initial=0.0)
+    # The ridge that picks one of many impulses costs this much where rows nearly repeat.
+    assert (impact.jacobian @ after).min(initial=0.0) >= -1e-8 * rate
+    energy = before @ impact.mass @ before
+    assert after @ impact.mass @ after <= energy * (1 + 1e-12)
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_corners_that_part_slowly_stay_together(seed):
+    impact = Impact(seed)
+    apart = impact.jacobian @ impact.project()
+    rate = np.abs(impact.jacobian @ impact.before[impact.free]).max(initial=0.0)
+    after = impact.jacobian @ impact.project(1e9)
+    assert after.min(initial=0.0) >= -1e-6 * rate
+    slow = (apart > 1e-3 * rate) & (np.arange(len(apart)) >= impact.stops)
+    np.testing.assert_allclose(after[slow], 0.0, rtol=0, atol=1e-6 * rate)
