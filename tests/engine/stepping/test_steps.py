@@ -10,7 +10,7 @@ from magfold_bench.laws.along_folds import SteppedSession, follow
 from magfold_bench.laws.dense import look_inside
 from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.designer.annealing import sequence_of_signs, stable_signs
-from magfold_env.engine.chain import articulated, feed
+from magfold_env.engine.chain import articulated, tube
 from magfold_env.engine.stepping import chebyshev, stages
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.ensembles.releases import generator, release
@@ -86,7 +86,7 @@ def stepped(seed, masses):
     state, work = new_state(model, rng.uniform(-3.0, 3.0, n)), new_work(model)
     work.stages.new_v[:] = rng.normal(0.0, 50.0, n + 2)
     work.stages.v[:] = rng.normal(0.0, 10.0, n + 2)
-    feed.place_all(0, model, state.q, work.pose)
+    tube.place_all(0, model, state.q, work.pose)
     articulated.centre_velocities(
         0, model.bodies, work.pose, work.stages.new_v, work.centres.vx, work.centres.vy
     )
