@@ -109,13 +109,8 @@ def is_at_stop(model: Model, state: State) -> bool:
 def borne(model: Model, state: State, force: float) -> float:
     """Of the force that keeps the base's speed, what the drive bears [N]: its stop may help it."""
     most = ledger.most_force(model, state)
-    return most if force > most and is_kept_by_stop(model, state) else force
-
-
-@inlined
-def is_kept_by_stop(model: Model, state: State) -> bool:
-    """Whether the pusher's stop may keep the base from being drawn in."""
-    return state.v[model.n] == 0.0 and is_at_stop(model, state)
+    helped = force > most and state.v[model.n] == 0.0 and is_at_stop(model, state)
+    return most if helped else force
 
 
 @inlined
@@ -181,9 +176,8 @@ def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew:
     if not slips(state):
         if anew:
             work.stages.drive[0] = needed_force(lo, model, work, acceleration)
-        force, most = float(work.stages.drive[0]), ledger.most_force(model, state)
-        if force > most and is_kept_by_stop(model, state):
-            return True  # the stop bears the rest
+        force = borne(model, state, float(work.stages.drive[0]))
+        most = ledger.most_force(model, state)
         if abs(force) > most:
             slip(model, state, work, force)
             return False
@@ -212,13 +206,11 @@ def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew:
 @kernel
 def time_to_change(model: Model, state: State, acceleration: Array) -> float:
     """Time until a drive that slips comes to its next mark, or to the speed asked for [s]."""
-    n = model.n
-    x, v, a = state.q[n], state.v[n], acceleration[n]
-    soonest = math.inf
+    v, a, soonest = state.v[model.n], acceleration[model.n], math.inf
     behind = state.feed[at.ASKED] - v
     if behind * a > 0.0:
         soonest = behind / a
-    gap = state.feed[at.NEXT] - x
+    gap = state.feed[at.NEXT] - state.q[model.n]
     if math.isfinite(gap):
         sign = math.copysign(1.0, gap)
         soonest = min(soonest, time_across(abs(gap), sign * v, sign * a)[0])

@@ -115,13 +115,10 @@ def keep_if_left_alone(
     model: Model, state: State, work: Work, end: Array, velocity: Array, time: float
 ) -> None:
     """As `keep_momentum` if nothing from outside acts but gravity, for so long."""
-    lo = state.counter[at.LO]
-    if model.frictional or model.field.present or not is_free(lo, model):
-        return
-    if held_or_walled(model, work):
+    if model.frictional or model.field.present:
         return
     push = 0.0
-    for i in range(lo, model.n):
+    for i in range(model.n):
         push += model.bodies.mass[i] * time
     push_x, push_y = push * model.gravity_x, push * model.gravity_y
     keep_momentum(model, state, work, end, velocity, push_x, push_y, 0.0)
@@ -140,6 +137,8 @@ def keep_momentum(
     moved as one rigid body, so no gap closes faster or slower.
     """
     n, lo = model.n, state.counter[at.LO]
+    if not is_free(lo, model) or held_or_walled(model, work):
+        return
     before_x, before_y, before, _ = momentum(lo, model, state.q, state.v, work)
     after_x, after_y, after, inertia = momentum(lo, model, end, velocity, work)
     x, y, mass = centre_of_mass(lo, model, work)

@@ -64,18 +64,10 @@ def whole_mass(model: Model) -> float:
 
 @kernel
 def lie_in_tube(offsets: Array, length: Array, headings: Array, depth: Array) -> None:
-    """Find how held chains lie whose hinges are so far from the tube's axis [m].
+    """Find how held chains lie whose hinges are so far from the tube's axis (m, n + 1) [m].
 
-    Parameters
-    ----------
-    offsets
-        Of the hinges, the inner end first [m], shape (m, n + 1).
-    length
-        From hinge to hinge [m], shape (n,).
-    headings
-        Filled in [rad], shape (m, n).
-    depth
-        Filled in with how long the chains are along the tube [m], shape (m,).
+    ``length`` (n,) is from hinge to hinge [m]. Fills in the headings (m, n) [rad] and how long the
+    chains are along the tube (m,) [m].
     """
     for row in range(offsets.shape[0]):
         depth[row] = 0.0

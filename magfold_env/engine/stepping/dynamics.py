@@ -14,7 +14,7 @@ from magfold_env.engine.contact import boxes, jacobian
 from magfold_env.engine.contact.complementarity import solve_nonnegative
 from magfold_env.engine.friction import law
 from magfold_env.engine.magnets import chain, outer_field
-from magfold_env.engine.state import Array, Model, State, Work
+from magfold_env.engine.state import Array, IntArray, Model, State, Work
 
 
 @inlined
@@ -67,18 +67,21 @@ def find_pull(first: int, lo: int, model: Model, work: Work) -> None:
 
 
 @inlined
-def unconstrained(lo: int, model: Model, work: Work, out: Array) -> None:
-    """Accelerations (n + 2,) under these forces alone; leaves articulated inertias behind."""
-    bodies, pose, scratch, base = model.bodies, work.pose, work.chain, base_mass(lo, model, work)
-    articulated.factor(lo, bodies, pose, scratch.unlocked, scratch)
-    articulated.solve(lo, bodies, pose, scratch.unlocked, base, scratch.force, out, scratch)
+def unconstrained(lo: int, model: Model, work: Work, lock: IntArray, out: Array) -> None:
+    """Accelerations (n + 2,) under these forces alone; leaves articulated inertias behind.
+
+    Joints whose ``lock`` is not 0 do not turn.
+    """
+    base = base_mass(lo, model, work)
+    articulated.factor(lo, model.bodies, work.pose, lock, work.chain)
+    articulated.solve(lo, model.bodies, work.pose, lock, base, work.chain.force, out, work.chain)
 
 
 @kernel
 def smooth_accelerations(lo: int, model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
     """Accelerations (n + 2,) under magnets, gravity and sliding friction alone."""
     smooth_forces(lo, model, q, v, work)
-    unconstrained(lo, model, work, out)
+    unconstrained(lo, model, work, work.chain.unlocked, out)
 
 
 @inlined
@@ -88,10 +91,7 @@ def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> b
     The components between them then move as rigid bodies, and no constraint has to be solved
     for. Returns whether every stop presses, which is the condition; the multipliers say how much.
     """
-    lo = state.counter[at.LO]
-    bodies, pose, base = model.bodies, work.pose, base_mass(lo, model, work)
-    articulated.factor(lo, bodies, pose, state.lock, work.chain)
-    articulated.solve(lo, bodies, pose, state.lock, base, work.chain.force, out, work.chain)
+    unconstrained(state.counter[at.LO], model, work, state.lock, out)
     for r in range(work.rows.counts[at.JOINT_STOPS]):
         k, sign = work.rows.id[r, 0], work.rows.id[r, 1]
         work.rows.multiplier[r] = -sign * work.chain.hold[k]
@@ -174,7 +174,7 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
     work.rows.counts[at.SOLVED] = work.rows.counts[at.ALL_ROWS]
     if is_free and rigid_accelerations(model, state, work, out):
         return True
-    unconstrained(lo, model, work, out)
+    unconstrained(lo, model, work, work.chain.unlocked, out)
     fill_rows(lo, model, v, work)
     rows, count = work.rows.counts[at.CONTACTS], work.rows.counts[at.ALL_ROWS]
     for r in range(count):

@@ -15,13 +15,12 @@ from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import articulated, feed, ledger
 from magfold_env.engine.chain.momentum import (
-    held_or_walled,
     keep_momentum,
     kinetic_of,
     momentum_along,
     outer_force,
 )
-from magfold_env.engine.chain.tube import is_free, is_partly_out, place_all
+from magfold_env.engine.chain.tube import is_partly_out, place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import events, sweep
 from magfold_env.engine.contact.complementarity import solve_nonnegative
@@ -68,7 +67,7 @@ def moreau_step(
     if model.frictional and mark_slow(lo, model, state, work):
         dynamics.smooth_forces(lo, model, state.q, state.v, work)
         state.counter[at.EVALUATIONS] += 1
-    dynamics.unconstrained(lo, model, work, moreau.smooth)
+    dynamics.unconstrained(lo, model, work, work.chain.unlocked, moreau.smooth)
     state.counter[at.STEPS] += 1
     remaining = until - state.clock[at.TIME]
     outcome, h, next_step = find_step(model, state, work, remaining, rattles)
@@ -267,11 +266,10 @@ def velocity_after(
     articulated.generalise(lo, model.bodies, work.pose, work.loads, moreau.force)
     if not constrain(model, state, moreau.middle_q, middle, work, h, 0.5 * h, near_stop):
         return False
-    if is_free(lo, model) and not held_or_walled(model, work):
-        end = moreau.new_q
-        for k in range(n + 2):
-            end[k] = moreau.middle_q[k] + 0.5 * h * moreau.new_v[k]
-        keep_momentum(model, state, work, end, moreau.new_v, h * push_x, h * push_y, h * twist)
+    end = moreau.new_q
+    for k in range(n + 2):
+        end[k] = moreau.middle_q[k] + 0.5 * h * moreau.new_v[k]
+    keep_momentum(model, state, work, end, moreau.new_v, h * push_x, h * push_y, h * twist)
     return True
 
 

@@ -87,39 +87,15 @@ def energy_at(code: int, model: int, state: int, work: int, x: float) -> float:
 
 @calls_by_address
 def run_chains(
-    code: IntArray,
-    models: IntArray,
-    states: IntArray,
-    works: IntArray,
-    record: int,
-    until: Array,
-    rows: IntArray,
-    outcomes: IntArray,
-    energies: Array,
-    next_row: IntArray,
-) -> int:
-    """`run` some chains, which are taken one by one from a counter that threads share.
+    code: IntArray, models: IntArray, states: IntArray, works: IntArray, record: int,
+    until: Array, rows: IntArray, outcomes: IntArray, energies: Array, next_row: IntArray,
+) -> int:  # fmt: skip
+    """`run` the chains ``rows``, taken one by one from a counter (1,) that threads share.
 
-    Returns how many this thread took.
-
-    Parameters
-    ----------
-    code
-        Addresses of the code for RUN and ENERGY.
-    models, states, works
-        Addresses of what belongs to each chain, (m,).
-    record
-        Address of a record, for all of them: only one chain may be recorded.
-    until
-        Times at which the runs are to pause, (m,) [s].
-    rows
-        The chains to run.
-    outcomes
-        How each run ended, (m,); REACHED: it has not.
-    energies
-        Filled with the energies of chains whose runs ended, (m,) [J].
-    next_row
-        The counter, (1,).
+    Arguments are addresses: of the code for RUN and ENERGY, of what belongs to each chain (m,),
+    and of one record, since only one chain may be recorded. Runs pause at the times ``until`` (m,)
+    [s]. Filled in are how each ended (m,), REACHED if it has not, and the energies (m,) [J] of
+    those that ended. Returns how many chains this thread took.
     """
     taken = 0
     while True:
