@@ -89,7 +89,7 @@ def is_too_much(model: Model, state: State, impulse: float) -> bool:
 
 @inlined
 def drives(model: Model, state: State) -> bool:
-    """Whether the drive moves a chain, part of which is outside, or its stop keeps it."""
+    """Whether the drive moves a chain that is partly outside, or its stop keeps it."""
     return is_partly_out(model, state) and not slips(state)
 
 

@@ -157,8 +157,8 @@ def accelerate_blocks(bodies: Bodies, base_x: float, base_y: float, blocks: Arra
 def accelerate_lanes(bodies: Bodies, base_x: float, base_y: float, lanes: Array) -> None:
     """Do the same for one block (n + 1, SLOTS, LANES).
 
-    That its shape is known tells the compiler how far apart the rows lie; else it would have to
-    allow for their overlapping and do one lane after the other.
+    The compiler must know its shape, and so how far apart the rows lie; else it would have to allow
+    for their overlapping and do one lane after the other.
     """
     if lanes.shape[1] == SLOTS and lanes.shape[2] == LANES:
         _sweep_inwards(bodies, lanes)

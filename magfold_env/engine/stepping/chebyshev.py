@@ -87,7 +87,7 @@ def friction_rate(lo: int, model: Model, state: State, work: Work) -> float:
 def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float) -> bool:
     """Take a step as `stages.stages` does, of friction's ``rate`` [1/s].
 
-    Fills the slopes with those of which `stages.interpolate` makes the cubic.
+    Fills in the slopes from which `stages.interpolate` makes the cubic.
     """
     end, slope_q, slope_v = coordinates(model), work.stages.slope_q, work.stages.slope_v
     count = 2

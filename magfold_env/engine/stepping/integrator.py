@@ -114,7 +114,7 @@ def find_contacts(model: Model, state: State, work: Work) -> int:
 
 @inlined
 def signature(work: Work) -> int:
-    """Return a number that tells what touches from what may touch a step later."""
+    """Return a number that another set of contacts all but surely changes."""
     found = work.rows.counts[at.CONTACTS]
     for r in range(work.rows.counts[at.CONTACTS]):
         for k in range(2 if r < work.rows.counts[at.JOINT_STOPS] else 3):
@@ -264,7 +264,7 @@ def smooth_step(model: Model, state: State, work: Work, record: Record, until: f
     limit = min(longest_step(model, state, work), until - state.clock[at.TIME])
     touching = constraints.note_gaps(model, state, work)
     state.counter[at.STEPS] += 1
-    outcome, h, error, growth = find_step(model, state, work, limit, rate)
+    outcome, h, error, growth = attempt_step(model, state, work, limit, rate)
     if outcome != outcomes.ACCEPTED:
         return outcome
     fraction = events.first_touch(model, state, h, work) if model.contact else 1.0
@@ -280,7 +280,7 @@ def smooth_step(model: Model, state: State, work: Work, record: Record, until: f
     moved = keep_touching(model, state, work) if touching else 0.0
     if moved < 0.0:
         return outcomes.RATTLED
-    go_to_end(model, state, work, record, h, fraction, way, until)
+    accept_step(model, state, work, record, h, fraction, way, until)
     if (fraction < 1.0 or touching) and is_rattle(model, state, fraction, fraction * h):
         return outcomes.RATTLED
     if fraction < 1.0 or moved > STALE:
@@ -292,7 +292,7 @@ def smooth_step(model: Model, state: State, work: Work, record: Record, until: f
 
 
 @kernel
-def find_step(
+def attempt_step(
     model: Model, state: State, work: Work, limit: float, rate: float
 ) -> tuple[int, float, float, float]:
     """Find a step that is exact enough, and that friction which holds holds through.
@@ -360,11 +360,14 @@ def keep_touching(model: Model, state: State, work: Work) -> float:
 
 
 @kernel
-def go_to_end(
+def accept_step(
     model: Model, state: State, work: Work, record: Record, h: float, fraction: float, way: float,
     until: float,
 ) -> None:  # fmt: skip
-    """Make the end of a step, in whose course the base went some ``way`` [m], the state."""
+    """Make the end of a step, in whose course the base went some ``way`` [m], the state.
+
+    What happened within it is recorded and booked.
+    """
     lo, new_q, new_v = state.counter[at.LO], work.stages.new_q, work.stages.new_v
     keep_if_left_alone(model, state, work, new_q, new_v, fraction * h)
     record_step(model, state, work, record, h, fraction)

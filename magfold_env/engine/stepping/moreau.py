@@ -70,7 +70,7 @@ def moreau_step(
     dynamics.unconstrained(lo, model, work, work.chain.unlocked, moreau.smooth)
     state.counter[at.STEPS] += 1
     remaining = until - state.clock[at.TIME]
-    outcome, h, next_step = find_step(model, state, work, remaining, rattles)
+    outcome, h, next_step = attempt_step(model, state, work, remaining, rattles)
     driven = feed.drives(model, state)
     if outcome == outcomes.NO_SOLUTION and driven and state.v[n] != 0.0:
         # The chain cannot move at the speed asked for.
@@ -103,7 +103,7 @@ def moreau_step(
 
 
 @kernel
-def find_step(
+def attempt_step(
     model: Model, state: State, work: Work, remaining: float, rattles: bool
 ) -> tuple[int, float, float]:
     """Find a step that is exact enough, its end into ``work.moreau``.
