@@ -227,38 +227,32 @@ def is_at_mark(state: State) -> bool:
     return state.counter[at.FEEDING] == 1 and way != 0.0 and way * gap <= MARK_WITHIN
 
 
-@inlined
-def aim(model: Model, state: State) -> None:
-    """Note where something next happens to the base, and which way that is."""
-    v = state.v[model.n]
-    state.feed[at.NEXT] = next_mark(model, state)
-    state.feed[at.WAY] = 0.0 if v == 0.0 else math.copysign(1.0, v)
-
-
 @kernel
-def next_mark(model: Model, state: State) -> float:
-    """Where something next happens to a base that moves [m].
+def aim(model: Model, state: State) -> None:
+    """Note where something next happens to the base [m], and which way that is.
 
     On its way out it comes to where the outermost held component is released. On its way in it
     comes to whole diagonals inside the mouth, where components may be held again, and to where the
     feed has gone back all its way. Magnets that act outside only are lost and won at whole
     diagonals, the mouth itself included.
     """
-    n, i = model.n, state.counter[at.LO] - 1
-    x, diagonal = float(state.q[n]), float(model.bodies.length[i])
+    i = state.counter[at.LO] - 1
+    x, v, diagonal = float(state.q[model.n]), state.v[model.n], float(model.bodies.length[i])
     whole = 0
-    if state.v[n] > 0.0:
-        if model.at_mouth and x < 0.0:
-            while -(whole + 1) * diagonal > x:
-                whole += 1
-            return -whole * diagonal
-        _, c = sincos(float(state.q[i]))
-        return diagonal * c
-    if not model.at_mouth:
-        whole = 1
-    while -whole * diagonal >= x:
-        whole += 1
-    return max(-whole * diagonal, x - advance(model, state))
+    if v > 0.0 and model.at_mouth and x < 0.0:
+        while -(whole + 1) * diagonal > x:
+            whole += 1
+        mark = -whole * diagonal
+    elif v > 0.0:
+        mark = diagonal * sincos(float(state.q[i]))[1]
+    else:
+        if not model.at_mouth:
+            whole = 1
+        while -whole * diagonal >= x:
+            whole += 1
+        mark = max(-whole * diagonal, x - advance(model, state))
+    state.feed[at.NEXT] = mark
+    state.feed[at.WAY] = 0.0 if v == 0.0 else math.copysign(1.0, v)
 
 
 @kernel
@@ -278,7 +272,7 @@ def pass_mark(model: Model, state: State, work: Work) -> None:
     state.counter[at.FRESH] = 1
     if inward and is_at_stop(model, state):
         stop(model, state, work)
-    while inward and fits(model, state):
+    while inward and lies_in_tube(model, state):
         hold(model, state, work)
 
 
@@ -291,13 +285,13 @@ def stop(model: Model, state: State, work: Work) -> None:
 
 
 @inlined
-def fits(model: Model, state: State) -> bool:
+def lies_in_tube(model: Model, state: State) -> bool:
     """Whether the innermost free component lies in the tube as it may be held."""
-    i, n = state.counter[at.LO], model.n
-    if not 0 < i < n:
+    if not is_partly_out(model, state):
         return False
-    deep = float(state.q[n]) <= -float(model.bodies.length[i])
-    return deep and abs(float(state.q[i])) <= STRAIGHT
+    i = state.counter[at.LO]
+    deep = state.q[model.n] <= -model.bodies.length[i]
+    return deep and abs(state.q[i]) <= STRAIGHT
 
 
 @kernel

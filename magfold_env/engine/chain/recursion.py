@@ -95,14 +95,8 @@ def accelerate(
 
 
 @inlined
-def only_swings(model: Model) -> bool:
-    """Whether nothing but gravity and its pin acts on the chain, and nothing ever will."""
-    return model.pinned and not (model.magnetic or model.frictional or model.contact)
-
-
-@inlined
 def swing(model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
-    """Accelerations (n + 2,) of such a chain, the shortest way.
+    """Accelerations (n + 2,) of a chain on which nothing but gravity and its pin acts.
 
     A hinge that accelerates upwards is gravity; ``work.loads.torque`` stays zero.
     """

@@ -7,7 +7,7 @@ velocities: Moreau's inelastic impact.
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
-from magfold_env.engine.chain.recursion import only_swings, swing
+from magfold_env.engine.chain.recursion import swing
 from magfold_env.engine.chain.tube import base_mass, place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, jacobian
@@ -161,7 +161,7 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
     Components marked in ``state.stuck`` stay at rest.
     """
     state.counter[at.EVALUATIONS] += 1
-    if only_swings(model):
+    if model.pinned and not (model.magnetic or model.frictional or model.contact):
         swing(model, q, v, work, out)
         return True
     lo = state.counter[at.LO]

@@ -65,9 +65,11 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
     ``until`` at once. REACHED before that time says that the drive gave way and begins anew.
     """
     while state.clock[at.TIME] < until:
-        outcome = keep_limits(model, state, record, turn)
-        if outcome < 0:
-            outcome = find_contacts(model, state, work)
+        if outcomes.out_of_work(model, state):
+            return outcomes.CAPPED
+        if state.counter[at.EVALUATIONS] >= turn or not has_room(record, state, LONGEST_STEP):
+            return outcomes.PAUSED
+        outcome = find_contacts(model, state, work)
         if outcome < 0:
             outcome = find_accelerations(model, state, work)
         if outcome < 0:
@@ -83,16 +85,6 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
 
 
 # --- before a step --------------------------------------------------------------------------
-
-
-@inlined
-def keep_limits(model: Model, state: State, record: Record, turn: int) -> int:
-    """Whether there is work left to do it, and room to record it."""
-    if outcomes.out_of_work(model, state):
-        return outcomes.CAPPED
-    if state.counter[at.EVALUATIONS] >= turn or not has_room(record, state, LONGEST_STEP):
-        return outcomes.PAUSED
-    return outcomes.ACCEPTED
 
 
 @kernel
@@ -227,11 +219,17 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
 
 @kernel
 def note_outcome(model: Model, state: State, outcome: int) -> int:
-    """Note how a step ended, and whether its end can be."""
+    """Note how a step ended, and whether its end can be.
+
+    Something runs away if it turns faster than it can: a feed drives parts that cannot give way.
+    """
+    n = model.n
     if not is_finite(state.v):
         return outcomes.NOT_FINITE
-    if runs_away(model, state):
-        return outcomes.RAN_AWAY
+    limit = model.light_rate + (abs(state.v[n]) + abs(state.v[n + 1])) / model.side
+    for k in range(state.counter[at.LO], n):
+        if model.tube and abs(state.v[k]) > RUNAWAY * limit:
+            return outcomes.RAN_AWAY
     state.counter[at.FRESH] = int(outcome != outcomes.ACCEPTED)
     if outcome != outcomes.ACCEPTED:
         state.clock[at.LAST_STEP] = 0.0
@@ -240,19 +238,6 @@ def note_outcome(model: Model, state: State, outcome: int) -> int:
     if outcome < 0 and is_partly_out(model, state) and state.counter[at.FEEDING] == 0:
         return outcomes.REACHED
     return outcome
-
-
-@kernel
-def runs_away(model: Model, state: State) -> bool:
-    """Whether something turns faster than it can: a feed drives parts that cannot give way."""
-    n = model.n
-    if not model.tube:
-        return False
-    limit = model.light_rate + (abs(state.v[n]) + abs(state.v[n + 1])) / model.side
-    for k in range(state.counter[at.LO], n):
-        if abs(state.v[k]) > RUNAWAY * limit:
-            return True
-    return False
 
 
 @kernel
