@@ -290,8 +290,8 @@ def lies_in_tube(model: Model, state: State) -> bool:
     if not is_partly_out(model, state):
         return False
     i = state.counter[at.LO]
-    deep = state.q[model.n] <= -model.bodies.length[i]
-    return deep and abs(state.q[i]) <= STRAIGHT
+    deep = float(state.q[model.n]) <= -float(model.bodies.length[i])
+    return deep and abs(float(state.q[i])) <= STRAIGHT
 
 
 @kernel
