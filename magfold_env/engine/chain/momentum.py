@@ -115,7 +115,7 @@ def keep_if_left_alone(
     model: Model, state: State, work: Work, end: Array, velocity: Array, time: float
 ) -> None:
     """As `keep_momentum` if nothing from outside acts but gravity, for so long."""
-    if model.frictional or model.field.present:
+    if model.frictional or model.field.present or not is_free(state.counter[at.LO], model):
         return
     push = 0.0
     for i in range(model.n):

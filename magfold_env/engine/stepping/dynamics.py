@@ -154,7 +154,7 @@ def apply_multipliers(lo: int, count: int, work: Work, out: Array) -> None:
                 out[k] += work.rows.response[r, k] * lam
 
 
-@kernel
+@inlined
 def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, out: Array) -> bool:
     """Accelerations (n + 2,) with the constraints of the current step; False if unsolved.
 
@@ -164,6 +164,12 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
     if model.pinned and not (model.magnetic or model.frictional or model.contact):
         swing(model, q, v, work, out)
         return True
+    return constrained(model, state, q, v, work, out)
+
+
+@kernel
+def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out: Array) -> bool:
+    """As `accelerations`, of any chain."""
     lo = state.counter[at.LO]
     if model.frictional:
         # Rounding moves what is held, and must not be taken for sliding.

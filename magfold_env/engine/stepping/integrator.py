@@ -206,7 +206,7 @@ def rest(model: Model, state: State, work: Work, record: Record, until: float) -
 # --- a step ---------------------------------------------------------------------------------
 
 
-@kernel
+@inlined
 def step(model: Model, state: State, work: Work, record: Record, until: float) -> int:
     """Take one step from the state, whose accelerations are in ``work.stages.slope_v[0]``."""
     rattling = state.counter[at.MOREAU_LEFT] > 0
@@ -226,10 +226,11 @@ def note_outcome(model: Model, state: State, outcome: int) -> int:
     n = model.n
     if not is_finite(state.v):
         return outcomes.NOT_FINITE
-    limit = model.light_rate + (abs(state.v[n]) + abs(state.v[n + 1])) / model.side
-    for k in range(state.counter[at.LO], n):
-        if model.tube and abs(state.v[k]) > RUNAWAY * limit:
-            return outcomes.RAN_AWAY
+    if model.tube:
+        limit = model.light_rate + (abs(state.v[n]) + abs(state.v[n + 1])) / model.side
+        for k in range(state.counter[at.LO], n):
+            if abs(state.v[k]) > RUNAWAY * limit:
+                return outcomes.RAN_AWAY
     state.counter[at.FRESH] = int(outcome != outcomes.ACCEPTED)
     if outcome != outcomes.ACCEPTED:
         state.clock[at.LAST_STEP] = 0.0
