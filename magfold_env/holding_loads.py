@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic_core import from_json, to_json
 
-from magfold_env.engine.chain.feed import place_all
+from magfold_env.engine.chain.tube import place_all
 from magfold_env.engine.contact import boxes, jacobian
 from magfold_env.engine.stepping.dynamics import smooth_accelerations
 from magfold_env.engine.workspace import MOST_CONSTRAINED, new_work

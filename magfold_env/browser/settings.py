@@ -11,7 +11,7 @@ from typing import Annotated, NamedTuple
 
 from magfold_env.browser.view import BEFORE, IMPULSE, View
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain import feed
+from magfold_env.engine.chain import tube
 from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes
@@ -251,7 +251,7 @@ def put_start(settings: Settings, model: Model, state: State) -> None:
             before = state.q[k - 1] if k > 1 else -0.0
             state.q[k] = before + start[0, k - 1]
         return
-    feed.lie_in_tube(start, model.bodies.length, settings.headings, settings.depth)
+    tube.lie_in_tube(start, model.bodies.length, settings.headings, settings.depth)
     for k in range(n):
         state.q[k] = settings.headings[0, k]
     state.feed[at.DEPTH] = settings.depth[0]
@@ -293,7 +293,7 @@ def overlap(settings: Settings, model: Model, state: State, work: Work) -> int:
     """
     if settings.choice[MOUNT] == TUBE:
         return 0
-    feed.place_all(0, model, state.q, work.pose)
+    tube.place_all(0, model, state.q, work.pose)
     boxes.place_boxes(0, model, work.pose, work)
     i, j = boxes.first_overlap(model, work)
     if i < 0:

@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
-from magfold_env.engine.chain import feed
+from magfold_env.engine.chain import momentum, tube
 from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets.chain import magnet_energy, potential_energy
@@ -74,8 +74,8 @@ def look(
     )  # fmt: skip
     for k in range(n - 1):
         view.letter[k] = letter(view.heading[k + 1] - view.heading[k])
-    view.energy[KINETIC] = feed.kinetic_of(lo, model, work, q, v)
-    first = feed.place_all(lo, model, q, work.pose)
+    view.energy[KINETIC] = momentum.kinetic_of(lo, model, work, q, v)
+    first = tube.place_all(lo, model, q, work.pose)
     # Of hundreds of frames as the dynamics looks it up, within the magnets' accuracy.
     view.energy[MAGNETIC] = (
         magnet_energy(first, model, work) if frame < 0 else potential_energy(first, model, q, work)
@@ -85,7 +85,7 @@ def look(
     since = time - view.feed[BEFORE]
     view.feed[PUSH] = (impulse - view.feed[IMPULSE]) / since if since > 0.0 else 0.0
     view.feed[TIME] = time
-    view.feed[ADVANCE] = feed.advance(model, state) if lo > 0 else model.bodies.length.sum()
+    view.feed[ADVANCE] = tube.advance(model, state) if lo > 0 else model.bodies.length.sum()
     if frame >= 0:
         view.feed[BEFORE], view.feed[IMPULSE] = time, impulse
 

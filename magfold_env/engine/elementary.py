@@ -204,3 +204,18 @@ def inverse_root(x: float, degree: int) -> float:
             power *= y * y
         y += y * share * (1.0 - power)
     return y
+
+
+@inlined
+def time_across(gap: float, rate: float, acceleration: float) -> tuple[float, float]:
+    """First time t > 0 with r t + a t²/2 = g for a gap g ≥ 0, and the rate then; or ∞ and 0.
+
+    In the form that does not cancel.
+    """
+    root = rate * rate + 2.0 * acceleration * gap
+    if rate < 0.0:
+        if acceleration > 0.0:
+            return (math.sqrt(root) - rate) / acceleration, math.sqrt(root)
+    elif root >= 0.0 and rate + math.sqrt(root) > 0.0:
+        return 2.0 * gap / (rate + math.sqrt(root)), math.sqrt(root)
+    return math.inf, 0.0

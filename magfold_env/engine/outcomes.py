@@ -4,8 +4,8 @@ from magfold_env.engine import entries as at
 from magfold_env.engine.compile.jit import inlined
 from magfold_env.engine.state import Model, State
 
-# One step.
-ACCEPTED, TOUCHED, RATTLED, TOO_SHORT, BROKEN, UNSOLVABLE = range(6)
+# One step, after which the integration goes on; other outcomes end both.
+ACCEPTED, TOUCHED, RATTLED = range(-3, 0)
 
 # An integration.
 REACHED, RESTED, CAPPED, UNDERFLOW, NOT_FINITE, TOO_CROWDED, NO_SOLUTION, PAUSED, JAMMED = range(9)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain.feed import lie_in_tube
+from magfold_env.engine.chain.tube import lie_in_tube
 from magfold_env.engine.compile.by_pointer import POINTERS, code_of, reference
 from magfold_env.engine.outcomes import PAUSED, REACHED, TIMED_OUT
 from magfold_env.engine.state import Array, IntArray, Model, State, Work

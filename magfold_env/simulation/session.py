@@ -11,7 +11,7 @@ import numpy as np
 
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
-from magfold_env.engine.chain import feed
+from magfold_env.engine.chain import feed, tube
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.state import Array, Model
 from magfold_env.fold import Fold, FoldStatus
@@ -142,7 +142,7 @@ class Session:
     @property
     def advance(self) -> float:
         """Advance of the feed [m], at least 0; it has no meaning once all components are out."""
-        return float(feed.advance(self._model, self._state))
+        return float(tube.advance(self._model, self._state))
 
     @property
     def time(self) -> float:
@@ -357,7 +357,7 @@ class Session:
         if headings.max() - headings.min() < 0.5 * math.pi and len(model.obstacles) == 0:
             # Along the line midway between the headings, each square is between its hinges.
             return
-        feed.place_all(0, model, self._state.q, work.pose)
+        tube.place_all(0, model, self._state.q, work.pose)
         boxes.place_boxes(0, model, work.pose, work)
         i, j = boxes.first_overlap(model, work)
         if i < 0:

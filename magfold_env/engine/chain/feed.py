@@ -1,22 +1,24 @@
-"""The tube: which components it holds, where they are, and what happens when one is released.
+"""The feed: the drive that moves the base, and what happens where the base comes to.
 
-The mouth is at the origin and the feed along +x. Components before ``lo`` are held: they keep
-their headings, with which every casing is within the bore, and move with the base. The outermost
-of them is ``lo − 1``, and its outer hinge is the base. It is released when its inner hinge passes
-the mouth on the way out. A feed that turns back draws free components in: each is held again where
-its inner hinge is a whole number of diagonals inside, if it lies straight enough; else it stays
-free, between the walls. Once all are out there is nothing left that could draw them in.
+A held component is released when its inner hinge passes the mouth on the way out. A feed that
+turns back draws free components in: each is held again where its inner hinge is a whole number of
+diagonals inside, if it lies straight enough; else it stays free, between the walls. Once all are
+out there is nothing left that could draw them in.
+
+The drive keeps the speed asked for while that takes no more than it can give; else it slips: it
+gives what it can, and the base moves by itself.
 """
 
 import math
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated, ledger
+from magfold_env.engine.chain.momentum import kinetic, spread
+from magfold_env.engine.chain.tube import advance, charged, is_partly_out, place_all, whole_mass
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.contact.boxes import first_box
-from magfold_env.engine.elementary import direction, sincos
+from magfold_env.engine.elementary import sincos, time_across
 from magfold_env.engine.magnets.chain import potential_energy
-from magfold_env.engine.state import Array, Model, Pose, State, Work
+from magfold_env.engine.state import Array, Model, State, Work
 
 STRAIGHT = 0.2  # [rad] of the heading of a component that may be held again
 NOWHERE = 1e-9  # of the side: a feed that has gone no farther is where it was at first
@@ -27,109 +29,15 @@ MARK_WITHIN = 1e-10  # [m]
 SOONEST = 1e-8  # [s] in which a drive that slips is not looked at again
 
 
-@inlined
-def is_free(lo: int, model: Model) -> bool:
-    """Whether the base moves by itself."""
-    return not model.pinned and not (model.tube and lo > 0)
-
-
-@inlined
-def base_mass(lo: int, model: Model, work: Work) -> float:
-    """Return the mass of the base, see `articulated.solve`."""
-    if is_free(lo, model):
-        return articulated.FREE
-    carried = work.chain.base[at.CARRIED]
-    return carried if carried > 0.0 else articulated.DRIVEN
-
-
-@inlined
-def coordinates(model: Model) -> int:
-    """Return how many coordinates may change: a pinned base, the last two, stays where it is."""
-    return model.n if model.pinned else model.n + 2
-
-
-@inlined
-def charged(model: Model, i: int) -> bool:
-    """Whether component i has any magnet."""
-    return (
-        model.charge[i, 0] != 0.0
-        or model.charge[i, 1] != 0.0
-        or model.charge[i, 2] != 0.0
-        or model.charge[i, 3] != 0.0
-    )
-
-
-@kernel
-def lie_in_tube(offsets: Array, length: Array, headings: Array, depth: Array) -> None:
-    """Find how held chains lie whose hinges are so far from the tube's axis [m].
-
-    Parameters
-    ----------
-    offsets
-        Of the hinges, the inner end first [m], shape (m, n + 1).
-    length
-        From hinge to hinge [m], shape (n,).
-    headings
-        Filled in [rad], shape (m, n).
-    depth
-        Filled in with how long the chains are along the tube [m], shape (m,).
-    """
-    for row in range(offsets.shape[0]):
-        depth[row] = 0.0
-        for i in range(length.size):
-            rise = offsets[row, i + 1] - offsets[row, i]
-            along = math.sqrt(length[i] * length[i] - rise * rise)
-            headings[row, i] = direction(along, rise)
-            depth[row] += along
-
-
-@kernel
-def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
-    """Fill ``pose`` for the free components and the held ones that matter.
-
-    Those are the outermost two, which others may touch, and all whose magnets act: where magnets
-    act only outside, the charged ones next to them. Returns the first component whose magnets act.
-    """
-    articulated.place(lo, model.bodies, q, pose)
-    n = model.n
-    first = lo
-    x, y = q[n], q[n + 1]
-    for i in range(lo - 1, -1, -1):
-        acts = first == i + 1 and model.magnetic and (not model.at_mouth or charged(model, i))
-        if not acts and i < first_box(lo):
-            break
-        s, c = sincos(q[i])
-        x -= model.bodies.length[i] * c
-        y -= model.bodies.length[i] * s
-        pose.cos[i] = c
-        pose.sin[i] = s
-        pose.x[i] = x + model.bodies.reach[i] * c
-        pose.y[i] = y + model.bodies.reach[i] * s
-        if acts:
-            first = i
-    return first
-
-
-@inlined
-def advance(model: Model, state: State) -> float:
-    """How far the feed has gone [m]: where the innermost hinge is, from where it was at first."""
-    x = float(state.q[model.n] + state.feed[at.DEPTH])
-    for i in range(state.counter[at.LO]):
-        _, c = sincos(float(state.q[i]))
-        x -= model.bodies.length[i] * c
-    return x
-
-
 @kernel
 def begin(model: Model, state: State, work: Work) -> None:
-    """Tell the drive what is asked of it, and find the base's next mark."""
+    """Have the drive do what is asked of it, and find the base's next mark."""
     n, lo, slipped = model.n, state.counter[at.LO], state.counter[at.SLIPPING]
     speed = float(state.speed[lo - 1])
-    if speed <= 0.0 and is_at_stop(model, state):
-        # No drive moves the stop.
-        speed = 0.0
-        state.counter[at.SLIPPING] = 0
-    if lo == n:
+    stopped = speed <= 0.0 and is_at_stop(model, state)
+    if stopped:
+        speed = 0.0  # no drive moves the stop
+    if stopped or lo == n:
         state.counter[at.SLIPPING] = 0
     state.feed[at.ASKED] = speed
     jump = speed - state.v[n]
@@ -157,15 +65,6 @@ def begin(model: Model, state: State, work: Work) -> None:
 
 
 @kernel
-def whole_mass(model: Model) -> float:
-    """Mass of the chain [kg]."""
-    total = 0.0
-    for i in range(model.n):
-        total += model.bodies.mass[i]
-    return total
-
-
-@kernel
 def carry_on(model: Model, state: State, work: Work, until: float) -> None:
     """Move a chain that is all inside, at which only gravity and an outer field pull."""
     before = potential_of(model, state, work) if model.field.present else 0.0
@@ -184,14 +83,14 @@ def carry_on(model: Model, state: State, work: Work, until: float) -> None:
 @inlined
 def is_too_much(model: Model, state: State, impulse: float) -> bool:
     """Whether the drive gives way to an impulse [N·s]; with nothing outside yet it never does."""
-    outside = state.counter[at.LO] < model.n
-    return outside and abs(impulse) > ledger.most_force(model, state) * ledger.MEAN_OVER
+    most = ledger.most_force(model, state) * ledger.MEAN_OVER
+    return state.counter[at.LO] < model.n and abs(impulse) > most
 
 
 @inlined
 def drives(model: Model, state: State) -> bool:
-    """Whether the drive moves a chain, part of which is outside, or its stop keeps it."""
-    return 0 < state.counter[at.LO] < model.n and not slips(state)
+    """Whether the drive moves a chain that is partly outside, or its stop keeps it."""
+    return is_partly_out(model, state) and not slips(state)
 
 
 @inlined
@@ -210,13 +109,8 @@ def is_at_stop(model: Model, state: State) -> bool:
 def borne(model: Model, state: State, force: float) -> float:
     """Of the force that keeps the base's speed, what the drive bears [N]: its stop may help it."""
     most = ledger.most_force(model, state)
-    return most if force > most and is_kept_by_stop(model, state) else force
-
-
-@inlined
-def is_kept_by_stop(model: Model, state: State) -> bool:
-    """Whether the pusher's stop may keep the base from being drawn in."""
-    return state.v[model.n] == 0.0 and is_at_stop(model, state)
+    helped = force > most and state.v[model.n] == 0.0 and is_at_stop(model, state)
+    return most if helped else force
 
 
 @inlined
@@ -232,13 +126,13 @@ def note_step(state: State, work: Work, impulse: float, way: float) -> None:
 @kernel
 def carry(model: Model, state: State, work: Work) -> None:
     """Let the components that the tube holds go along with the base while the drive slips."""
-    carried = 0.0
+    carried, force = 0.0, 0.0
     if slips(state):
+        force = state.counter[at.SLIPPING] * ledger.most_force(model, state)
         for i in range(state.counter[at.LO]):
             carried += model.bodies.mass[i]
     work.chain.base[at.CARRIED] = carried
-    force = state.counter[at.SLIPPING] * ledger.most_force(model, state)
-    work.chain.base[at.DRIVE] = force if slips(state) else 0.0
+    work.chain.base[at.DRIVE] = force
 
 
 @kernel
@@ -270,17 +164,6 @@ def needed_force(lo: int, model: Model, work: Work, acceleration: Array) -> floa
     return force - work.chain.force[n] - work.chain.base[at.PULL]
 
 
-@inlined
-def momentum_along(lo: int, model: Model, work: Work, v: Array) -> float:
-    """Momentum of the free components along the tube [N·s]; needs the pose."""
-    bodies, pose = model.bodies, work.pose
-    total, hinge = 0.0, v[model.n]
-    for i in range(lo, model.n):
-        total += bodies.mass[i] * (hinge - bodies.reach[i] * pose.sin[i] * v[i])
-        hinge -= bodies.length[i] * pose.sin[i] * v[i]
-    return total
-
-
 @kernel
 def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew: bool) -> bool:
     """Whether the drive goes on as it does, slipping or not; else it is to begin anew.
@@ -293,9 +176,8 @@ def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew:
     if not slips(state):
         if anew:
             work.stages.drive[0] = needed_force(lo, model, work, acceleration)
-        force, most = float(work.stages.drive[0]), ledger.most_force(model, state)
-        if force > most and is_kept_by_stop(model, state):
-            return True  # the stop bears the rest
+        force = borne(model, state, float(work.stages.drive[0]))
+        most = ledger.most_force(model, state)
         if abs(force) > most:
             slip(model, state, work, force)
             return False
@@ -324,20 +206,14 @@ def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew:
 @kernel
 def time_to_change(model: Model, state: State, acceleration: Array) -> float:
     """Time until a drive that slips comes to its next mark, or to the speed asked for [s]."""
-    n = model.n
-    x, v, a = state.q[n], state.v[n], acceleration[n]
-    soonest = math.inf
+    v, a, soonest = state.v[model.n], acceleration[model.n], math.inf
     behind = state.feed[at.ASKED] - v
     if behind * a > 0.0:
         soonest = behind / a
-    gap = state.feed[at.NEXT] - x
+    gap = state.feed[at.NEXT] - state.q[model.n]
     if math.isfinite(gap):
-        root = v * v + 2.0 * a * gap
-        if root >= 0.0:
-            # The first t > 0 with v t + a t²/2 = gap, in the form that does not cancel.
-            way = math.copysign(math.sqrt(root), gap)
-            if (v + way) * gap > 0.0:
-                soonest = min(soonest, 2.0 * gap / (v + way))
+        sign = math.copysign(1.0, gap)
+        soonest = min(soonest, time_across(abs(gap), sign * v, sign * a)[0])
     return max(soonest, SOONEST)
 
 
@@ -351,38 +227,32 @@ def is_at_mark(state: State) -> bool:
     return state.counter[at.FEEDING] == 1 and way != 0.0 and way * gap <= MARK_WITHIN
 
 
-@inlined
-def aim(model: Model, state: State) -> None:
-    """Note where something next happens to the base, and which way that is."""
-    v = state.v[model.n]
-    state.feed[at.NEXT] = next_mark(model, state)
-    state.feed[at.WAY] = 0.0 if v == 0.0 else math.copysign(1.0, v)
-
-
 @kernel
-def next_mark(model: Model, state: State) -> float:
-    """Where something next happens to a base that moves [m].
+def aim(model: Model, state: State) -> None:
+    """Note where something next happens to the base [m], and which way that is.
 
     On its way out it comes to where the outermost held component is released. On its way in it
     comes to whole diagonals inside the mouth, where components may be held again, and to where the
     feed has gone back all its way. Magnets that act outside only are lost and won at whole
     diagonals, the mouth itself included.
     """
-    n, i = model.n, state.counter[at.LO] - 1
-    x, diagonal = float(state.q[n]), float(model.bodies.length[i])
+    i = state.counter[at.LO] - 1
+    x, v, diagonal = float(state.q[model.n]), state.v[model.n], float(model.bodies.length[i])
     whole = 0
-    if state.v[n] > 0.0:
-        if model.at_mouth and x < 0.0:
-            while -(whole + 1) * diagonal > x:
-                whole += 1
-            return -whole * diagonal
-        _, c = sincos(float(state.q[i]))
-        return diagonal * c
-    if not model.at_mouth:
-        whole = 1
-    while -whole * diagonal >= x:
-        whole += 1
-    return max(-whole * diagonal, x - advance(model, state))
+    if v > 0.0 and model.at_mouth and x < 0.0:
+        while -(whole + 1) * diagonal > x:
+            whole += 1
+        mark = -whole * diagonal
+    elif v > 0.0:
+        mark = diagonal * sincos(float(state.q[i]))[1]
+    else:
+        if not model.at_mouth:
+            whole = 1
+        while -whole * diagonal >= x:
+            whole += 1
+        mark = max(-whole * diagonal, x - advance(model, state))
+    state.feed[at.NEXT] = mark
+    state.feed[at.WAY] = 0.0 if v == 0.0 else math.copysign(1.0, v)
 
 
 @kernel
@@ -402,7 +272,7 @@ def pass_mark(model: Model, state: State, work: Work) -> None:
     state.counter[at.FRESH] = 1
     if inward and is_at_stop(model, state):
         stop(model, state, work)
-    while inward and fits(model, state):
+    while inward and lies_in_tube(model, state):
         hold(model, state, work)
 
 
@@ -415,12 +285,12 @@ def stop(model: Model, state: State, work: Work) -> None:
 
 
 @inlined
-def fits(model: Model, state: State) -> bool:
+def lies_in_tube(model: Model, state: State) -> bool:
     """Whether the innermost free component lies in the tube as it may be held."""
-    i, n = state.counter[at.LO], model.n
-    if not 0 < i < n:
+    if not is_partly_out(model, state):
         return False
-    deep = float(state.q[n]) <= -float(model.bodies.length[i])
+    i = state.counter[at.LO]
+    deep = float(state.q[model.n]) <= -float(model.bodies.length[i])
     return deep and abs(float(state.q[i])) <= STRAIGHT
 
 
@@ -464,15 +334,8 @@ def release(model: Model, state: State) -> None:
     The base moves to its inner hinge, which is now at the mouth or, if the drive slips, a little
     beyond.
     """
-    n, i = model.n, state.counter[at.LO] - 1
-    s, c = sincos(float(state.q[i]))
-    state.q[n] -= model.bodies.length[i] * c
-    state.q[n + 1] -= model.bodies.length[i] * s
-    state.v[i] = 0.0
-    state.lock[i] = 0
-    state.stuck[i] = 0
-    state.counter[at.LO] = i
-    state.counter[at.FRESH] = 1
+    move_base(model, state, state.counter[at.LO] - 1, -1.0)
+    state.counter[at.LO] -= 1
 
 
 @kernel
@@ -482,16 +345,11 @@ def hold(model: Model, state: State, work: Work) -> None:
     It turns no more, and the base moves to its outer hinge.
     """
     n, i = model.n, state.counter[at.LO]
-    s, c = sincos(float(state.q[i]))
-    length, rate = float(model.bodies.length[i]), float(state.v[i])
+    rate = float(state.v[i])
     energy, along = kinetic(i, model, state, work)
-    state.q[n] += length * c
-    state.q[n + 1] += length * s
-    state.v[i] = 0.0
-    state.lock[i] = 0
-    state.stuck[i] = 0
+    x, y = move_base(model, state, i, 1.0)
     state.counter[at.LO] = i + 1
-    jolt(model, state, work, length * s * rate, -length * c * rate)
+    spread(i + 1, model, state, work, -y * rate, x * rate, articulated.DRIVEN)
     new_energy, new_along = kinetic(i + 1, model, state, work)
     impulse = new_along - along
     ledger.note_impulse(state, impulse, float(state.v[n]))
@@ -499,97 +357,34 @@ def hold(model: Model, state: State, work: Work) -> None:
 
 
 @kernel
+def move_base(model: Model, state: State, i: int, way: float) -> tuple[float, float]:
+    """Move the base to the other hinge of component i, outward or inward (1, −1); returns its span.
+
+    The component is then held, or just released: it does not turn.
+    """
+    s, c = sincos(float(state.q[i]))
+    x, y = model.bodies.length[i] * c, model.bodies.length[i] * s
+    state.q[model.n] += way * x
+    state.q[model.n + 1] += way * y
+    state.v[i] = 0.0
+    state.lock[i] = 0
+    state.stuck[i] = 0
+    state.counter[at.FRESH] = 1
+    return x, y
+
+
+@kernel
 def change_speed(model: Model, state: State, work: Work, speed: float) -> None:
-    """Give the base another feed speed [m/s]; the chain outside feels an impulse."""
+    """Give the base another feed speed [m/s]; the chain outside feels an impulse.
+
+    Constraints that it violates are met by the impact at the beginning of the next step.
+    """
     lo, before = state.counter[at.LO], float(state.v[model.n])
-    jump = speed - before
-    if jump == 0.0:
-        state.counter[at.FRESH] = 1
+    state.counter[at.FRESH] = 1
+    if speed == before:
         return
     _, along = kinetic(lo, model, state, work)
     state.v[model.n] = speed
-    jolt(model, state, work, jump, 0.0)
+    spread(lo, model, state, work, before - speed, 0.0, articulated.DRIVEN)
     _, new_along = kinetic(lo, model, state, work)
     ledger.note_impulse(state, new_along - along, 0.5 * (before + speed))
-
-
-@kernel
-def jolt(model: Model, state: State, work: Work, jump_x: float, jump_y: float) -> None:
-    """Let the free components follow a base whose velocity has changed at once [m/s].
-
-    Their velocity becomes the nearest one, in the metric of their mass matrix. Constraints that it
-    violates are met by the impact at the beginning of the next step.
-    """
-    lo, n = state.counter[at.LO], model.n
-    state.counter[at.FRESH] = 1
-    if lo == n or (jump_x == 0.0 and jump_y == 0.0):
-        return
-    place_all(lo, model, state.q, work.pose)
-    spread(lo, model, state, work, -jump_x, -jump_y, articulated.DRIVEN)
-
-
-@kernel
-def bump(model: Model, state: State, work: Work, x: float, y: float) -> None:
-    """Change the velocity of all free components at once [m/s], as far as hinges let them.
-
-    A base that the tube or a pin holds goes on as before.
-    """
-    lo, n = state.counter[at.LO], model.n
-    if lo == n:
-        return
-    energy, along = kinetic(lo, model, state, work)
-    state.stuck[lo:] = 0
-    spread(lo, model, state, work, x, y, base_mass(lo, model, work))
-    new_energy, new_along = kinetic(lo, model, state, work)
-    impulse = 0.0
-    if lo > 0 and not slips(state):
-        impulse = new_along - along
-        for i in range(lo, n):
-            impulse -= model.bodies.mass[i] * x
-        ledger.note_impulse(state, impulse, float(state.v[n]))
-    state.account[at.BUMPED] += new_energy - energy - impulse * state.v[n]
-    state.counter[at.FRESH] = 1
-
-
-@kernel
-def spread(
-    lo: int, model: Model, state: State, work: Work, x: float, y: float, base: float
-) -> None:
-    """Let the chain take up what changes each free component's velocity by so much [m/s].
-
-    ``base`` is the mass of the base, see `articulated.solve`. Needs the pose.
-    """
-    n, bodies, pose, chain, force = model.n, model.bodies, work.pose, work.chain, work.chain.force
-    for i in range(lo, n):
-        work.loads.fx[i] = bodies.mass[i] * x
-        work.loads.fy[i] = bodies.mass[i] * y
-        work.loads.torque[i] = 0.0
-    articulated.generalise(lo, bodies, pose, work.loads, force)
-    articulated.factor(lo, bodies, pose, chain.unlocked, chain)
-    articulated.solve(lo, bodies, pose, chain.unlocked, base, force, force, chain)
-    for k in range(lo, n + 2):
-        state.v[k] += force[k]
-
-
-@kernel
-def kinetic(lo: int, model: Model, state: State, work: Work) -> tuple[float, float]:
-    """Kinetic energy of the chain [J], and its momentum along the tube [N·s]; finds the pose."""
-    energy = kinetic_of(lo, model, work, state.q, state.v)
-    along = momentum_along(lo, model, work, state.v)
-    for i in range(lo):
-        along += model.bodies.mass[i] * state.v[model.n]
-    return energy, along
-
-
-@kernel
-def kinetic_of(lo: int, model: Model, work: Work, q: Array, v: Array) -> float:
-    """Kinetic energy of a chain in such a state [J]; finds the pose and the centres' velocities."""
-    bodies, centres = model.bodies, work.centres
-    place_all(lo, model, q, work.pose)
-    articulated.centre_velocities(lo, bodies, work.pose, v, centres.vx, centres.vy)
-    energy = 0.0
-    for i in range(model.n):
-        vx = centres.vx[i] if i >= lo else v[model.n]
-        vy = centres.vy[i] if i >= lo else v[model.n + 1]
-        energy += bodies.mass[i] * (vx * vx + vy * vy) + bodies.inertia[i] * v[i] * v[i]
-    return 0.5 * energy

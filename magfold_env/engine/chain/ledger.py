@@ -8,6 +8,7 @@ over whole milliseconds of simulated time: impulse over 1 ms, positive outward.
 import math
 
 from magfold_env.engine import entries as at
+from magfold_env.engine.chain.tube import whole_mass
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Model, State
 
@@ -66,14 +67,12 @@ def most_force(model: Model, state: State) -> float:
     """
     if not math.isinf(model.force_limit):
         return model.force_limit
-    mass = 0.0
-    for i in range(model.n):
-        mass += model.bodies.mass[i]
     own = model.rate_scale * model.rate_scale * model.bodies.length[0] + GRAVITY
-    return mass * (LOCKED * own + STRUCK * abs(state.feed[at.ASKED]) / MEAN_OVER)
+    return whole_mass(model) * (LOCKED * own + STRUCK * abs(state.feed[at.ASKED]) / MEAN_OVER)
 
 
 @inlined
-def patience(model: Model) -> float:
-    """Return how long a drive slips until it is jammed [s]."""
-    return MEAN_OVER if math.isinf(model.force_limit) else PATIENCE
+def patience_left(model: Model, state: State) -> float:
+    """Return how much longer a drive may slip until it is jammed [s]."""
+    patience = MEAN_OVER if math.isinf(model.force_limit) else PATIENCE
+    return state.feed[at.SINCE] + patience - state.clock[at.TIME]

@@ -1,30 +1,83 @@
-"""The momentum of a free chain, which only forces from outside change."""
+"""Momenta and kinetic energy of a chain, and what changes its velocities at once.
+
+Only forces from outside change the momenta of a free chain.
+"""
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
-from magfold_env.engine.chain.feed import is_free
+from magfold_env.engine.chain.tube import is_free, place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Array, Model, State, Work
 
 
+@kernel
+def kinetic_of(lo: int, model: Model, work: Work, q: Array, v: Array) -> float:
+    """Kinetic energy of a chain in such a state [J]; finds the pose and the centres' velocities."""
+    bodies, centres = model.bodies, work.centres
+    place_all(lo, model, q, work.pose)
+    articulated.centre_velocities(lo, bodies, work.pose, v, centres.vx, centres.vy)
+    energy = 0.0
+    for i in range(model.n):
+        vx = centres.vx[i] if i >= lo else v[model.n]
+        vy = centres.vy[i] if i >= lo else v[model.n + 1]
+        energy += bodies.mass[i] * (vx * vx + vy * vy) + bodies.inertia[i] * v[i] * v[i]
+    return 0.5 * energy
+
+
 @inlined
-def drop_inertia(lo: int, model: Model, work: Work) -> None:
-    """Leave the forces themselves in the loads, after `smooth_accelerations`."""
+def momentum_along(lo: int, model: Model, work: Work, v: Array) -> float:
+    """Momentum of the free components along the tube [N·s]; needs the pose."""
+    bodies, pose = model.bodies, work.pose
+    total, hinge = 0.0, v[model.n]
     for i in range(lo, model.n):
-        work.loads.fx[i] += model.bodies.mass[i] * work.centres.ax[i]
-        work.loads.fy[i] += model.bodies.mass[i] * work.centres.ay[i]
+        total += bodies.mass[i] * (hinge - bodies.reach[i] * pose.sin[i] * v[i])
+        hinge -= bodies.length[i] * pose.sin[i] * v[i]
+    return total
+
+
+@kernel
+def kinetic(lo: int, model: Model, state: State, work: Work) -> tuple[float, float]:
+    """Kinetic energy of the chain [J], and its momentum along the tube [N·s]; finds the pose."""
+    energy = kinetic_of(lo, model, work, state.q, state.v)
+    along = momentum_along(lo, model, work, state.v)
+    for i in range(lo):
+        along += model.bodies.mass[i] * state.v[model.n]
+    return energy, along
+
+
+@kernel
+def spread(
+    lo: int, model: Model, state: State, work: Work, x: float, y: float, base: float
+) -> None:
+    """Let the chain take up what changes each free component's velocity by so much [m/s].
+
+    Its velocity becomes the nearest one that its hinges let it have, in the metric of the mass
+    matrix. ``base`` is the mass of the base, see `articulated.solve`. Needs the pose.
+    """
+    bodies, pose, chain, force = model.bodies, work.pose, work.chain, work.chain.force
+    for i in range(lo, model.n):
+        work.loads.fx[i] = bodies.mass[i] * x
+        work.loads.fy[i] = bodies.mass[i] * y
+        work.loads.torque[i] = 0.0
+    articulated.generalise(lo, bodies, pose, work.loads, force)
+    articulated.factor(lo, bodies, pose, chain.unlocked, chain)
+    articulated.solve(lo, bodies, pose, chain.unlocked, base, force, force, chain)
+    for k in range(lo, model.n + 2):
+        state.v[k] += force[k]
 
 
 @kernel
 def outer_force(lo: int, model: Model, work: Work) -> tuple[float, float, float]:
-    """Friction and gravity on the whole chain, of loads without inertial forces.
+    """Friction and gravity on the whole chain, after `smooth_accelerations`.
 
     Returns their sum [N] and their torque about the centre of mass [N·m]; what the magnets do to
-    each other cancels in both.
+    each other cancels in both. Leaves the forces themselves, without inertia, in the loads.
     """
     x, y, twist = 0.0, 0.0, 0.0
     centre_x, centre_y, _ = centre_of_mass(lo, model, work)
     for i in range(lo, model.n):
+        work.loads.fx[i] += model.bodies.mass[i] * work.centres.ax[i]
+        work.loads.fy[i] += model.bodies.mass[i] * work.centres.ay[i]
         fx, fy = work.loads.fx[i], work.loads.fy[i]
         x += fx
         y += fy
@@ -62,13 +115,10 @@ def keep_if_left_alone(
     model: Model, state: State, work: Work, end: Array, velocity: Array, time: float
 ) -> None:
     """As `keep_momentum` if nothing from outside acts but gravity, for so long."""
-    lo = state.counter[at.LO]
-    if model.frictional or model.field.present or not is_free(lo, model):
-        return
-    if held_or_walled(model, work):
+    if model.frictional or model.field.present or not is_free(state.counter[at.LO], model):
         return
     push = 0.0
-    for i in range(lo, model.n):
+    for i in range(model.n):
         push += model.bodies.mass[i] * time
     push_x, push_y = push * model.gravity_x, push * model.gravity_y
     keep_momentum(model, state, work, end, velocity, push_x, push_y, 0.0)
@@ -87,6 +137,8 @@ def keep_momentum(
     moved as one rigid body, so no gap closes faster or slower.
     """
     n, lo = model.n, state.counter[at.LO]
+    if not is_free(lo, model) or held_or_walled(model, work):
+        return
     before_x, before_y, before, _ = momentum(lo, model, state.q, state.v, work)
     after_x, after_y, after, inertia = momentum(lo, model, end, velocity, work)
     x, y, mass = centre_of_mass(lo, model, work)

@@ -15,9 +15,7 @@ D is written as a quadratic form, and the way back as a ← E a + b with E and b
 Many chains of the same bodies go side by side, one chain a vector lane: every number becomes a row
 of `LANES` numbers, which the compiler turns into vector instructions without any leave to reorder
 arithmetic. So a chain's accelerations are the same bits in any lane, in any batch and on any number
-of threads. Every sweep begins by checking the shape of its block. That is not only a precaution: it
-tells the compiler how far apart the rows lie; else it would have to allow for their overlapping and
-do one lane after the other.
+of threads.
 """
 
 import numba
@@ -43,15 +41,9 @@ _CACHE_LINE = 8  # numbers
 
 @kernel
 def accelerate(
-    bodies: Bodies,
-    base_x: float,
-    base_y: float,
-    heading: Array,
-    rate: Array,
-    force: Array,
-    scratch: Array,
-    out: Array,
-) -> None:
+    bodies: Bodies, base_x: float, base_y: float, heading: Array, rate: Array, force: Array,
+    scratch: Array, out: Array,
+) -> None:  # fmt: skip
     """Angular accelerations (n,) [rad/s²] under generalised forces ``force`` (n,) [N·m].
 
     ``base_x``, ``base_y`` is the acceleration of the innermost hinge [m/s²]; its negative acts
@@ -103,27 +95,13 @@ def accelerate(
 
 
 @inlined
-def only_swings(model: Model) -> bool:
-    """Whether nothing but gravity and its pin acts on the chain, and nothing ever will."""
-    return model.pinned and not (model.magnetic or model.frictional or model.contact)
-
-
-@inlined
 def swing(model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
-    """Accelerations (n + 2,) of such a chain, the shortest way.
+    """Accelerations (n + 2,) of a chain on which nothing but gravity and its pin acts.
 
     A hinge that accelerates upwards is gravity; ``work.loads.torque`` stays zero.
     """
-    accelerate(
-        model.bodies,
-        -model.gravity_x,
-        -model.gravity_y,
-        q,
-        v,
-        work.loads.torque,
-        work.chain.sweep,
-        out,
-    )
+    x, y = -model.gravity_x, -model.gravity_y
+    accelerate(model.bodies, x, y, q, v, work.loads.torque, work.chain.sweep, out)
     out[model.n] = 0.0
     out[model.n + 1] = 0.0
 
@@ -141,24 +119,12 @@ def new_lanes(chains: int, n: int) -> Array:
 
 
 def accelerate_many(
-    bodies: Bodies,
-    base: tuple[float, float],
-    headings: Array,
-    rates: Array,
+    bodies: Bodies, base: tuple[float, float], headings: Array, rates: Array,
     forces: Array | None = None,
-) -> Array:
-    """Angular accelerations (chains, n) [rad/s²] of pinned chains.
+) -> Array:  # fmt: skip
+    """As `accelerate`, for many chains of the same bodies: arrays are (chains, n).
 
-    Parameters
-    ----------
-    bodies
-        What all chains are made of.
-    base
-        Acceleration of the innermost hinges [m/s²]; its negative acts like in-plane gravity.
-    headings, rates
-        [rad] up to 1e14 and [rad/s], shape (chains, n).
-    forces
-        Generalised forces [N·m], shape (chains, n); none by default.
+    Headings may be up to 1e14; forces are none by default.
     """
     chains, n = headings.shape
     blocks = new_lanes(chains, n)
@@ -183,29 +149,18 @@ def accelerate_blocks(bodies: Bodies, base_x: float, base_y: float, blocks: Arra
 
 @inlined
 def accelerate_lanes(bodies: Bodies, base_x: float, base_y: float, lanes: Array) -> None:
-    """Do the same for one block (n + 1, SLOTS, LANES)."""
-    _turn(bodies, lanes)
-    _sweep_inwards(bodies, lanes)
-    _sweep_outwards(bodies.mass.size, base_x, base_y, lanes)
+    """Do the same for one block (n + 1, SLOTS, LANES).
 
-
-@inlined
-def _turn(bodies: Bodies, lanes: Array) -> None:
-    """Sine and cosine of the headings, times the length."""
-    if lanes.shape[1] != SLOTS or lanes.shape[2] != LANES:
-        return
-    for i in range(bodies.length.size):
-        d = bodies.length[i]
-        for k in range(LANES):
-            s, c = sincos(lanes[i, HEADING, k])
-            lanes[i, SINE, k] = d * s
-            lanes[i, COSINE, k] = d * c
+    The compiler must know its shape, and so how far apart the rows lie; else it would have to allow
+    for their overlapping and do one lane after the other.
+    """
+    if lanes.shape[1] == SLOTS and lanes.shape[2] == LANES:
+        _sweep_inwards(bodies, lanes)
+        _sweep_outwards(bodies.mass.size, base_x, base_y, lanes)
 
 
 @inlined
 def _sweep_inwards(bodies: Bodies, lanes: Array) -> None:
-    if lanes.shape[1] != SLOTS or lanes.shape[2] != LANES:
-        return
     n = bodies.mass.size
     for k in range(LANES):
         lanes[n, PXX, k] = 0.0
@@ -214,9 +169,13 @@ def _sweep_inwards(bodies: Bodies, lanes: Array) -> None:
         lanes[n, PX, k] = 0.0
         lanes[n, PY, k] = 0.0
     for i in range(n - 1, -1, -1):
-        m, r = bodies.mass[i], bodies.reach[i]
+        m, r, d = bodies.mass[i], bodies.reach[i], bodies.length[i]
         at_hinge = bodies.inertia[i] + m * r * r
-        share = m * (r / bodies.length[i])
+        share = m * (r / d)
+        for k in range(LANES):
+            s, c = sincos(lanes[i, HEADING, k])
+            lanes[i, SINE, k] = d * s
+            lanes[i, COSINE, k] = d * c
         for k in range(LANES):
             s, c = lanes[i, SINE, k], lanes[i, COSINE, k]
             w2 = lanes[i, RATE, k] * lanes[i, RATE, k]
@@ -242,8 +201,6 @@ def _sweep_inwards(bodies: Bodies, lanes: Array) -> None:
 
 @inlined
 def _sweep_outwards(n: int, base_x: float, base_y: float, lanes: Array) -> None:
-    if lanes.shape[1] != SLOTS or lanes.shape[2] != LANES:
-        return
     for k in range(LANES):
         lanes[0, AX, k] = base_x
         lanes[0, AY, k] = base_y

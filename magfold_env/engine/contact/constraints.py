@@ -7,7 +7,8 @@ import math
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated, feed, ledger
-from magfold_env.engine.chain.feed import place_all
+from magfold_env.engine.chain.momentum import momentum_along
+from magfold_env.engine.chain.tube import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, jacobian
 from magfold_env.engine.contact.equalities import solve_passive, take_least
@@ -102,7 +103,7 @@ def collide(lo: int, rows: int, model: Model, state: State, work: Work) -> tuple
     """Let an impact happen; whether it could be found, and the drive's impulse [N·s]."""
     slow = model.tolerance * model.rate_scale * model.side
     v = state.v
-    impulse = -feed.momentum_along(lo, model, work, v)
+    impulse = -momentum_along(lo, model, work, v)
     solved, attempts = False, 0
     # An attempt that fails leaves far slower approaches than it found.
     while not solved and attempts < ATTEMPTS:
@@ -119,7 +120,7 @@ def collide(lo: int, rows: int, model: Model, state: State, work: Work) -> tuple
             state.account[at.IMPACTS] += (told - passed) * v[model.n]
     # Where rows all but repeat each other rounding may hide that nothing is left to do.
     solved = solved or not approaches(lo, rows, v, work, SHUT)
-    return solved, impulse + feed.momentum_along(lo, model, work, v)
+    return solved, impulse + momentum_along(lo, model, work, v)
 
 
 @inlined
@@ -212,6 +213,7 @@ def collect_rows(lo: int, model: Model, state: State, work: Work) -> int:
     stops, touch = work.rows.counts[at.JOINT_STOPS], jacobian.TOUCH * model.side
     rows = jacobian.collect_contacts(lo, model, work, stops, touch)
     work.rows.counts[at.CONTACTS] = rows
+    work.rows.counts[at.ALL_ROWS] = rows
     return rows
 
 

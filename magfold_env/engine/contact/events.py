@@ -2,6 +2,7 @@
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated, feed, ledger
+from magfold_env.engine.chain.momentum import momentum_along
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, constraints, jacobian, sweep
 from magfold_env.engine.contact.complementarity import solve_nonnegative
@@ -209,11 +210,11 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
     solved, lost_then = solve_nonnegative(rows, work), 0.0
     if solved:
         copy(state.v, work.stages.new_v, 0)
-        impulse = -feed.momentum_along(lo, model, work, state.v)
+        impulse = -momentum_along(lo, model, work, state.v)
         apply_multipliers(lo, rows, work, state.v)
         lost_then = lost(lo, rows, work, state.v)
         if feed.drives(model, state):
-            impulse += feed.momentum_along(lo, model, work, state.v)
+            impulse += momentum_along(lo, model, work, state.v)
             # What only the drive keeps apart no hop brings together, nor rows that all but repeat
             # each other.
             told = constraints.passed_on(model, rows, work)

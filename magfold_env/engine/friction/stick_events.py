@@ -4,7 +4,7 @@ import math
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
-from magfold_env.engine.chain.feed import place_all
+from magfold_env.engine.chain.tube import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.constraints import prepare
 from magfold_env.engine.contact.equalities import solve_passive
@@ -12,7 +12,7 @@ from magfold_env.engine.elementary import square
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.sticking import first_accelerations
 from magfold_env.engine.state import Array, Model, State, Work, copy
-from magfold_env.engine.stepping.dynamics import apply_multipliers, fill_friction, rate_of
+from magfold_env.engine.stepping.dynamics import apply_multipliers, rate_of
 
 # Shares of tolerance times side that a component may still slide by: to be put to rest, and to
 # have its stopping watched; and to turn back from rest.
@@ -171,7 +171,6 @@ def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
             count += 3
     work.rows.counts[at.ALL_ROWS] = count
     prepare(lo, model, state.v, work)
-    fill_friction(lo, model, work)
     for r in range(count):
         work.rows.bias[r] = rate_of(lo, work, r, state.v)
         work.rows.passive[r] = 1

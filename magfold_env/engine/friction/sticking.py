@@ -4,7 +4,7 @@ import math
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
-from magfold_env.engine.chain.feed import is_free
+from magfold_env.engine.chain.tube import is_free
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.ahead import may_meet_solid
 from magfold_env.engine.contact.constraints import first_joint

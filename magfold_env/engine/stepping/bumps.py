@@ -13,7 +13,9 @@ References
 import math
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain import feed
+from magfold_env.engine.chain import feed, ledger
+from magfold_env.engine.chain.momentum import kinetic, spread
+from magfold_env.engine.chain.tube import base_mass
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import sincos
 from magfold_env.engine.state import Model, State, Work
@@ -41,9 +43,27 @@ def begin(model: Model, state: State) -> None:
 
 @kernel
 def bump(model: Model, state: State, work: Work) -> None:
-    """Bump the chain, and find when the next bump comes."""
+    """Bump the chain, as far as hinges let it, and find when the next bump comes.
+
+    A base that the tube or a pin holds goes on as before.
+    """
     s, c = sincos(2.0 * math.pi * draw(state))
-    feed.bump(model, state, work, model.bump_speed * c, model.bump_speed * s)
+    x, y = model.bump_speed * c, model.bump_speed * s
     state.clock[at.BUMP] += 2.0 * draw(state) / model.bump_rate
     if state.clock[at.BUMP] > model.bump_duration:
         state.clock[at.BUMP] = math.inf
+    lo, n = state.counter[at.LO], model.n
+    if lo == n:
+        return
+    energy, along = kinetic(lo, model, state, work)
+    state.stuck[lo:] = 0
+    spread(lo, model, state, work, x, y, base_mass(lo, model, work))
+    new_energy, new_along = kinetic(lo, model, state, work)
+    impulse = 0.0
+    if feed.drives(model, state):
+        impulse = new_along - along
+        for i in range(lo, n):
+            impulse -= model.bodies.mass[i] * x
+        ledger.note_impulse(state, impulse, float(state.v[n]))
+    state.account[at.BUMPED] += new_energy - energy - impulse * state.v[n]
+    state.counter[at.FRESH] = 1

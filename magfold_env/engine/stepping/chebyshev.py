@@ -13,11 +13,12 @@ References
 import numpy as np
 
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain.feed import coordinates, drives, needed_force
+from magfold_env.engine.chain.feed import drives, needed_force
+from magfold_env.engine.chain.tube import coordinates
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.friction import law
 from magfold_env.engine.state import Array, Model, State, Work, copy
-from magfold_env.engine.stepping.dynamics import constrained
+from magfold_env.engine.stepping.dynamics import accelerations
 from magfold_env.engine.stepping.stages import DENSE, WEIGHT
 
 ORDER = 3  # of the error of a step
@@ -86,7 +87,7 @@ def friction_rate(lo: int, model: Model, state: State, work: Work) -> float:
 def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float) -> bool:
     """Take a step as `stages.stages` does, of friction's ``rate`` [1/s].
 
-    Fills the slopes with those of which `stages.interpolate` makes the cubic.
+    Fills in the slopes from which `stages.interpolate` makes the cubic.
     """
     end, slope_q, slope_v = coordinates(model), work.stages.slope_q, work.stages.slope_v
     count = 2
@@ -107,8 +108,7 @@ def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float)
         last, before = (1, 2) if j % 2 == 0 else (2, 1)
         # The accelerations at the end are the next step's first.
         out = slope_v[5] if j <= count else slope_v[6]
-        state.counter[at.EVALUATIONS] += 1
-        if not constrained(model, state, slope_q[last], slope_v[last], work, out):
+        if not accelerations(model, state, slope_q[last], slope_v[last], work, out):
             return False
         force = needed_force(lo, model, work, out) if driven else 0.0
         if j > count:

@@ -7,14 +7,14 @@ velocities: Moreau's inelastic impact.
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
-from magfold_env.engine.chain.feed import base_mass, place_all
-from magfold_env.engine.chain.recursion import only_swings, swing
+from magfold_env.engine.chain.recursion import swing
+from magfold_env.engine.chain.tube import base_mass, place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, jacobian
 from magfold_env.engine.contact.complementarity import solve_nonnegative
 from magfold_env.engine.friction import law
 from magfold_env.engine.magnets import chain, outer_field
-from magfold_env.engine.state import Array, Model, State, Work
+from magfold_env.engine.state import Array, IntArray, Model, State, Work
 
 
 @inlined
@@ -33,16 +33,7 @@ def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None
         work.loads.fy[i] = 0.0
         work.loads.torque[i] = 0.0
     if model.magnetic:
-        chain.add_chain_forces(
-            first,
-            lo,
-            model,
-            q,
-            pose,
-            work.nodes,
-            work.rigid,
-            work.loads,
-        )
+        chain.add_chain_forces(first, lo, model, q, pose, work.nodes, work.rigid, work.loads)
     if model.tube:
         find_pull(first, lo, model, work)
     if model.magnetic and model.field.present:
@@ -76,18 +67,21 @@ def find_pull(first: int, lo: int, model: Model, work: Work) -> None:
 
 
 @inlined
-def unconstrained(lo: int, model: Model, work: Work, out: Array) -> None:
-    """Accelerations (n + 2,) under these forces alone; leaves articulated inertias behind."""
-    bodies, pose, scratch, base = model.bodies, work.pose, work.chain, base_mass(lo, model, work)
-    articulated.factor(lo, bodies, pose, scratch.unlocked, scratch)
-    articulated.solve(lo, bodies, pose, scratch.unlocked, base, scratch.force, out, scratch)
+def unconstrained(lo: int, model: Model, work: Work, lock: IntArray, out: Array) -> None:
+    """Accelerations (n + 2,) under these forces alone; leaves articulated inertias behind.
+
+    Joints whose ``lock`` is not 0 do not turn.
+    """
+    base = base_mass(lo, model, work)
+    articulated.factor(lo, model.bodies, work.pose, lock, work.chain)
+    articulated.solve(lo, model.bodies, work.pose, lock, base, work.chain.force, out, work.chain)
 
 
 @kernel
 def smooth_accelerations(lo: int, model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
     """Accelerations (n + 2,) under magnets, gravity and sliding friction alone."""
     smooth_forces(lo, model, q, v, work)
-    unconstrained(lo, model, work, out)
+    unconstrained(lo, model, work, work.chain.unlocked, out)
 
 
 @inlined
@@ -97,10 +91,7 @@ def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> b
     The components between them then move as rigid bodies, and no constraint has to be solved
     for. Returns whether every stop presses, which is the condition; the multipliers say how much.
     """
-    lo = state.counter[at.LO]
-    bodies, pose, base = model.bodies, work.pose, base_mass(lo, model, work)
-    articulated.factor(lo, bodies, pose, state.lock, work.chain)
-    articulated.solve(lo, bodies, pose, state.lock, base, work.chain.force, out, work.chain)
+    unconstrained(state.counter[at.LO], model, work, state.lock, out)
     for r in range(work.rows.counts[at.JOINT_STOPS]):
         k, sign = work.rows.id[r, 0], work.rows.id[r, 1]
         work.rows.multiplier[r] = -sign * work.chain.hold[k]
@@ -110,16 +101,16 @@ def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> b
 
 
 @kernel
-def respond(lo: int, model: Model, work: Work, first: int, last: int) -> None:
-    """Responses M⁻¹Jᵀ of rows ``first`` to ``last − 1`` and the Delassus matrix of all before."""
+def respond(lo: int, model: Model, work: Work, count: int) -> None:
+    """Responses M⁻¹Jᵀ of rows and their Delassus matrix."""
     n = model.n
     base = base_mass(lo, model, work)
-    for r in range(first, last):
+    for r in range(count):
         row, response = work.rows.jacobian[r], work.rows.response[r]
         articulated.solve(
             lo, model.bodies, work.pose, work.chain.unlocked, base, row, response, work.chain
         )
-    for r in range(first, last):
+    for r in range(count):
         for c in range(r + 1):
             total = 0.0
             for k in range(lo, n + 2):
@@ -130,15 +121,18 @@ def respond(lo: int, model: Model, work: Work, first: int, last: int) -> None:
 
 @kernel
 def fill_rows(lo: int, model: Model, v: Array, work: Work) -> None:
-    """Jacobians, biases and responses of the stops and contacts in ``work.rows.id``."""
+    """Jacobians, biases and responses of the stops, contacts and friction in ``work.rows.id``."""
     stops, rows = work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]
+    count = work.rows.counts[at.ALL_ROWS]
     for r in range(stops):
         jacobian.stop_row(lo, model, work, r, work.rows.id[r, 0], work.rows.id[r, 1])
     if rows > stops:
         boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
         for r in range(stops, rows):
             jacobian.contact_row(lo, model, work.pose, work, r, v)
-    respond(lo, model, work, 0, rows)
+    for r in range(rows, count, 3):
+        law.friction_rows(lo, model, work.pose, work, r, work.rows.id[r, 0])
+    respond(lo, model, work, count)
 
 
 @inlined
@@ -167,7 +161,7 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
     Components marked in ``state.stuck`` stay at rest.
     """
     state.counter[at.EVALUATIONS] += 1
-    if only_swings(model):
+    if model.pinned and not (model.magnetic or model.frictional or model.contact):
         swing(model, q, v, work, out)
         return True
     return constrained(model, state, q, v, work, out)
@@ -186,25 +180,15 @@ def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out:
     work.rows.counts[at.SOLVED] = work.rows.counts[at.ALL_ROWS]
     if is_free and rigid_accelerations(model, state, work, out):
         return True
-    unconstrained(lo, model, work, out)
+    unconstrained(lo, model, work, work.chain.unlocked, out)
     fill_rows(lo, model, v, work)
     rows, count = work.rows.counts[at.CONTACTS], work.rows.counts[at.ALL_ROWS]
-    fill_friction(lo, model, work)
     for r in range(count):
         work.rows.bias[r] += rate_of(lo, work, r, out)
         work.rows.equality[r] = 1 if r >= rows else 0
     solved = solve_nonnegative(count, work)
     apply_multipliers(lo, count, work, out)
     return solved
-
-
-@kernel
-def fill_friction(lo: int, model: Model, work: Work) -> None:
-    """Rows of the components that friction may hold."""
-    rows, count = work.rows.counts[at.CONTACTS], work.rows.counts[at.ALL_ROWS]
-    for r in range(rows, count, 3):
-        law.friction_rows(lo, model, work.pose, work, r, work.rows.id[r, 0])
-    respond(lo, model, work, rows, count)
 
 
 @inlined

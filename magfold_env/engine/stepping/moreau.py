@@ -14,13 +14,13 @@ import math
 from magfold_env.engine import entries as at
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import articulated, feed, ledger
-from magfold_env.engine.chain.feed import is_free, place_all
 from magfold_env.engine.chain.momentum import (
-    drop_inertia,
-    held_or_walled,
     keep_momentum,
+    kinetic_of,
+    momentum_along,
     outer_force,
 )
+from magfold_env.engine.chain.tube import is_partly_out, place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import events, sweep
 from magfold_env.engine.contact.complementarity import solve_nonnegative
@@ -67,23 +67,27 @@ def moreau_step(
     if model.frictional and mark_slow(lo, model, state, work):
         dynamics.smooth_forces(lo, model, state.q, state.v, work)
         state.counter[at.EVALUATIONS] += 1
-    dynamics.unconstrained(lo, model, work, moreau.smooth)
+    dynamics.unconstrained(lo, model, work, work.chain.unlocked, moreau.smooth)
     state.counter[at.STEPS] += 1
     remaining = until - state.clock[at.TIME]
-    outcome, h, next_step = find_step(model, state, work, remaining, rattles)
-    if outcome == outcomes.UNSOLVABLE and feed.drives(model, state) and state.v[n] != 0.0:
+    outcome, h, next_step = attempt_step(model, state, work, remaining, rattles)
+    driven = feed.drives(model, state)
+    if outcome == outcomes.NO_SOLUTION and driven and state.v[n] != 0.0:
         # The chain cannot move at the speed asked for.
         feed.slip(model, state, work, float(state.v[n]))
         return outcomes.TOUCHED
     if outcome != outcomes.ACCEPTED:
         return outcome
     impulse, lost = take_account(model, state, work, h)
-    if drive_gives_way(model, state, work, h, impulse):
+    most = ledger.most_force(model, state) * max(h, ledger.MEAN_OVER)
+    if driven and abs(impulse) > most:
+        # More than the drive can give.
+        feed.slip(model, state, work, impulse)
         return outcomes.TOUCHED
     state.clock[at.STEP] = next_step
     state.account[at.IMPACTS] += lost
     record_line(record, state, h, moreau.new_q, moreau.new_v, impulse)
-    if 0 < lo < n:
+    if is_partly_out(model, state):
         ledger.pass_time(state, state.clock[at.TIME] + h, impulse)
         feed.note_step(state, work, impulse, moreau.new_q[n] - state.q[n])
     copy(moreau.new_q, state.q, lo)
@@ -99,7 +103,7 @@ def moreau_step(
 
 
 @kernel
-def find_step(
+def attempt_step(
     model: Model, state: State, work: Work, remaining: float, rattles: bool
 ) -> tuple[int, float, float]:
     """Find a step that is exact enough, its end into ``work.moreau``.
@@ -119,19 +123,20 @@ def find_step(
     near_stop = NEAR_STOP
     while True:
         h = min(h, remaining)
+        shorter_helps = h > HOPELESS * finest
         found = velocity_after(model, state, work, h, 0.0 if rattles else 0.75, near_stop)
-        if not found and h <= HOPELESS * finest:
-            return outcomes.UNSOLVABLE, h, h
+        if not found and not shorter_helps:
+            return outcomes.NO_SOLUTION, h, h
         # Gaps that are about to close may ask for too much; in less time they ask for less. A drive
         # that slips would pass the speed asked for, and add energy; the step ends as it gets there.
         share = until_caught_up(model, state, moreau.new_v) if found else 0.25
-        if share < 1.0 - CAUGHT_UP and h > HOPELESS * finest:
+        if share < 1.0 - CAUGHT_UP and shorter_helps:
             h *= max(share, 0.1)
             continue
         moved, bent = changes(model, state, work, h)
         if not math.isfinite(moved):
-            return outcomes.BROKEN, h, h
-        if bent > SHARE * model.tolerance and h > HOPELESS * finest:
+            return outcomes.NOT_FINITE, h, h
+        if bent > SHARE * model.tolerance and shorter_helps:
             h *= 0.5
             continue
         # What a force changes a step grows with its square; what an impact does, with its length.
@@ -148,7 +153,7 @@ def find_step(
             # An impact turned back a joint that was leaving its stop.
             near_stop = HALF_PI
             continue
-        if h <= HOPELESS * finest or not passes_by(model, state, work):
+        if not (shorter_helps and passes_by(model, state, work)):
             return outcomes.ACCEPTED, h, min(shorter / GROWTH, 1.0) * h
         h *= 0.5
 
@@ -156,7 +161,7 @@ def find_step(
 @inlined
 def until_caught_up(model: Model, state: State, new_v: Array) -> float:
     """Share of a step after which a drive that slips has the base at the speed asked for; or 1."""
-    if not (0 < state.counter[at.LO] < model.n and feed.slips(state)):
+    if not (is_partly_out(model, state) and feed.slips(state)):
         return 1.0
     missing = state.feed[at.ASKED] - state.v[model.n]
     share = missing / (new_v[model.n] - state.v[model.n])
@@ -210,16 +215,6 @@ def passes_by(model: Model, state: State, work: Work) -> bool:
     return events.first_missed(model, state, squares, False, work)[2] < 0.0
 
 
-@inlined
-def drive_gives_way(model: Model, state: State, work: Work, h: float, impulse: float) -> bool:
-    """Whether an impulse within a step is more than the drive can give [N·s]; it then slips."""
-    too_much = abs(impulse) > ledger.most_force(model, state) * max(h, ledger.MEAN_OVER)
-    if too_much and feed.drives(model, state):
-        feed.slip(model, state, work, impulse)
-        return True
-    return False
-
-
 @kernel
 def mark_slow(lo: int, model: Model, state: State, work: Work) -> bool:
     """Mark the components at rest, or nearly, whose friction the step solves for; whether any.
@@ -250,8 +245,7 @@ def velocity_after(
     within ``near_stop`` [rad] of a stop are kept from passing it, whatever their rates. Returns
     False if the velocity could not be found. Needs the smooth accelerations of the state.
     """
-    lo, n = state.counter[at.LO], model.n
-    moreau = work.moreau
+    lo, n, moreau = state.counter[at.LO], model.n, work.moreau
     # A repeated step finds the middle's pose and inertias; put the state's back.
     place_all(lo, model, state.q, work.pose)
     articulated.factor(lo, model.bodies, work.pose, work.chain.unlocked, work.chain)
@@ -265,16 +259,14 @@ def velocity_after(
     state.counter[at.EVALUATIONS] += 1
     middle = moreau.middle_smooth
     dynamics.smooth_accelerations(lo, model, moreau.middle_q, moreau.middle_v, work, middle)
-    drop_inertia(lo, model, work)
     push_x, push_y, twist = outer_force(lo, model, work)
     articulated.generalise(lo, model.bodies, work.pose, work.loads, moreau.force)
     if not constrain(model, state, moreau.middle_q, middle, work, h, 0.5 * h, near_stop):
         return False
-    if is_free(lo, model) and not held_or_walled(model, work):
-        end = moreau.new_q
-        for k in range(n + 2):
-            end[k] = moreau.middle_q[k] + 0.5 * h * moreau.new_v[k]
-        keep_momentum(model, state, work, end, moreau.new_v, h * push_x, h * push_y, h * twist)
+    end = moreau.new_q
+    for k in range(n + 2):
+        end[k] = moreau.middle_q[k] + 0.5 * h * moreau.new_v[k]
+    keep_momentum(model, state, work, end, moreau.new_v, h * push_x, h * push_y, h * twist)
     return True
 
 
@@ -309,7 +301,7 @@ def constrain(
                 return False
             law.friction_rows(lo, model, work.pose, work, count, i)
             count += 3
-    dynamics.respond(lo, model, work, 0, count)
+    dynamics.respond(lo, model, work, count)
     # Friction is a force: with it, accelerations over the step are solved for, not velocities.
     unit = h if count > rows else 1.0
     for r in range(count):
@@ -339,17 +331,17 @@ def take_account(model: Model, state: State, work: Work, h: float) -> tuple[floa
     impulses times rates would leave an error of first order: masses are those of the middle.
     """
     lo, n, rows, moreau = state.counter[at.LO], model.n, work.rows, work.moreau
-    lost = feed.kinetic_of(lo, model, work, state.q, state.v)
-    along = feed.momentum_along(lo, model, work, state.v)
-    lost -= feed.kinetic_of(lo, model, work, moreau.new_q, moreau.new_v)
-    along = feed.momentum_along(lo, model, work, moreau.new_v) - along
+    lost = kinetic_of(lo, model, work, state.q, state.v)
+    along = momentum_along(lo, model, work, state.v)
+    lost -= kinetic_of(lo, model, work, moreau.new_q, moreau.new_v)
+    along = momentum_along(lo, model, work, moreau.new_v) - along
     mean = moreau.middle_v
     for k in range(lo, n + 2):
         mean[k] = (moreau.new_q[k] - state.q[k]) / h
         lost += h * moreau.force[k] * mean[k]
     for r in range(rows.counts[at.CONTACTS], rows.counts[at.SOLVED]):
         lost += rows.multiplier[r] * dynamics.rate_of(lo, work, r, mean)
-    if not 0 < lo < n:
+    if not is_partly_out(model, state):
         return 0.0, lost
     pull = h * work.chain.base[at.PULL]
     impulse = h * work.chain.base[at.DRIVE]

@@ -15,11 +15,18 @@ def has_room(record: Record, state: State, longest_step: float) -> bool:
 
 
 @inlined
-def next_frame(record: Record, state: State, time: float) -> int:
-    """Begin a frame at a time [s]; return its number."""
+def is_due(record: Record, state: State, until: float) -> bool:
+    """Whether there is a frame to be taken by a time [s]."""
+    return record.interval > 0.0 and state.clock[at.FRAME_TIME] <= until
+
+
+@inlined
+def next_frame(record: Record, state: State, time: float, gained: float) -> int:
+    """Begin a frame at a time [s], until which the drive gave so much more [N·s]; its number."""
     f = state.counter[at.FRAMES]
     record.time[f] = time
     record.lo[f] = state.counter[at.LO]
+    record.impulse[f] = state.account[at.IMPULSE] + gained
     state.counter[at.FRAMES] = f + 1
     state.clock[at.FRAME_TIME] += record.interval
     return f
@@ -30,18 +37,13 @@ def record_step(
     model: Model, state: State, work: Work, record: Record, step: float, fraction: float
 ) -> None:
     """Take the frames that fall into the accepted part of a step."""
-    if record.interval <= 0.0:
-        return
     begin = state.clock[at.TIME]
-    end = begin + fraction * step
-    while state.clock[at.FRAME_TIME] <= end:
-        share = (state.clock[at.FRAME_TIME] - begin) / step
-        f = next_frame(record, state, state.clock[at.FRAME_TIME])
+    while is_due(record, state, begin + fraction * step):
+        time = state.clock[at.FRAME_TIME]
+        share = (time - begin) / step
+        f = next_frame(record, state, time, drive_impulse(model, state, work, step, share))
         interpolate(state.q, work.stages.slope_q, step, share, record.q[f])
         interpolate(state.v, work.stages.slope_v, step, share, record.v[f])
-        record.impulse[f] = state.account[at.IMPULSE] + drive_impulse(
-            model, state, work, step, share
-        )
 
 
 @kernel
@@ -50,18 +52,16 @@ def record_rest(record: Record, state: State, until: float, force: float) -> boo
 
     ``force`` is that of the drive [N].
     """
-    if record.interval <= 0.0:
-        return True
     n = state.q.size - 2
-    while state.clock[at.FRAME_TIME] <= until:
+    while is_due(record, state, until):
         if state.counter[at.FRAMES] >= record.time.size:
             return False
         time = state.clock[at.FRAME_TIME]
-        f = next_frame(record, state, time)
+        passed = time - state.clock[at.TIME]
+        f = next_frame(record, state, time, force * passed)
         copy(state.q, record.q[f], 0)
         copy(state.v, record.v[f], 0)
-        record.q[f, n] += state.v[n] * (time - state.clock[at.TIME])
-        record.impulse[f] = state.account[at.IMPULSE] + force * (time - state.clock[at.TIME])
+        record.q[f, n] += state.v[n] * passed
     return True
 
 
@@ -73,27 +73,24 @@ def record_line(
 
     ``impulse`` is that of the drive within it [N·s].
     """
-    if record.interval <= 0.0:
-        return
     begin = state.clock[at.TIME]
-    while state.clock[at.FRAME_TIME] <= begin + step:
-        share = (state.clock[at.FRAME_TIME] - begin) / step
-        f = next_frame(record, state, state.clock[at.FRAME_TIME])
+    while is_due(record, state, begin + step):
+        time = state.clock[at.FRAME_TIME]
+        share = (time - begin) / step
+        f = next_frame(record, state, time, share * impulse)
+        copy(velocity, record.v[f], 0)
         for k in range(state.q.size):
             record.q[f, k] = state.q[k] + share * (end[k] - state.q[k])
-            record.v[f, k] = velocity[k]
-        record.impulse[f] = state.account[at.IMPULSE] + share * impulse
 
 
 @kernel
 def record_instant(record: Record, state: State) -> bool:
     """Take a frame of the state if one is due; False if it does not fit."""
-    if record.interval <= 0.0 or state.clock[at.TIME] < state.clock[at.FRAME_TIME]:
-        return True
-    if state.counter[at.FRAMES] >= record.time.size:
-        return False
-    f = next_frame(record, state, state.clock[at.TIME])
-    copy(state.q, record.q[f], 0)
-    copy(state.v, record.v[f], 0)
-    record.impulse[f] = state.account[at.IMPULSE]
+    time = float(state.clock[at.TIME])
+    if is_due(record, state, time):
+        if state.counter[at.FRAMES] >= record.time.size:
+            return False
+        f = next_frame(record, state, time, 0.0)
+        copy(state.q, record.q[f], 0)
+        copy(state.v, record.v[f], 0)
     return True

@@ -4,6 +4,7 @@ import math
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import feed
+from magfold_env.engine.chain.tube import place_all
 from magfold_env.engine.compile.by_pointer import call_float, call_int, calls_by_address, take
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets.chain import magnet_energy
@@ -24,10 +25,9 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
     PAUSED when the record is full, and at the end of a turn of at most 50 ms. The caller empties
     the record and calls again; the run goes on as if it had not stopped.
     """
-    n = model.n
     turn = end_of_turn(model, state)
     while True:
-        lo = state.counter[at.LO]
+        lo, bump = state.counter[at.LO], state.clock[at.BUMP]
         if lo <= state.counter[at.KEEP] or state.clock[at.TIME] >= until:
             return REACHED
         if state.counter[at.EVALUATIONS] >= turn:
@@ -41,20 +41,18 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
             state.counter[at.PARKED] = 1
             state.clock[at.END] = state.clock[at.TIME] + model.duration
         fed = lo > 0 and not parked
-        mark = state.clock[at.MARK] if fed else math.inf
-        bump = state.clock[at.BUMP]
-        stop = min(mark if fed else state.clock[at.END], bump, until)
-        if lo == n:
-            # Nothing is outside yet that could move by itself.
-            if parked:
-                return RESTED
-            if not record_rest(record, state, stop, 0.0):
-                return PAUSED
-            feed.carry_on(model, state, work, stop)
-        else:
+        stop = min(state.clock[at.MARK] if fed else state.clock[at.END], bump, until)
+        if lo < model.n:
             outcome = advance(model, state, work, record, stop, turn)
             if outcome != REACHED:
                 return outcome
+        # Nothing is outside yet that could move by itself.
+        elif parked:
+            return RESTED
+        elif record_rest(record, state, stop, 0.0):
+            feed.carry_on(model, state, work, stop)
+        else:
+            return PAUSED
         if state.clock[at.TIME] >= bump:
             bumps.bump(model, state, work)
         if lo > 0:
@@ -64,7 +62,6 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
                 feed.pass_mark(model, state, work)
                 if state.counter[at.LO] == 0:
                     state.clock[at.END] = state.clock[at.TIME] + model.duration
-                continue
         if not fed and state.clock[at.TIME] >= state.clock[at.END]:
             return TIMED_OUT
 
@@ -72,7 +69,7 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
 @kernel
 def energy(model: Model, state: State, work: Work, x: float) -> float:
     """Magnetic energy of the components whose magnets act [J], an outer field's included."""
-    first = feed.place_all(state.counter[at.LO], model, state.q, work.pose)
+    first = place_all(state.counter[at.LO], model, state.q, work.pose)
     return magnet_energy(first, model, work)
 
 
@@ -90,39 +87,15 @@ def energy_at(code: int, model: int, state: int, work: int, x: float) -> float:
 
 @calls_by_address
 def run_chains(
-    code: IntArray,
-    models: IntArray,
-    states: IntArray,
-    works: IntArray,
-    record: int,
-    until: Array,
-    rows: IntArray,
-    outcomes: IntArray,
-    energies: Array,
-    next_row: IntArray,
-) -> int:
-    """`run` some chains, which are taken one by one from a counter that threads share.
+    code: IntArray, models: IntArray, states: IntArray, works: IntArray, record: int,
+    until: Array, rows: IntArray, outcomes: IntArray, energies: Array, next_row: IntArray,
+) -> int:  # fmt: skip
+    """`run` the chains ``rows``, taken one by one from a counter (1,) that threads share.
 
-    Returns how many this thread took.
-
-    Parameters
-    ----------
-    code
-        Addresses of the code for RUN and ENERGY.
-    models, states, works
-        Addresses of what belongs to each chain, (m,).
-    record
-        Address of a record, for all of them: only one chain may be recorded.
-    until
-        Times at which the runs are to pause, (m,) [s].
-    rows
-        The chains to run.
-    outcomes
-        How each run ended, (m,); REACHED: it has not.
-    energies
-        Filled with the energies of chains whose runs ended, (m,) [J].
-    next_row
-        The counter, (1,).
+    Arguments are addresses: of the code for RUN and ENERGY, of what belongs to each chain (m,),
+    and of one record, since only one chain may be recorded. Runs pause at the times ``until`` (m,)
+    [s]. Filled in are how each ended (m,), REACHED if it has not, and the energies (m,) [J] of
+    those that ended. Returns how many chains this thread took.
     """
     taken = 0
     while True:

@@ -10,15 +10,9 @@ import numpy as np
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated, ledger
-from magfold_env.engine.chain.feed import (
-    borne,
-    coordinates,
-    drives,
-    needed_force,
-    slips,
-    whole_mass,
-)
-from magfold_env.engine.compile.jit import kernel
+from magfold_env.engine.chain.feed import borne, drives, needed_force, slips
+from magfold_env.engine.chain.tube import coordinates, is_partly_out, whole_mass
+from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, Model, State, Work
 from magfold_env.engine.stepping.dynamics import accelerations
@@ -65,10 +59,10 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
 
     The estimated errors of the end are left in ``work.stages.q`` and ``work.stages.v``.
     """
-    end, driven = coordinates(model), drives(model, state)
+    lo, end, driven = state.counter[at.LO], coordinates(model), drives(model, state)
     # What the tube holds does not turn. Loops over all components are faster than over the others.
     for s in range(STAGES):
-        for k in range(state.counter[at.LO]):
+        for k in range(lo):
             work.stages.slope_v[s, k] = 0.0
     for s in range(1, STAGES):
         q, v = (work.stages.q, work.stages.v) if s < 6 else (work.stages.new_q, work.stages.new_v)
@@ -83,8 +77,7 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
         if not accelerations(model, state, q, v, work, work.stages.slope_v[s]):
             return False
         if driven:
-            lo, slope = state.counter[at.LO], work.stages.slope_v[s]
-            work.stages.drive[s] = needed_force(lo, model, work, slope)
+            work.stages.drive[s] = needed_force(lo, model, work, work.stages.slope_v[s])
     for k in range(end):
         eq, ev = 0.0, 0.0
         for s in range(STAGES):
@@ -145,16 +138,22 @@ def kinetic_error(lo: int, model: Model, work: Work) -> float:
     return math.sqrt(error / max(energy, mass * slow * slow)) / (LOCAL * model.tolerance)
 
 
+@inlined
+def dense_weight(s: int, fraction: float) -> float:
+    """Weight of the slope of stage s in the dense output at a ``fraction`` of the step."""
+    w = 0.0
+    for j in range(3, -1, -1):
+        w = (w + DENSE[s, j]) * fraction
+    return w
+
+
 @kernel
 def interpolate(y: Array, slopes: Array, step: float, fraction: float, out: Array) -> None:
     """Dense output of the step at ``fraction`` of it."""
     for k in range(y.size):
         out[k] = y[k]
     for s in range(STAGES):
-        w = 0.0
-        for j in range(3, -1, -1):
-            w = (w + DENSE[s, j]) * fraction
-        w *= step
+        w = dense_weight(s, fraction) * step
         for k in range(y.size):
             out[k] += w * slopes[s, k]
 
@@ -162,16 +161,13 @@ def interpolate(y: Array, slopes: Array, step: float, fraction: float, out: Arra
 @kernel
 def drive_impulse(model: Model, state: State, work: Work, step: float, fraction: float) -> float:
     """Impulse of the drive within a ``fraction`` of the step [N·s]."""
-    if not 0 < state.counter[at.LO] < model.n:
+    if not is_partly_out(model, state):
         return 0.0
     if slips(state):
         return step * fraction * work.chain.base[at.DRIVE]
     total = 0.0
     for s in range(STAGES):
-        w = 0.0
-        for j in range(3, -1, -1):
-            w = (w + DENSE[s, j]) * fraction
-        total += w * borne(model, state, work.stages.drive[s])
+        total += dense_weight(s, fraction) * borne(model, state, work.stages.drive[s])
     return step * total
 
 

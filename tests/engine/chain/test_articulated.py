@@ -9,6 +9,7 @@ import magfold_env as mf
 from magfold_bench.laws.mechanics import pinned_accelerations
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.state import Loads
+from magfold_env.engine.stepping.dynamics import smooth_accelerations
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Casing, Gravity, Magnets
 from magfold_env.simulation.pack import pack
@@ -41,6 +42,15 @@ def assert_agree(found, expected, rates):
     np.testing.assert_allclose(found, expected, rtol=0, atol=slack)
 
 
+def in_steps(scene, angles, rates):
+    """Accelerations by the kernels that a step calls."""
+    model = pack(scene.replace(mount="pinned"))._replace(contact=False, frictional=False)
+    out, still = np.zeros(scene.n + 2), [0.0, 0.0]
+    q, v = np.append(angles, still), np.append(rates, still)
+    smooth_accelerations(0, model, q, v, new_work(model), out)
+    return out[: scene.n]
+
+
 @pytest.mark.parametrize("gravity", [(0.0, 0.0), (3.0, -9.8)])
 @pytest.mark.parametrize("magnets", [False, True])
 @pytest.mark.parametrize(
@@ -50,10 +60,12 @@ def test_accelerations_solve_equation_39(lengths, magnets, gravity):
     rng = np.random.default_rng(39)
     for n in lengths:
         scene = random_scene(rng, n, magnets, gravity)
-        angles, rates = random_state(rng, n)
-        force, torque = mf.forces(scene, angles)
-        expected = pinned_accelerations(scene, angles, rates, force, torque)
-        assert_agree(mf.accelerations(scene, angles, rates), expected, rates)
+        angles, rates = zip(random_state(rng, n), random_state(rng, n), strict=True)
+        found = mf.accelerations(scene, np.array(angles), np.array(rates))
+        for q, v, stacked in zip(angles, rates, found, strict=True):
+            expected = pinned_accelerations(scene, q, v, *mf.forces(scene, q))
+            assert_agree(stacked, expected, v)
+            assert_agree(in_steps(scene, q, v), expected, v)
 
 
 def in_engine(rng, n):
@@ -66,16 +78,20 @@ def in_engine(rng, n):
     return scene, model, work, q
 
 
+def solved(rng, model, work, lock, base):
+    """Generalised forces (n + 2,) drawn at random, and what accelerations they cause."""
+    force = rng.normal(0.0, 1.0, model.n + 2) * np.append(np.full(model.n, SIDE), [1.0, 1.0])
+    out = np.empty(model.n + 2)
+    articulated.factor(0, model.bodies, work.pose, lock, work.chain)
+    articulated.solve(0, model.bodies, work.pose, lock, base, force, out, work.chain)
+    return force, out
+
+
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 60))
 def test_free_chain_solves_the_dense_mass_matrix(seed, n):
     rng = np.random.default_rng(seed)
     scene, model, work, q = in_engine(rng, n)
-    force = rng.normal(0.0, 1.0, n + 2) * np.append(np.full(n, SIDE), [1.0, 1.0])
-    out = np.empty(n + 2)
-    articulated.factor(0, model.bodies, work.pose, work.chain.unlocked, work.chain)
-    articulated.solve(
-        0, model.bodies, work.pose, work.chain.unlocked, articulated.FREE, force, out, work.chain
-    )
+    force, out = solved(rng, model, work, work.chain.unlocked, articulated.FREE)
     matrix = reference.mass_matrix(q, SIDE, scene.masses, scene.inertias)
     expected = np.linalg.solve(matrix, force)
     scale = np.append(np.full(n, 1.0), [SIDE, SIDE])
@@ -97,12 +113,9 @@ def test_kinematics_are_the_derivatives_of_the_centres(seed, n):
     np.testing.assert_allclose(np.stack([work.pose.x, work.pose.y], axis=1), path(0.0), atol=1e-15)
     speed = reference.derivative(path, 1e-3)
     bend = reference.second_derivative(path, 3e-3)
-    np.testing.assert_allclose(
-        np.stack([work.centres.vx, work.centres.vy], axis=1), speed, atol=1e-9
-    )
-    np.testing.assert_allclose(
-        np.stack([work.centres.ax, work.centres.ay], axis=1), bend, atol=1e-6
-    )
+    moves = work.centres
+    np.testing.assert_allclose(np.stack([moves.vx, moves.vy], axis=1), speed, atol=1e-9)
+    np.testing.assert_allclose(np.stack([moves.ax, moves.ay], axis=1), bend, atol=1e-6)
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 60))
@@ -125,19 +138,8 @@ def test_locked_joints_move_as_the_constrained_mass_matrix_says(seed, n, held):
     scene, model, work, q = in_engine(rng, n)
     lock = rng.integers(-1, 2, n)
     lock[0] = 1 if held and rng.integers(2) else 0
-    force = rng.normal(0.0, 1.0, n + 2) * np.append(np.full(n, SIDE), [1.0, 1.0])
-    out = np.empty(n + 2)
-    articulated.factor(0, model.bodies, work.pose, lock, work.chain)
-    articulated.solve(
-        0,
-        model.bodies,
-        work.pose,
-        lock,
-        articulated.DRIVEN if held else articulated.FREE,
-        force,
-        out,
-        work.chain,
-    )
+    base = articulated.DRIVEN if held else articulated.FREE
+    force, out = solved(rng, model, work, lock, base)
     matrix = reference.mass_matrix(q, SIDE, scene.masses, scene.inertias)
     relative = np.eye(n, n + 2) - np.eye(n, n + 2, -1)
     rows = relative[lock != 0]
@@ -146,11 +148,7 @@ def test_locked_joints_move_as_the_constrained_mass_matrix_says(seed, n, held):
     size = len(rows)
     scale = np.append(np.full(n, SIDE), [1.0, 1.0])  # torques and forces of one size
     system = np.block([[matrix / scale[:, None], rows.T], [rows, np.zeros((size, size))]])
-    solution = (
-        np.linalg.solve(system, np.concatenate([force / scale, np.zeros(size)]))
-        if size
-        else np.linalg.solve(matrix, force)
-    )
+    solution = np.linalg.solve(system, np.append(force / scale, np.zeros(size)))
     np.testing.assert_allclose(
         out * scale, solution[: n + 2] * scale, rtol=0, atol=1e-10 * np.abs(solution).max()
     )

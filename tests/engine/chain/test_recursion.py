@@ -6,12 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_bench.laws.mechanics import pinned_accelerations
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.state import Bodies
-from magfold_env.engine.stepping.dynamics import smooth_accelerations
-from magfold_env.engine.workspace import new_work
-from magfold_env.simulation.pack import pack
 from tests.engine import reference
 from tests.engine.chain.test_articulated import assert_agree, random_scene, random_state
 
@@ -33,29 +29,6 @@ def scalar(bodies, base, heading, rate, force):
     scratch = np.zeros((recursion.ROWS, n))
     recursion.accelerate(bodies, base[0], base[1], heading, rate, force, scratch, out)
     return out
-
-
-def engine(scene, angles, rates):
-    """Accelerations by the engine's own stages."""
-    model = pack(scene.replace(mount="pinned"))._replace(contact=False, frictional=False)
-    out = np.zeros(scene.n + 2)
-    q, v = np.append(angles, [0.0, 0.0]), np.append(rates, [0.0, 0.0])
-    smooth_accelerations(0, model, q, v, new_work(model), out)
-    return out[: scene.n]
-
-
-@pytest.mark.parametrize("n", [1, 2, 6, 31, 60])
-@pytest.mark.parametrize("magnets", [False, True])
-def test_a_stack_solves_equation_39_as_the_engine_does(n, magnets):
-    rng = np.random.default_rng(n)
-    scene = random_scene(rng, n, magnets, gravity=(3.0, -9.8))
-    angles, rates = random_states(rng, 5, n)
-    found = mf.accelerations(scene, angles, rates)
-    for k in range(5):
-        force, torque = mf.forces(scene, angles[k])
-        dense = pinned_accelerations(scene, angles[k], rates[k], force, torque)
-        assert_agree(found[k], dense, rates)
-        assert_agree(found[k], engine(scene, angles[k], rates[k]), rates)
 
 
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 40))

@@ -3,7 +3,7 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from magfold_env.engine.chain.feed import place_all
+from magfold_env.engine.chain.tube import place_all
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Casing, Rectangle, Scene

@@ -8,7 +8,7 @@ from scipy.optimize import nnls
 
 from magfold_bench.laws.random_scenes import random_word
 from magfold_env.engine import entries as at
-from magfold_env.engine.chain.feed import place_all
+from magfold_env.engine.chain.tube import place_all
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.stepping import dynamics
 from magfold_env.engine.workspace import new_state, new_work

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from magfold_env.engine.chain import articulated
-from magfold_env.engine.chain.feed import place_all
+from magfold_env.engine.chain.tube import place_all
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.sticking import first_accelerations
 from magfold_env.engine.stepping.dynamics import accelerations

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import magfold_env as mf
 from magfold_bench.laws import exact_magnets
 from magfold_env.engine.chain import articulated as chain
-from magfold_env.engine.chain import feed
+from magfold_env.engine.chain import tube
 from magfold_env.engine.magnets.chain import add_chain_forces, chain_energy
 from magfold_env.engine.state import Loads
 from magfold_env.engine.workspace import new_work
@@ -35,7 +35,7 @@ class Chain:
         """Generalised forces (n + 2,) for joint angles (n,), the first being the heading."""
         model, work = self.model, self.work
         q = np.append(np.cumsum(joints), [0.0, 0.0])
-        first = feed.place_all(lo, model, q, work.pose)
+        first = tube.place_all(lo, model, q, work.pose)
         loads = Loads(*np.zeros((3, model.n)))
         add_chain_forces(first, lo, model, q, work.pose, work.nodes, work.rigid, loads)
         out = np.zeros(model.n + 2)
@@ -44,7 +44,7 @@ class Chain:
 
     def energy(self, joints):
         q = np.append(np.cumsum(joints), [0.0, 0.0])
-        feed.place_all(0, self.model, q, self.work.pose)
+        tube.place_all(0, self.model, q, self.work.pose)
         return chain_energy(0, self.model, q, self.work.pose, self.work.nodes)
 
 

@@ -10,7 +10,7 @@ from magfold_bench.laws.along_folds import SteppedSession, follow
 from magfold_bench.laws.dense import look_inside
 from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.designer.annealing import sequence_of_signs, stable_signs
-from magfold_env.engine.chain import articulated, feed
+from magfold_env.engine.chain import articulated, tube
 from magfold_env.engine.stepping import chebyshev, stages
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.ensembles.releases import generator, release
@@ -74,31 +74,20 @@ def test_a_second_of_simulated_time_has_a_work_cap_of_its_own():
     assert (roomy.status, roomy.steps) == (whole.status, whole.steps)
 
 
-def stepped(seed, masses):
-    """A free chain and its work after the stages of a step, all drawn at random.
-
-    The estimated errors of its velocities are in ``stages.v``.
-    """
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 8))
+def test_errors_are_measured_by_the_kinetic_energy(seed, n):
     rng = np.random.default_rng(seed)
-    n = len(masses)
+    masses = (10.0 ** rng.uniform(-6.0, 0.0, n)).tolist()
     scene = Scene(sequence=("NNSS",) * n, casing=Casing(mass=tuple(masses)), friction=0.0)
     model = pack(scene)
     state, work = new_state(model, rng.uniform(-3.0, 3.0, n)), new_work(model)
     work.stages.new_v[:] = rng.normal(0.0, 50.0, n + 2)
-    work.stages.v[:] = rng.normal(0.0, 10.0, n + 2)
-    feed.place_all(0, model, state.q, work.pose)
+    work.stages.v[:] = off = rng.normal(0.0, 10.0, n + 2)
+    tube.place_all(0, model, state.q, work.pose)
     articulated.centre_velocities(
         0, model.bodies, work.pose, work.stages.new_v, work.centres.vx, work.centres.vy
     )
-    return scene, model, state, work
-
-
-@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 8))
-def test_errors_are_measured_by_the_kinetic_energy(seed, n):
-    masses = (10.0 ** np.random.default_rng(seed).uniform(-6.0, 0.0, n)).tolist()
-    scene, model, state, work = stepped(seed, masses)
     matrix = reference.mass_matrix(state.q, scene.casing.side, scene.masses, scene.inertias)
-    off = work.stages.v.copy()
     slow = stages.SLOW * model.rate_scale * scene.casing.diagonal
     usual = max(work.stages.new_v @ matrix @ work.stages.new_v, scene.masses.mean() * slow**2)
     expected = np.sqrt(off @ matrix @ off / usual) / (stages.LOCAL * model.tolerance)

@@ -1,0 +1,115 @@
+"""The tube: which components it holds, and where they lie.
+
+The mouth is at the origin and the feed along +x. Components before ``lo`` are held: they keep
+their headings, with which every casing is within the bore, and move with the base. The outermost
+of them is ``lo − 1``, and its outer hinge is the base.
+"""
+
+import math
+
+from magfold_env.engine import entries as at
+from magfold_env.engine.chain import articulated
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.contact.boxes import first_box
+from magfold_env.engine.elementary import direction, sincos
+from magfold_env.engine.state import Array, Model, Pose, State, Work
+
+
+@inlined
+def is_free(lo: int, model: Model) -> bool:
+    """Whether the base moves by itself."""
+    return not model.pinned and not (model.tube and lo > 0)
+
+
+@inlined
+def is_partly_out(model: Model, state: State) -> bool:
+    """Whether the tube holds one part of the chain, and another is outside."""
+    return 0 < state.counter[at.LO] < model.n
+
+
+@inlined
+def base_mass(lo: int, model: Model, work: Work) -> float:
+    """Return the mass of the base, see `articulated.solve`."""
+    if is_free(lo, model):
+        return articulated.FREE
+    carried = work.chain.base[at.CARRIED]
+    return carried if carried > 0.0 else articulated.DRIVEN
+
+
+@inlined
+def coordinates(model: Model) -> int:
+    """Return how many coordinates may change: a pinned base, the last two, stays where it is."""
+    return model.n if model.pinned else model.n + 2
+
+
+@inlined
+def charged(model: Model, i: int) -> bool:
+    """Whether component i has any magnet."""
+    return (
+        model.charge[i, 0] != 0.0
+        or model.charge[i, 1] != 0.0
+        or model.charge[i, 2] != 0.0
+        or model.charge[i, 3] != 0.0
+    )
+
+
+@kernel
+def whole_mass(model: Model) -> float:
+    """Mass of the chain [kg]."""
+    total = 0.0
+    for i in range(model.n):
+        total += model.bodies.mass[i]
+    return total
+
+
+@kernel
+def lie_in_tube(offsets: Array, length: Array, headings: Array, depth: Array) -> None:
+    """Find how held chains lie whose hinges are so far from the tube's axis (m, n + 1) [m].
+
+    ``length`` (n,) is from hinge to hinge [m]. Fills in the headings (m, n) [rad] and how long the
+    chains are along the tube (m,) [m].
+    """
+    for row in range(offsets.shape[0]):
+        depth[row] = 0.0
+        for i in range(length.size):
+            rise = offsets[row, i + 1] - offsets[row, i]
+            along = math.sqrt(length[i] * length[i] - rise * rise)
+            headings[row, i] = direction(along, rise)
+            depth[row] += along
+
+
+@kernel
+def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
+    """Fill ``pose`` for the free components and the held ones that matter.
+
+    Those are the outermost two, which others may touch, and all whose magnets act: where magnets
+    act only outside, the charged ones next to them. Returns the first component whose magnets act.
+    """
+    articulated.place(lo, model.bodies, q, pose)
+    n = model.n
+    first = lo
+    x, y = q[n], q[n + 1]
+    for i in range(lo - 1, -1, -1):
+        acts = first == i + 1 and model.magnetic and (not model.at_mouth or charged(model, i))
+        if not acts and i < first_box(lo):
+            break
+        s, c = sincos(q[i])
+        x -= model.bodies.length[i] * c
+        y -= model.bodies.length[i] * s
+        pose.cos[i] = c
+        pose.sin[i] = s
+        pose.x[i] = x + model.bodies.reach[i] * c
+        pose.y[i] = y + model.bodies.reach[i] * s
+        if acts:
+            first = i
+    return first
+
+
+@inlined
+def advance(model: Model, state: State) -> float:
+    """How far the feed has gone [m]: where the innermost hinge is, from where it was at first."""
+    x = float(state.q[model.n] + state.feed[at.DEPTH])
+    for i in range(state.counter[at.LO]):
+        _, c = sincos(float(state.q[i]))
+        x -= model.bodies.length[i] * c
+    return x

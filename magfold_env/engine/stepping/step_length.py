@@ -1,0 +1,153 @@
+"""How long a step may be: as far as the state alone foresees, and as the last step's error allows.
+
+And which scheme it takes: where friction is stiff, Chebyshev's.
+"""
+
+import math
+
+from magfold_env.engine import entries as at
+from magfold_env.engine.chain import feed, ledger
+from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.contact import boxes, jacobian
+from magfold_env.engine.contact.constraints import first_joint, joint_rate
+from magfold_env.engine.elementary import inverse_root, time_across
+from magfold_env.engine.state import Array, Model, State, Work
+from magfold_env.engine.stepping import chebyshev, stages
+
+LONGEST_STEP = 0.1  # [s]
+SHORTEST_STEP = 1e-13  # [s]
+LONGER = 1.2  # times the time to the next stop
+SOONEST_STOP = 1e-7  # [s] before which no stop is foreseen
+PAST_EDGE = 2e-6  # [s] how far a step may reach beyond the end of a face
+SHORTEST_BRAKE = 1e-7  # [s] the shortest step that ends where a component stops
+EASY = 1e-4  # an error that allows the largest growth
+CAUTION = 0.8  # times the longest step that its error allows
+LARGEST_GROWTH = 5.0
+LEAST_GROWTH = 0.2  # after a step that was good enough, however hard it was to find
+# Lengths of steps times the rate of friction: beyond which its stability limits an explicit step,
+# and up to which such a step is the cheaper one.
+STIFF, MILD = 2.5, 2.0
+OTHERS = 4  # explicit steps to be taken after a Chebyshev step that was no better
+
+
+@kernel
+def longest_step(model: Model, state: State, work: Work) -> float:
+    """How far a step may reach [s], going by the state alone.
+
+    Not far beyond a joint's stop, the end of a face on which a corner slides, or the moment when
+    friction stops a component: what happens there would only have the step repeated.
+    """
+    lo, h = state.counter[at.LO], LONGEST_STEP
+    if model.contact:
+        h = min(h, time_past_stop(lo, model, state, work))
+        h = min(h, PAST_EDGE + time_to_edge(lo, model, work, state.v))
+    if model.frictional:
+        h = min(h, max(state.clock[at.BRAKE], SHORTEST_BRAKE))
+    if state.counter[at.SLIPPING] != 0 and lo > 0:
+        h = min(h, feed.time_to_change(model, state, work.stages.slope_v[0]))
+        if math.isinf(model.force_limit):
+            h = min(h, max(ledger.patience_left(model, state), feed.SOONEST))
+    return h
+
+
+@inlined
+def takes_smooth(state: State, h: float, rate: float) -> bool:
+    """Whether a step is Chebyshev's: explicit ones would be unstable, or cost more."""
+    return state.counter[at.STIFF] > 0 and h * rate > MILD
+
+
+@inlined
+def plan_next(
+    state: State, h: float, fraction: float, rate: float, error: float, growth: float
+) -> None:
+    """Choose the length and the scheme of the next step."""
+    smooth = takes_smooth(state, h, rate)
+    if state.counter[at.STIFF] < 0:
+        state.counter[at.STIFF] += 1
+    elif not smooth:
+        state.counter[at.STIFF] = int(h * rate > STIFF)
+    if fraction < 1.0:
+        growth = 1.0
+    elif error > EASY:
+        growth = min(growth, next_growth(state, h, error, smooth))
+    # A step cut short by an event or by the time limit says nothing against a longer one.
+    state.clock[at.STEP] = max(
+        h * growth, 0.5 * state.clock[at.STEP] if h < state.clock[at.STEP] else SHORTEST_STEP
+    )
+    state.clock[at.LAST_STEP] = 0.0 if smooth else h
+    state.clock[at.LAST_ERROR] = max(error, EASY)
+
+
+@inlined
+def next_growth(state: State, h: float, error: float, smooth: bool) -> float:
+    """Return how much longer the next step may be, going by this one's error and its trend.
+
+    Gustafsson's predictive controller (Hairer and Wanner, Solving ODEs II, IV.8): towards a stop
+    magnets pull ever harder, and a rule that knows only the last error has every other step
+    rejected.
+    """
+    if smooth:
+        return CAUTION * inverse_root(error, chebyshev.ORDER)
+    growth = CAUTION * inverse_root(error, stages.ORDER)
+    before = state.clock[at.LAST_STEP]
+    if before > 0.0:
+        trend = inverse_root(error / state.clock[at.LAST_ERROR], stages.ORDER)
+        growth = min(growth, growth * trend * h / before)
+    return max(growth, LEAST_GROWTH)
+
+
+@kernel
+def time_past_stop(lo: int, model: Model, state: State, work: Work) -> float:
+    """Time until the first open joint is a little beyond its stop, as it accelerates now [s].
+
+    Not so far that magnets, of which only stops keep the poles apart, would all but meet.
+    """
+    soonest = LONGEST_STEP
+    for k in range(first_joint(lo), model.n):
+        if state.lock[k] != 0:
+            continue
+        angle = state.q[k] - state.q[k - 1]
+        rate = joint_rate(lo, state.v, k)
+        acceleration = joint_rate(lo, work.stages.slope_v[0], k)
+        for sign in (-1.0, 1.0):
+            gap = jacobian.HALF_PI - sign * angle
+            time, speed = time_across(gap, sign * rate, sign * acceleration)
+            if time < LONGEST_STEP:
+                soonest = min(soonest, LONGER * time, time + model.past_stop / speed)
+    return max(soonest, LONGER * SOONEST_STOP)
+
+
+@kernel
+def time_to_edge(lo: int, model: Model, work: Work, v: Array) -> float:
+    """Time until a corner that slides along a face, or around an edge, is at its end [s].
+
+    There the normal begins or ceases to turn. At the present velocities; infinite if nothing
+    slides. Needs `place_boxes` and centre velocities.
+    """
+    soonest = math.inf
+    for r in range(work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]):
+        box, other, k = int(work.rows.id[r, 0]), int(work.rows.id[r, 1]), int(work.rows.id[r, 2])
+        ox, oy = boxes.corner(work, other, k)
+        x = work.boxes.x[other] + ox - work.boxes.x[box]
+        y = work.boxes.y[other] + oy - work.boxes.y[box]
+        vx, vy, w = jacobian.corner_velocity(lo, model, work, box, other, ox, oy, v)
+        vx += w * y
+        vy -= w * x
+        c, s = work.boxes.c[box], work.boxes.s[box]
+        along, across = c * x + s * y, c * y - s * x
+        slide, rise = c * vx + s * vy, c * vy - s * vx
+        a, b = work.boxes.a[box], work.boxes.b[box]
+        beside, above = abs(along) > a, abs(across) > b
+        if above or not beside:
+            soonest = min(soonest, time_to_end(along, a, slide))
+        if beside or not above:
+            soonest = min(soonest, time_to_end(across, b, rise))
+    return soonest
+
+
+@inlined
+def time_to_end(x: float, end: float, rate: float) -> float:
+    """Time until a point at x is at one of the ends −end and end of a face [s]."""
+    goal = math.copysign(end, x if abs(x) > end else rate)
+    time = (goal - x) / rate if rate != 0.0 else math.inf
+    return time if time > 0.0 else math.inf
