@@ -29,7 +29,7 @@ from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
 from magfold_env.scene.numbers import FRICTION_ARM, friction_limit, rectangle, typical_rate
 from magfold_env.simulation.far_table import build_far_table
-from magfold_env.simulation.pair_tables import build_tables
+from magfold_env.simulation.near_table import build_near_table
 from magfold_env.simulation.quadrature import (
     TABLE_GAP,
     Rule,
@@ -257,7 +257,7 @@ def joint_tables(scene: Scene) -> Tables:
 def _tables_of(side: float, sizes: MagnetSizes) -> tuple[Tables, float]:
     casing = Casing(side=side)
     rule = table_rule(MagnetsPart(**sizes._asdict()))
-    return build_tables(_build(rule, True, side, sizes), casing.diagonal, NO_FAR_TABLE)
+    return build_near_table(_build(rule, True, side, sizes), casing.diagonal, NO_FAR_TABLE)
 
 
 @_made_once

@@ -10,13 +10,13 @@ for, all pole faces with equally many nodes; beyond the *far radius* it is expan
 at a time, *level* by level. All follow one pattern: with U_k the energy by the k-th rule, the
 pair's energy is U_0 + Σ w_k (U_k − U_{k−1}), where w_k is a twice differentiable step from 1 within
 a radius to 0 a little beyond it. Forces are the exact gradient of this energy, so refinement takes
-no energy from the chain and gives it none. ``engine.magnets.segments`` picks the pairs.
+no energy from the chain and gives it none. ``engine.magnets.multipole_tree`` picks the pairs.
 """
 
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.magnets import laws, segments, sheets
+from magfold_env.engine.magnets import laws, multipole_tree, sheets
 from magfold_env.engine.magnets.expansions import TERMS, expansion, turn_moments
 from magfold_env.engine.magnets.laws import FacePair
 from magfold_env.engine.magnets.multipoles import PARTS, turn_row
@@ -136,7 +136,7 @@ def far_pair(
     far = magnets.far_radius
     ex, ey = pose.x[i] - pose.x[j], pose.y[i] - pose.y[j]
     distance = math.sqrt(ex * ex + ey * ey)
-    if distance >= segments.SPREAD * far:
+    if distance >= laws.SPREAD * far:
         return expansion(magnets.far_order, nodes.moment, i, j, ex, ey, nodes.expanded)
     between = distance > far
     room = distance - 2.0 * magnets.depth
@@ -144,7 +144,7 @@ def far_pair(
     if not between:
         return summed
     beyond = expansion(magnets.far_order, nodes.moment, i, j, ex, ey, nodes.expanded)
-    return laws.between_rules(summed, beyond, distance / far, segments.SPREAD, far, ex, ey)
+    return laws.between_rules(summed, beyond, distance / far, laws.SPREAD, far, ex, ey)
 
 
 @kernel
@@ -157,7 +157,7 @@ def ranked_pair(
     """
     rank_radius = magnets.rank_radius
     rank = rank_radius.size - 1
-    while rank > 0 and room >= segments.SPREAD * rank_radius[rank]:
+    while rank > 0 and room >= laws.SPREAD * rank_radius[rank]:
         rank -= 1
     blended = rank > 0 and room > rank_radius[rank]
     fine = rank_pair(magnets, pose, nodes, rank, i, j, blended or with_energy)
@@ -166,7 +166,7 @@ def ranked_pair(
     coarse = rank_pair(magnets, pose, nodes, rank - 1, i, j, True)
     ex, ey = pose.x[i] - pose.x[j], pose.y[i] - pose.y[j]
     radius = rank_radius[rank]
-    return laws.between_rules(fine, coarse, room / radius, segments.SPREAD, radius, ex, ey)
+    return laws.between_rules(fine, coarse, room / radius, laws.SPREAD, radius, ex, ey)
 
 
 @kernel
@@ -389,9 +389,9 @@ def add_forces(
     spread_charges(magnets, charge, nodes)
     spread_nodes(lo, magnets, pose, nodes)
     n, pair = pose.x.size, nodes.segments.pair
-    segments.begin(lo, pose.x, pose.y, nodes.segments)
+    multipole_tree.begin(lo, pose.x, pose.y, nodes.segments)
     while True:
-        count, _ = segments.list_pairs(
+        count, _ = multipole_tree.list_pairs(
             lo, lo, n, magnets.group_radius, magnets.group_terms, False, nodes.segments
         )
         if count == 0:
@@ -400,7 +400,7 @@ def add_forces(
             i, j = pair[p, 0], pair[p, 1]
             _, px, py, t = casing_pair(magnets, charge, pose, nodes, i, j, False)
             act(pose, i, j, px, py, t, loads)
-    segments.finish(lo, n, nodes.segments, loads)
+    multipole_tree.finish(lo, n, nodes.segments, loads)
 
 
 @inlined
@@ -421,9 +421,9 @@ def energy(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -
     spread_charges(magnets, charge, nodes)
     spread_nodes(lo, magnets, pose, nodes)
     total, pair = 0.0, nodes.segments.pair
-    segments.begin(lo, pose.x, pose.y, nodes.segments)
+    multipole_tree.begin(lo, pose.x, pose.y, nodes.segments)
     while True:
-        count, far = segments.list_pairs(
+        count, far = multipole_tree.list_pairs(
             lo, lo, pose.x.size, magnets.group_radius, magnets.group_terms, True, nodes.segments
         )
         total += far

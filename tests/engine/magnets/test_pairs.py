@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.engine.magnets import pairs, segments
+from magfold_env.engine.magnets import laws, pairs
 from magfold_env.engine.state import Loads, Pose
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Magnets, Scene
@@ -77,8 +77,8 @@ class Casings:
         """Whether a blend, only twice differentiable at its ends, begins or ends on the way."""
         rule = self.model.magnets
         levels = np.outer(rule.level_radius[1:], [1.0, pairs.BLEND]).ravel()
-        ranks = 2 * rule.depth + np.outer(rule.rank_radius[1:], [1.0, segments.SPREAD]).ravel()
-        casings = np.append(ranks, rule.far_radius * np.array([1.0, segments.SPREAD]))
+        ranks = 2 * rule.depth + np.outer(rule.rank_radius[1:], [1.0, laws.SPREAD]).ravel()
+        casings = np.append(ranks, rule.far_radius * np.array([1.0, laws.SPREAD]))
         return _crosses(
             levels, self.face_distances(*first), self.face_distances(*second)
         ) or _crosses(casings, _distances(first[0]), _distances(second[0]))
@@ -187,7 +187,7 @@ def test_gradient_holds_where_two_rules_are_blended(between, number, share):
             distance = SIDE - 0.001 + radius * (1.0 + share * (pairs.BLEND - 1.0))
             headings, bearing = np.array([np.pi / 4, np.pi / 4]), np.pi / 2
         else:
-            room = rule.rank_radius[number] * (1.0 + share * (segments.SPREAD - 1.0))
+            room = rule.rank_radius[number] * (1.0 + share * (laws.SPREAD - 1.0))
             distance = 2 * rule.depth + room
         places = distance * np.array([[0.0, 0.0], [np.cos(bearing), np.sin(bearing)]])
         if (expected := gradient(casings, places, headings)) is not None:

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from magfold_bench.laws import exact_magnets
 from magfold_bench.magnets.samples import folded, unfolded
+from magfold_env.engine.magnets import multipole_tree
 from magfold_env.engine.magnets import pairs as magnets
-from magfold_env.engine.magnets import segments
 from magfold_env.engine.state import Loads, Pose
 from magfold_env.engine.workspace import new_nodes
 from magfold_env.scene import Magnets, Scene
@@ -49,11 +49,11 @@ class Long:
         pose, parts = self.pose(headings), self.nodes.segments
         loads = Loads(*np.zeros((3, self.scene.n)))
         magnets.add_forces(0, self.rule, self.charge, pose, self.nodes, loads)
-        segments.begin(0, pose.x, pose.y, parts)
+        multipole_tree.begin(0, pose.x, pose.y, parts)
         counts = []
         while not counts or counts[-1]:
             rule = self.rule.group_radius, self.rule.group_terms
-            counts.append(segments.list_pairs(0, 0, self.scene.n, *rule, False, parts)[0])
+            counts.append(multipole_tree.list_pairs(0, 0, self.scene.n, *rule, False, parts)[0])
         return sum(counts), len(counts)
 
 

@@ -1,4 +1,4 @@
-"""Build the splines of ``engine.magnets.lookup``, once per geometry.
+"""Build the splines of ``engine.magnets.near_table``, once per geometry.
 
 The energy of neighbours depends on the angle of one joint, and that of components two places apart
 on two angles. Both are bilinear in the charges of the faces. The sixteen energies of pairs of faces
@@ -14,7 +14,7 @@ import numpy as np
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.elementary import sincos
 from magfold_env.engine.magnets.laws import COULOMB, FacePair
-from magfold_env.engine.magnets.lookup import DEGREE, PAIRS, knots_at
+from magfold_env.engine.magnets.near_table import DEGREE, PAIRS, knots_at
 from magfold_env.engine.magnets.pairs import BLEND, level_sum, refine
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Tables
 from magfold_env.engine.workspace import new_nodes
@@ -76,7 +76,7 @@ def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
 def angles_at(shares: Array, end: float, finest: float, spaces: int, out: Array) -> None:
     """Fill in the joint angles below which given shares of all knots are, and knots per radian.
 
-    ``out`` has shape (2, shares). `lookup.knots_at` gives the places of knots, and bisection
+    ``out`` has shape (2, shares). `knots_at` gives the places of knots, and bisection
     inverts it.
     """
     for k in range(shares.size):
@@ -150,7 +150,7 @@ def coefficients(spaces: int, values: Array) -> Array:
     return found.reshape(values.shape)
 
 
-def build_tables(magnets: Magnets, pitch: float, far: FarTable) -> tuple[Tables, float]:
+def build_near_table(magnets: Magnets, pitch: float, far: FarTable) -> tuple[Tables, float]:
     """Compute the splines of one kind of casing from sums of energies over its magnets' nodes.
 
     Also returns the error of the slopes of all faces together, as a share of the largest slope.

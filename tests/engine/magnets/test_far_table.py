@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from magfold_bench.laws import exact_magnets
 from magfold_env.engine.magnets import pairs
-from magfold_env.engine.magnets.chain import apart, forget
+from magfold_env.engine.magnets.chain import apart, invalidate_cache
 from magfold_env.engine.state import Pose
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Magnets, Scene
@@ -41,7 +41,7 @@ class Pair:
         """Force on each (2, 2), torques (2,) and energy, at the other's place (2,)."""
         pose = Pose(np.cos(headings), np.sin(headings), *np.array([[0.0, 0.0], place]).T.copy())
         if not kept:
-            forget(self.work.nodes)
+            invalidate_cache(self.work.nodes)
         turn, model = headings[1] - headings[0], self.model
         pairs.spread_charges(model.magnets, model.charge, self.work.nodes)
         pairs.turn_casings(0, model.magnets, pose, self.work.nodes)
