@@ -56,7 +56,7 @@ class Magnets(NamedTuple):
     A casing has eight pole faces, numbered 0-3 (the outer ones, front-left first) and 4-7 (their
     inner counterparts, with the opposite sign). *Ranks* are sets of nodes for whole casings, the
     coarsest first, *levels* those for single pole faces; level 0 is the last rank. See
-    ``engine.magnets`` for how they act together, and `simulation.pair_tables` for the tables.
+    ``engine.magnets`` for how they act together, and `simulation.near_table` for the tables.
     """
 
     strips: bool  # charged rectangles standing on the plane; else point charges
@@ -107,7 +107,7 @@ class Field(NamedTuple):
 
 @by_pointer
 class Tables(NamedTuple):
-    """Splines, see `simulation.pair_tables`: face pairs (4 i + j) of unit charge [J/(A·m)²]."""
+    """Splines, see `simulation.near_table`: face pairs (4 i + j) of unit charge [J/(A·m)²]."""
 
     end: float  # joint angles from −end to end are covered [rad]; 0: there are none
     finest: float  # how near to the ends the knots of ``one`` crowd [rad]; 0: they are even
@@ -118,7 +118,7 @@ class Tables(NamedTuple):
 
 @by_pointer
 class FarTable(NamedTuple):
-    """Splines for casings farther apart, see `engine.magnets.far_lookup`.
+    """Splines for casings farther apart, see `engine.magnets.far_table`.
 
     They are over 1/r and the directions to each other, seen from both; poles nearer than ``soft``
     act more softly in them.
@@ -199,9 +199,10 @@ class Record(NamedTuple):
 
 @by_pointer
 class Segments(NamedTuple):
-    """Runs of 1, 2, 4, … components and what they feel from each other, see `magnets.segments`.
+    """Runs of 1, 2, 4, … components and what they feel from each other.
 
-    Row i is component i, row ``start[l] + s`` segment s of level l.
+    See `engine.magnets.multipole_tree`. Row i is component i, row ``start[l] + s`` segment s of
+    level l.
     """
 
     start: Annotated[IntArray, "levels"]  # first row of every level
@@ -230,7 +231,7 @@ class Stencils(NamedTuple):
     value: Annotated[
         Array, "slots", 4, 16
     ]  # by direction from the second casing; other two together [J]
-    column: Annotated[Array, 31, 8]  # of pairs that are looked up together, see `far_lookup`
+    column: Annotated[Array, 31, 8]  # of pairs that are looked up together, see `far_table`
     here: Annotated[Array, 2, 16]  # combined at a heading, and their slopes
     sum: Annotated[Array, 16]
     product: Annotated[Array, 4, 16]  # of charges, by face of the first casing [A²·m²]
@@ -241,7 +242,7 @@ class Stencils(NamedTuple):
 class Bends(NamedTuple):
     """The splines that are not zero at joints' angles, with the charges folded in.
 
-    Row i is of component i and the next one, or the next but one; see `engine.magnets.lookup`.
+    Row i is of component i and the next one, or the next but one; see `engine.magnets.near_table`.
     """
 
     one_cell: IntPerBody  # number of the space between knots, from 1 on; 0: none
@@ -270,6 +271,9 @@ class Nodes(NamedTuple):
     lane_x: PerLane  # sums of the vectorised loops
     lane_y: PerLane
     lane_u: PerLane
+    face_x: PerLane  # a pole face's nodes, from its centre [m]
+    face_y: PerLane
+    face_half: PerLane
     spline: Annotated[Array, 4, "spline"]  # weights of two splines and their slopes
     bends: Bends
     stencils: Stencils

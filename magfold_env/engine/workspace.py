@@ -10,7 +10,7 @@ import numpy as np
 from magfold_env.engine import entries as at
 from magfold_env.engine import state as arrays
 from magfold_env.engine.chain import recursion
-from magfold_env.engine.magnets import expansions, lookup, multipoles, segments
+from magfold_env.engine.magnets import expansions, multipole_tree, multipoles, near_table
 from magfold_env.engine.state import Array
 from magfold_env.engine.stepping import bumps
 from magfold_env.engine.stepping.stages import STAGES
@@ -125,7 +125,7 @@ def _nodes(n: int, ranks: int, most: int, lanes: int) -> arrays.Nodes:
         "nodes a casing": most,
         "lanes": lanes,
         "terms": expansions.MOST,
-        "spline": lookup.SPLINES,
+        "spline": near_table.SPLINES,
         "slots": min(n * n, MOST_STENCILS),
     }
     return zeros(arrays.Nodes, sizes, segments=new_segments(n))
@@ -133,7 +133,7 @@ def _nodes(n: int, ranks: int, most: int, lanes: int) -> arrays.Nodes:
 
 def new_segments(n: int) -> arrays.Segments:
     """Scratch space for the segments of n components."""
-    levels = 1 + (n - 1).bit_length() if n >= segments.LONG else 1
+    levels = 1 + (n - 1).bit_length() if n >= multipole_tree.LONG else 1
     rows = [-(-n // 2**level) for level in range(levels)]
     sizes = {
         "n": n,
@@ -141,7 +141,7 @@ def new_segments(n: int) -> arrays.Segments:
         "parts": multipoles.PARTS,
         "pair": multipoles.PAIR_PARTS,
         "depth": 4 * levels,
-        "batch": segments.BATCH if levels > 1 else max(n * (n - 1) // 2, 1),
+        "batch": multipole_tree.BATCH if levels > 1 else max(n * (n - 1) // 2, 1),
     }
     return zeros(arrays.Segments, sizes, start=np.cumsum([0, *rows[:-1]], dtype=np.int64))
 

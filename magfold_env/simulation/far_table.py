@@ -1,4 +1,4 @@
-"""Build the table of ``engine.magnets.far_lookup``, once per geometry.
+"""Build the table of ``engine.magnets.far_table``, once per geometry.
 
 The energies of two faces of unit charge, with close nodes softened, are sums over Gauss-Legendre
 nodes at the knots, interpolated by splines. The splines are periodic in both angles; in the
@@ -15,7 +15,7 @@ import numpy as np
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.elementary import sincos
 from magfold_env.engine.magnets import sheets
-from magfold_env.engine.magnets.far_lookup import TWO_PI, look_up
+from magfold_env.engine.magnets.far_table import TWO_PI, look_up
 from magfold_env.engine.magnets.laws import COULOMB, node_law
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose
 from magfold_env.engine.workspace import new_nodes

@@ -15,6 +15,7 @@ from magfold_env.engine.compile.jit import inlined
 from magfold_env.engine.elementary import log1p
 
 COULOMB = 1e-7  # µ0 / 4π [N/A²]
+SPREAD = 1.25  # two rules for casings or segments are blended up to this many radii
 NEAREST2 = 1e-16  # [m²] poles do not come nearer than 10 nm, lest forces end as no numbers
 
 

@@ -10,13 +10,13 @@ for, all pole faces with equally many nodes; beyond the *far radius* it is expan
 at a time, *level* by level. All follow one pattern: with U_k the energy by the k-th rule, the
 pair's energy is U_0 + Σ w_k (U_k − U_{k−1}), where w_k is a twice differentiable step from 1 within
 a radius to 0 a little beyond it. Forces are the exact gradient of this energy, so refinement takes
-no energy from the chain and gives it none. ``engine.magnets.segments`` picks the pairs.
+no energy from the chain and gives it none. ``engine.magnets.multipole_tree`` picks the pairs.
 """
 
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.magnets import laws, segments, sheets
+from magfold_env.engine.magnets import laws, multipole_tree, sheets
 from magfold_env.engine.magnets.expansions import TERMS, expansion, turn_moments
 from magfold_env.engine.magnets.laws import FacePair
 from magfold_env.engine.magnets.multipoles import PARTS, turn_row
@@ -136,7 +136,7 @@ def far_pair(
     far = magnets.far_radius
     ex, ey = pose.x[i] - pose.x[j], pose.y[i] - pose.y[j]
     distance = math.sqrt(ex * ex + ey * ey)
-    if distance >= segments.SPREAD * far:
+    if distance >= laws.SPREAD * far:
         return expansion(magnets.far_order, nodes.moment, i, j, ex, ey, nodes.expanded)
     between = distance > far
     room = distance - 2.0 * magnets.depth
@@ -144,7 +144,7 @@ def far_pair(
     if not between:
         return summed
     beyond = expansion(magnets.far_order, nodes.moment, i, j, ex, ey, nodes.expanded)
-    return laws.between_rules(summed, beyond, distance / far, segments.SPREAD, far, ex, ey)
+    return laws.between_rules(summed, beyond, distance / far, laws.SPREAD, far, ex, ey)
 
 
 @kernel
@@ -157,7 +157,7 @@ def ranked_pair(
     """
     rank_radius = magnets.rank_radius
     rank = rank_radius.size - 1
-    while rank > 0 and room >= segments.SPREAD * rank_radius[rank]:
+    while rank > 0 and room >= laws.SPREAD * rank_radius[rank]:
         rank -= 1
     blended = rank > 0 and room > rank_radius[rank]
     fine = rank_pair(magnets, pose, nodes, rank, i, j, blended or with_energy)
@@ -166,7 +166,7 @@ def ranked_pair(
     coarse = rank_pair(magnets, pose, nodes, rank - 1, i, j, True)
     ex, ey = pose.x[i] - pose.x[j], pose.y[i] - pose.y[j]
     radius = rank_radius[rank]
-    return laws.between_rules(fine, coarse, room / radius, segments.SPREAD, radius, ex, ey)
+    return laws.between_rules(fine, coarse, room / radius, laws.SPREAD, radius, ex, ey)
 
 
 @kernel
@@ -177,52 +177,81 @@ def rank_pair(
 
     The energy is 0 unless asked for.
     """
-    strips, even = magnets.strips, magnets.even
     node_x, node_y, node_q, half = nodes.x, nodes.y, nodes.q, nodes.half
-    lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
     per_face = 2 * magnets.rank_count[rank]
-    count_i, count_j = per_face * nodes.faces[i], per_face * nodes.faces[j]
-    xi, yi = pose.x[i], pose.y[i]
-    lanes = whole_lanes(count_i)
+    count = per_face * nodes.faces[i]
+    lanes = clear_lanes(count, nodes)
+    places = node_x[rank, i], node_y[rank, i], half[rank, i]
+    for b in range(per_face * nodes.faces[j]):
+        node = node_x[rank, j, b], node_y[rank, j, b], node_q[rank, j, b], half[rank, j, b]
+        add_node(magnets, magnets.even, False, node, places, lanes, with_energy, nodes)
+    return sum_casing(rank, i, count, pose, nodes)
+
+
+@inlined
+def clear_lanes(count: int, nodes: Nodes) -> int:
+    """Empty the sums of as many nodes, and return how many lanes of vectors they fill."""
+    lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
+    lanes = whole_lanes(count)
     for a in range(lanes):
         lane_x[a] = 0.0
         lane_y[a] = 0.0
         lane_u[a] = 0.0
-    sum2, difference2, nearest2 = magnets.height2, 0.0, magnets.nearest2
-    for b in range(count_j):
-        x, y, q, h = node_x[rank, j, b], node_y[rank, j, b], node_q[rank, j, b], half[rank, j, b]
+    return lanes
+
+
+@inlined
+def add_node(
+    magnets: Magnets, even: bool, soft: bool, node: tuple[float, float, float, float],
+    places: tuple[Array, Array, Array], lanes: int, with_energy: bool, nodes: Nodes,
+) -> None:  # fmt: skip
+    """Add what a node does to all those in the lanes, of unit charge and without µ0/4π.
+
+    Of the node its place, its charge and half its height, of those in the lanes places and half
+    heights. If these are ``even`` they are the magnets' own. ``soft`` leaves out what the far
+    table's softened nodes do.
+    """
+    (x, y, charge, h), (at_x, at_y, half), nearest2 = node, places, magnets.nearest2
+    lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
+    soft2, soften = magnets.tables.far.soft * magnets.tables.far.soft, magnets.tables.far.soften
+    q, sum2, difference2, force, energy = charge, magnets.height2, 0.0, 0.0, 0.0
+    for a in range(lanes):
+        dx, dy = at_x[a] - x, at_y[a] - y
+        if not even:
+            sum2 = (half[a] + h) * (half[a] + h)
+            difference2 = (half[a] - h) * (half[a] - h)
+        r2 = max(dx * dx + dy * dy, nearest2)
         if with_energy:
-            for a in range(lanes):
-                dx = node_x[rank, i, a] - x
-                dy = node_y[rank, i, a] - y
-                if not even:
-                    sum2 = (half[rank, i, a] + h) * (half[rank, i, a] + h)
-                    difference2 = (half[rank, i, a] - h) * (half[rank, i, a] - h)
-                r2 = max(dx * dx + dy * dy, nearest2)
-                g, u = laws.node_law(strips, even, sum2, difference2, r2)
-                lane_x[a] += q * g * dx
-                lane_y[a] += q * g * dy
-                lane_u[a] += q * u
+            force, energy = laws.node_law(magnets.strips, even, sum2, difference2, r2)
         else:
-            for a in range(lanes):
-                dx = node_x[rank, i, a] - x
-                dy = node_y[rank, i, a] - y
-                if not even:
-                    sum2 = (half[rank, i, a] + h) * (half[rank, i, a] + h)
-                    difference2 = (half[rank, i, a] - h) * (half[rank, i, a] - h)
-                r2 = max(dx * dx + dy * dy, nearest2)
-                g = q * laws.node_force(strips, sum2, difference2, r2)
-                lane_x[a] += g * dx
-                lane_y[a] += g * dy
+            force = laws.node_force(magnets.strips, sum2, difference2, r2)
+        if soft:
+            # Outside the radius nothing is left.
+            rest = min(r2 - soft2, 0.0)
+            q = charge if rest < 0.0 else 0.0
+            force += 2.0 * (soften[1] + rest * (2.0 * soften[2] + rest * 3.0 * soften[3]))
+            energy -= soften[0] + rest * (soften[1] + rest * (soften[2] + rest * soften[3]))
+        lane_x[a] += q * force * dx
+        lane_y[a] += q * force * dy
+        if with_energy:
+            lane_u[a] += q * energy
+
+
+@inlined
+def sum_casing(
+    rank: int, i: int, count: int, pose: Pose, nodes: Nodes
+) -> tuple[float, float, float, float]:
+    """Energy [J], force [N] and torque about its centre [N·m] of casing i, from its lanes."""
+    x, y, charge, xi, yi = nodes.x[rank, i], nodes.y[rank, i], nodes.q, pose.x[i], pose.y[i]
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    for a in range(count_i):
-        q = laws.COULOMB * node_q[rank, i, a]
-        gx = q * lane_x[a]
-        gy = q * lane_y[a]
-        energy += q * lane_u[a]
+    for a in range(count):
+        q = laws.COULOMB * charge[rank, i, a]
+        gx = q * nodes.lane_x[a]
+        gy = q * nodes.lane_y[a]
+        energy += q * nodes.lane_u[a]
         fx += gx
         fy += gy
-        torque += (node_x[rank, i, a] - xi) * gy - (node_y[rank, i, a] - yi) * gx
+        torque += (x[a] - xi) * gy - (y[a] - yi) * gx
     return energy, fx, fy, torque
 
 
@@ -322,62 +351,52 @@ def grade(
 
 @kernel
 def level_sum(
-    magnets: Magnets, level: int, faces: FacePair, with_energy: bool, scratch: Nodes
+    magnets: Magnets, level: int, faces: FacePair, with_energy: bool, nodes: Nodes
 ) -> tuple[float, float, float, float]:
     """Energy, force on face a and its torque about its centre, for faces of unit charge.
 
     Without µ0/4π. The energy is 0 unless asked for.
     """
-    strips, even, count = magnets.strips, faces.even, magnets.level_count[level]
-    nodes, weights, nearest2 = magnets.level_node, magnets.level_weight, magnets.nearest2
-    lane_x, lane_y, lane_u = scratch.lane_x, scratch.lane_y, scratch.lane_u
-    atx, aty = faces.ax, faces.ay
-    sum2 = (faces.half_a + faces.half_b) * (faces.half_a + faces.half_b)
-    difference2 = (faces.half_a - faces.half_b) * (faces.half_a - faces.half_b)
-    # The lanes are face a's nodes, padded with weightless ones to the width of a vector.
-    lanes = whole_lanes(count)
-    for k in range(lanes):
-        lane_x[k] = 0.0
-        lane_y[k] = 0.0
-        lane_u[k] = 0.0
+    count, node, weight = magnets.level_count[level], magnets.level_node, magnets.level_weight
+    lanes, places = place_face(magnets, level, faces, nodes)
     for m in range(count):
-        fx0 = faces.x - nodes[level, m] * faces.bx
-        fy0 = faces.y - nodes[level, m] * faces.by
-        w = weights[level, m]
-        if with_energy:
-            for k in range(lanes):
-                dx = fx0 + nodes[level, k] * atx
-                dy = fy0 + nodes[level, k] * aty
-                r2 = max(dx * dx + dy * dy, nearest2)
-                g, u = laws.node_law(strips, even, sum2, difference2, r2)
-                lane_x[k] += w * g * dx
-                lane_y[k] += w * g * dy
-                lane_u[k] += w * u
-        else:
-            for k in range(lanes):
-                dx = fx0 + nodes[level, k] * atx
-                dy = fy0 + nodes[level, k] * aty
-                r2 = max(dx * dx + dy * dy, nearest2)
-                g = w * laws.node_force(strips, sum2, difference2, r2)
-                lane_x[k] += g * dx
-                lane_y[k] += g * dy
-    return sum_lanes(weights[level], nodes[level], count, (atx, aty), lane_x, lane_y, lane_u)
+        x, y = node[level, m] * faces.bx - faces.x, node[level, m] * faces.by - faces.y
+        one = x, y, weight[level, m], faces.half_b
+        add_node(magnets, faces.even, False, one, places, lanes, with_energy, nodes)
+    return sum_face(magnets, level, faces, nodes)
 
 
 @inlined
-def sum_lanes(
-    weights: Array, places: Array, count: int, along: tuple[float, float],
-    lane_x: Array, lane_y: Array, lane_u: Array,
-) -> tuple[float, float, float, float]:  # fmt: skip
-    """Sum energies, forces, and torques about its middle, of the nodes at places on a face."""
+def place_face(
+    magnets: Magnets, level: int, faces: FacePair, nodes: Nodes
+) -> tuple[int, tuple[Array, Array, Array]]:
+    """Put face a's nodes of a level into the lanes; returns how many these are, and their places.
+
+    Weightless nodes pad them to the width of a vector.
+    """
+    node = magnets.level_node
+    lanes = clear_lanes(magnets.level_count[level], nodes)
+    for k in range(lanes):
+        nodes.face_x[k] = node[level, k] * faces.ax
+        nodes.face_y[k] = node[level, k] * faces.ay
+        nodes.face_half[k] = faces.half_a
+    return lanes, (nodes.face_x, nodes.face_y, nodes.face_half)
+
+
+@inlined
+def sum_face(
+    magnets: Magnets, level: int, faces: FacePair, nodes: Nodes
+) -> tuple[float, float, float, float]:
+    """Energy, force on face a and its torque about its centre, from the lanes of its nodes."""
+    weight, place = magnets.level_weight, magnets.level_node
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    for k in range(count):
-        w = weights[k]
-        px, py = w * lane_x[k], w * lane_y[k]
-        energy += w * lane_u[k]
+    for k in range(magnets.level_count[level]):
+        w = weight[level, k]
+        px, py = w * nodes.lane_x[k], w * nodes.lane_y[k]
+        energy += w * nodes.lane_u[k]
         fx += px
         fy += py
-        torque += places[k] * (along[0] * py - along[1] * px)
+        torque += place[level, k] * (faces.ax * py - faces.ay * px)
     return energy, fx, fy, torque
 
 
@@ -389,9 +408,9 @@ def add_forces(
     spread_charges(magnets, charge, nodes)
     spread_nodes(lo, magnets, pose, nodes)
     n, pair = pose.x.size, nodes.segments.pair
-    segments.begin(lo, pose.x, pose.y, nodes.segments)
+    multipole_tree.begin(lo, pose.x, pose.y, nodes.segments)
     while True:
-        count, _ = segments.list_pairs(
+        count, _ = multipole_tree.list_pairs(
             lo, lo, n, magnets.group_radius, magnets.group_terms, False, nodes.segments
         )
         if count == 0:
@@ -400,7 +419,7 @@ def add_forces(
             i, j = pair[p, 0], pair[p, 1]
             _, px, py, t = casing_pair(magnets, charge, pose, nodes, i, j, False)
             act(pose, i, j, px, py, t, loads)
-    segments.finish(lo, n, nodes.segments, loads)
+    multipole_tree.finish(lo, n, nodes.segments, loads)
 
 
 @inlined
@@ -421,9 +440,9 @@ def energy(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -
     spread_charges(magnets, charge, nodes)
     spread_nodes(lo, magnets, pose, nodes)
     total, pair = 0.0, nodes.segments.pair
-    segments.begin(lo, pose.x, pose.y, nodes.segments)
+    multipole_tree.begin(lo, pose.x, pose.y, nodes.segments)
     while True:
-        count, far = segments.list_pairs(
+        count, far = multipole_tree.list_pairs(
             lo, lo, pose.x.size, magnets.group_radius, magnets.group_terms, True, nodes.segments
         )
         total += far

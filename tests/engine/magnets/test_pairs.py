@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.engine.magnets import pairs, segments
+from magfold_bench.laws import exact_magnets
+from magfold_env.engine.magnets import laws, pairs
 from magfold_env.engine.state import Loads, Pose
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Magnets, Scene
@@ -36,6 +37,8 @@ seeds = st.integers(0, 2**32 - 1)
 class Casings:
     """Casings anywhere in the plane, not joined to each other, under the engine's kernels."""
 
+    first = 0  # what comes before it is left out
+
     def __init__(self, scene):
         self.model = pack(scene.replace(friction=0.0, contact=False))
         self.work = new_work(self.model)
@@ -48,10 +51,8 @@ class Casings:
         return self.work.nodes
 
     def forces(self, places, headings):
-        n = headings.size
-        loads = Loads(np.zeros(n), np.zeros(n), np.zeros(n))
-        pose = self.pose(places, headings)
-        pairs.add_forces(0, self.model.magnets, self.model.charge, pose, self.nodes, loads)
+        loads, pose = Loads(*np.zeros((3, headings.size))), self.pose(places, headings)
+        pairs.add_forces(self.first, self.model.magnets, self.model.charge, pose, self.nodes, loads)
         return np.stack([loads.fx, loads.fy], axis=1), loads.torque
 
     def energy(self, places, headings):
@@ -77,8 +78,8 @@ class Casings:
         """Whether a blend, only twice differentiable at its ends, begins or ends on the way."""
         rule = self.model.magnets
         levels = np.outer(rule.level_radius[1:], [1.0, pairs.BLEND]).ravel()
-        ranks = 2 * rule.depth + np.outer(rule.rank_radius[1:], [1.0, segments.SPREAD]).ravel()
-        casings = np.append(ranks, rule.far_radius * np.array([1.0, segments.SPREAD]))
+        ranks = 2 * rule.depth + np.outer(rule.rank_radius[1:], [1.0, laws.SPREAD]).ravel()
+        casings = np.append(ranks, rule.far_radius * np.array([1.0, laws.SPREAD]))
         return _crosses(
             levels, self.face_distances(*first), self.face_distances(*second)
         ) or _crosses(casings, _distances(first[0]), _distances(second[0]))
@@ -119,37 +120,41 @@ def scatter(rng, n, gap):
     return np.array(places), np.array(headings)
 
 
-def gradient(casings, places, headings):
-    """Energy's derivatives by each casing's x, y [N] and heading [N·m]; None across an edge."""
+def error(scene, found, exact):
+    """Largest error of a force, or of a torque over the side, in flush forces."""
+    force = np.hypot(*(found[0] - exact[0]).T).max()
+    torque = np.abs(found[1] - exact[1]).max() / SIDE
+    return max(force, torque) / exact_magnets.flush_force(scene)
+
+
+def gradient(casings, places, headings, step=4e-6):
+    """Energy's derivatives by each casing's x, y [N] and heading [N·m]; None across an edge.
+
+    A step is so long in metres, and a hundred times that in radians.
+    """
     n = headings.size
-    force, torque = np.zeros((n, 2)), np.zeros(n)
-    for i in range(n):
-        for axis in range(3):
-            shift, turn = np.zeros((n, 2)), np.zeros(n)
-            if axis < 2:
-                shift[i, axis] = 1.0
-                step = 4e-6
-            else:
-                turn[i] = 1.0
-                step = 4e-4
+    found = np.zeros((3, n))
+    for axis, i in np.ndindex(3, n):
+        shift, turn = np.zeros((n, 2)), np.zeros(n)
+        if axis < 2:
+            shift[i, axis] = 1.0
+        else:
+            turn[i] = 100.0
 
-            def along(t, shift=shift, turn=turn):
-                return places + t * shift, headings + t * turn
+        def along(t, shift=shift, turn=turn):
+            return places + t * shift, headings + t * turn
 
-            if casings.crosses_an_edge(along(-3 * step), along(3 * step)):
-                return None
-            slope = reference.derivative(lambda t, a=along: casings.energy(*a(t)), step)
-            if axis < 2:
-                force[i, axis] = -slope
-            else:
-                torque[i] = -slope
-    return force, torque
+        if casings.crosses_an_edge(along(-3 * step), along(3 * step)):
+            return None
+        found[axis, i] = -reference.derivative(lambda t, a=along: casings.energy(*a(t)), step)
+    return found[:2].T, found[2] / 100.0
 
 
-def assert_gradient(casings, places, headings, expected):
+def assert_gradient(casings, places, headings, expected, within=1e-8, weak=0.0):
     force, torque = casings.forces(places, headings)
-    np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
-    np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * SIDE * np.abs(force).max())
+    size = within * (np.abs(force).max() + weak)
+    np.testing.assert_allclose(force, expected[0], rtol=0, atol=size)
+    np.testing.assert_allclose(torque, expected[1], rtol=0, atol=SIDE * size)
 
 
 @pytest.mark.laws
@@ -164,9 +169,7 @@ def test_force_and_torque_are_the_energys_gradient(model):
         expected = gradient(casings, places, headings)
         if expected is None:
             continue
-        force, torque = casings.forces(places, headings)
-        np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
-        np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * np.abs(torque).max())
+        assert_gradient(casings, places, headings, expected)
         checked += 1
         blended += casings.blended(places, headings) > 0
 
@@ -187,7 +190,7 @@ def test_gradient_holds_where_two_rules_are_blended(between, number, share):
             distance = SIDE - 0.001 + radius * (1.0 + share * (pairs.BLEND - 1.0))
             headings, bearing = np.array([np.pi / 4, np.pi / 4]), np.pi / 2
         else:
-            room = rule.rank_radius[number] * (1.0 + share * (segments.SPREAD - 1.0))
+            room = rule.rank_radius[number] * (1.0 + share * (laws.SPREAD - 1.0))
             distance = 2 * rule.depth + room
         places = distance * np.array([[0.0, 0.0], [np.cos(bearing), np.sin(bearing)]])
         if (expected := gradient(casings, places, headings)) is not None:
@@ -219,15 +222,9 @@ def test_a_single_rule_is_the_sum_over_its_nodes(seed, count, kind):
     # With `points` this is the paper's eqs. 5 to 7, each pair once and like poles apart.
     rng = np.random.default_rng(seed)
     scene = scene_of(rng, 3, "points").replace(magnets={"model": kind, "nodes": count})
-    if count == 1 and kind == "points":
-        scene = scene.replace(magnets={"width": 0.0055})
     angles = np.cumsum(rng.uniform(-np.pi / 2, np.pi / 2, 3))
     places = reference.centres(np.append(angles, [0.0, 0.0]), SIDE)
-    if count == 1 and kind == "points":
-        # One charge sits in the middle of its pole face.
-        expected = lone_charges(places, angles, scene)
-    else:
-        expected = reference.magnet_forces(places, angles, scene, count)
+    expected = reference.magnet_forces(places, angles, scene, count)
     force, torque = mf.forces(scene, angles)
     size = np.abs(expected[0]).max()
     np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-12 * size)
@@ -235,12 +232,6 @@ def test_a_single_rule_is_the_sum_over_its_nodes(seed, count, kind):
     # Poles of both signs cancel in the sum: rounding is judged by the energy of one pair.
     pair = size * SIDE
     assert mf.energy(scene, angles) == pytest.approx(expected[2], rel=1e-12, abs=1e-11 * pair)
-
-
-def lone_charges(places, angles, scene):
-    """Forces, torques and energy where a pole face is one charge: nodes of a vanishing width."""
-    narrow = scene.replace(magnets={"width": 1e-15, "pole_charge": MODELS["points"].charge})
-    return reference.magnet_forces(places, angles, narrow, 2)
 
 
 @given(seed=seeds, model=st.sampled_from(["strips", "unequal sizes", "points"]))

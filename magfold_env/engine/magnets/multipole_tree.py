@@ -16,10 +16,9 @@ import math
 
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.magnets import multipoles
-from magfold_env.engine.magnets.laws import step_down
+from magfold_env.engine.magnets.laws import SPREAD, step_down
 from magfold_env.engine.state import Array, Loads, Segments
 
-SPREAD = 1.25  # a radius is blended up to so many times itself
 LONG = 16  # components from which segments pay
 BATCH = 4096  # pairs listed at a time
 
