@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from magfold_env.engine.compile import first_use
-from magfold_env.engine.compile.first_use import FirstUse
+from magfold_env.engine.compile import compile_notice
+from magfold_env.engine.compile.compile_notice import CompileNotice
 
 
 class Kernel:
@@ -24,12 +24,12 @@ def begun(kernel: Kernel) -> SimpleNamespace:
 @pytest.fixture
 def clock(monkeypatch):
     now = SimpleNamespace(time=0.0)
-    monkeypatch.setattr(first_use.time, "monotonic", lambda: now.time)
+    monkeypatch.setattr(compile_notice.time, "monotonic", lambda: now.time)
     return now
 
 
 def compile_for(
-    listener: FirstUse, clock: SimpleNamespace, seconds: float, module: str | None
+    listener: CompileNotice, clock: SimpleNamespace, seconds: float, module: str | None
 ) -> None:
     """Compile a function that calls two others, each of which takes half the time, by parts."""
     event = begun(Kernel(module, "solve"))
@@ -47,7 +47,7 @@ def compile_for(
 
 def test_what_takes_long_is_named_counted_and_timed(clock, caplog):
     finished: list[bool] = []
-    listener = FirstUse(lambda: finished.append(True), range(20))
+    listener = CompileNotice(lambda: finished.append(True), range(20))
     with caplog.at_level(logging.WARNING, "magfold_env"):
         compile_for(listener, clock, 0.5, "magfold_env.engine.chain.articulated")
         assert not caplog.messages
@@ -71,7 +71,7 @@ def usual_interrupts():
 
 @pytest.mark.usefixtures("usual_interrupts")
 def test_ctrl_c_is_not_lost_in_a_callback_that_swallows_it():
-    kernel, listener = begun(Kernel("magfold_env.engine", "solve")), FirstUse(lambda: None)
+    kernel, listener = begun(Kernel("magfold_env.engine", "solve")), CompileNotice(lambda: None)
     for within in (True, False):
         listener.on_start(kernel)
         with pytest.raises(KeyboardInterrupt):
