@@ -3,6 +3,7 @@
 import logging
 import signal
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -10,15 +11,12 @@ from magfold_env.engine.compile import compile_notice
 from magfold_env.engine.compile.compile_notice import CompileNotice
 
 
-class Kernel:
-    """As much of a kernel as is looked at."""
-
-    def __init__(self, module: str | None, name: str) -> None:
-        self.py_func = type(name, (), {"__module__": module})
+def event_of(function: Any) -> SimpleNamespace:
+    return SimpleNamespace(data={"dispatcher": SimpleNamespace(py_func=function)})
 
 
-def begun(kernel: Kernel) -> SimpleNamespace:
-    return SimpleNamespace(data={"dispatcher": kernel})
+def a_function(name: str, module: str | None = "magfold_env.engine.chain") -> Any:
+    return type(name, (), {"__module__": module})
 
 
 @pytest.fixture
@@ -28,33 +26,32 @@ def clock(monkeypatch):
     return now
 
 
-def compile_for(
-    listener: CompileNotice, clock: SimpleNamespace, seconds: float, module: str | None
-) -> None:
+def compile_for(seconds: float, listener: CompileNotice, clock: SimpleNamespace) -> None:
     """Compile a function that calls two others, each of which takes half the time, by parts."""
-    event = begun(Kernel(module, "solve"))
-    listener.on_start(event)
+    solve = event_of(a_function("solve"))
+    listener.on_start(solve)
     for _ in range(2):
         clock.time += seconds / 2.0
-        called = Kernel(module, "called")
-        within = Kernel(module, "called")
-        within.py_func = called.py_func
-        for dispatcher in (called, within):
-            listener.on_start(begun(dispatcher))
-            listener.on_end(begun(dispatcher))
-    listener.on_end(event)
+        called = a_function("called")
+        for _ in range(2):
+            listener.on_start(event_of(called))
+            listener.on_end(event_of(called))
+    listener.on_end(solve)
 
 
 def test_what_takes_long_is_named_counted_and_timed(clock, caplog):
     finished: list[bool] = []
     listener = CompileNotice(lambda: finished.append(True), range(20))
     with caplog.at_level(logging.WARNING, "magfold_env"):
-        compile_for(listener, clock, 0.5, "magfold_env.engine.chain.articulated")
+        listener.on_start(event_of(a_function("another", None)))
+        clock.time += 40.0
+        listener.on_end(event_of(a_function("another", None)))
+        compile_for(0.5, listener, clock)
         assert not caplog.messages
-        compile_for(listener, clock, 40.0, "magfold_env.engine.chain.articulated")
-        compile_for(listener, clock, 40.0, "magfold_env.engine.chain.articulated")
-    name = "magfold_env.engine.chain.articulated.solve"
+        compile_for(40.0, listener, clock)
+        compile_for(40.0, listener, clock)
     first, done, again, done_again = caplog.messages
+    name = "magfold_env.engine.chain.solve"
     assert first.startswith(f"compiling {name} for its first use, kernel 5 of up to 20; ")
     assert "magfold warmup" in first
     assert again == f"compiling {name} for its first use, kernel 8 of up to 20"
@@ -62,26 +59,19 @@ def test_what_takes_long_is_named_counted_and_timed(clock, caplog):
     assert len(finished) == 3
 
 
-@pytest.fixture
-def usual_interrupts():
+@pytest.mark.parametrize("within", [True, False])
+def test_ctrl_c_is_not_lost_in_a_callback_that_swallows_it(within):
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-@pytest.mark.usefixtures("usual_interrupts")
-def test_ctrl_c_is_not_lost_in_a_callback_that_swallows_it():
-    kernel, listener = begun(Kernel("magfold_env.engine", "solve")), CompileNotice(lambda: None)
-    for within in (True, False):
-        listener.on_start(kernel)
+    solve, listener = event_of(a_function("solve")), CompileNotice(lambda: None)
+    try:
+        listener.on_start(solve)
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            (listener.on_start if within else listener.on_end)(solve)
         if within:
-            with pytest.raises(KeyboardInterrupt):
-                listener.on_start(begun(Kernel("magfold_env.engine", "called")))
-            listener.on_end(kernel)
-        else:
-            with pytest.raises(KeyboardInterrupt):
-                listener.on_end(kernel)
+            listener.on_end(solve)
         assert listener.compiling_since is None
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
