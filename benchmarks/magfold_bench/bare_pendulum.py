@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from magfold_env.engine.chain import recursion
-from magfold_env.engine.compile.by_pointer import by_pointer, write_down
+from magfold_env.engine.compile.by_pointer import by_pointer, reference
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import inverse_root
 from magfold_env.engine.state import Array, Bodies, copy
@@ -152,5 +152,5 @@ def pendulum(scene: Scene) -> Pendulum:
 def prepare_swing(scene: Scene) -> Callable[[], int]:
     """Return a task to time that swings a scene's pendulum for the scene's duration."""
     made, until = pendulum(scene), scene.duration
-    write_down(made)
+    reference(made)  # finds addresses now, so that the swing need not
     return lambda: swing(made, until)

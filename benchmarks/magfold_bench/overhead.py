@@ -18,7 +18,6 @@ from magfold_bench import tables, timing
 from magfold_bench.episodes import Vector, drawn_actions, step_vector, vector
 from magfold_bench.presentation import Lines
 from magfold_bench.tables import Measurement, Progress, Row, Table, Tick
-from magfold_env.engine.compile.jit import is_kernel
 from magfold_env.engine.state import Array
 from magfold_env.envs.tasks.world import Fidelity
 
@@ -51,7 +50,7 @@ class KernelClock:
             for key, module in list(sys.modules.items())
             if key.startswith(PACKAGE)
             for name, value in list(vars(module).items())
-            if is_kernel(value)
+            if hasattr(value, "py_func") and hasattr(value, "overloads")  # a compiled function
         ]
         for module, name, kernel in found:
             setattr(module, name, self._watched(kernel))

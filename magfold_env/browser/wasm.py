@@ -3,8 +3,8 @@
 
 """Kernels -> one WebAssembly module that imports nothing. All that touches compilers' insides.
 
-Numba only lowers kernels (`engine.compile.deferred`): what it writes down before it optimises is
-the same on every machine, and LLVM optimises it again for WebAssembly. Its words of eight bytes
+Numba only lowers kernels (`engine.compile.numba_private`): what it writes down before it optimises
+is the same on every machine, and LLVM optimises it again for WebAssembly. Its words of eight bytes
 hold addresses of four; the rest of them is zero. What other machines have an instruction or a
 library for are the engine's own kernels here: sines, cosines, and products that are rounded only
 with a sum. Then LLD links what LLVM wrote.
@@ -27,7 +27,7 @@ import numpy as np
 from numba.core import types
 
 from magfold_env.engine import elementary
-from magfold_env.engine.compile import deferred, jit
+from magfold_env.engine.compile import jit, numba_private
 from magfold_env.files import pip_install
 
 TRIPLE = "wasm32-unknown-unknown"
@@ -235,7 +235,7 @@ def _program(exports: Exports) -> str:
 def _lowered(kernel: Any, signature: tuple[Any, ...]) -> Any:
     """Return what numba knows of a kernel that it has only written down."""
     made = cast("Any", numba.njit)(
-        pipeline_class=deferred._LoweringCompiler,
+        pipeline_class=numba_private.LoweringCompiler,
         no_cpython_wrapper=True,
         no_cfunc_wrapper=True,
         error_model="numpy",

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.engine.compile import insides
-from magfold_env.engine.compile.jit import inlined
+from magfold_env.engine.compile.jit import PRIVATE, inlined
 
 # Adding and taking away 1.5·2⁵² rounds a float to an integer and leaves that integer in the
 # low bits of the sum.
@@ -81,9 +80,8 @@ def _product(a: float, b: float) -> tuple[float, float]:
     )
 
 
-# a·b + c, rounded once, wherever the kernel is inlined.
-_fused = insides.load("fused", "so that sines and cosines cost several times as much")
-fma: Any = fma_in_parts if _fused is None else _fused.fma
+# a·b + c, rounded once, wherever the kernel is inlined; in parts it takes several times as long.
+fma: Any = PRIVATE.fma if PRIVATE else fma_in_parts
 
 
 @inlined

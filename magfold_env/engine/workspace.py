@@ -110,15 +110,15 @@ def new_work(model: arrays.Model) -> arrays.Work:
     )
 
 
-def new_nodes(magnets: arrays.Magnets, n: int) -> arrays.Nodes:
+def new_nodes(magnets: arrays.Magnets | None, n: int) -> arrays.Nodes:
     """Scratch space for the sums over n casings."""
-    most = 8 * int(magnets.rank_count.max())
-    # Sums over levels need room too.
-    lanes = max(most, magnets.level_node.shape[1])
-    return _nodes(n, magnets.rank_count.size, most, lanes)
-
-
-def _nodes(n: int, ranks: int, most: int, lanes: int) -> arrays.Nodes:
+    ranks = most = lanes = 1
+    if magnets is not None:
+        ranks, most = magnets.rank_count.size, 8 * int(magnets.rank_count.max())
+        # Sums over levels need room too.
+        lanes = max(most, magnets.level_node.shape[1])
+    levels = 1 + (n - 1).bit_length() if n >= multipole_tree.LONG else 1
+    rows = [-(-n // 2**level) for level in range(levels)]
     sizes = {
         "n": n,
         "ranks": ranks,
@@ -127,50 +127,30 @@ def _nodes(n: int, ranks: int, most: int, lanes: int) -> arrays.Nodes:
         "terms": expansions.MOST,
         "spline": near_table.SPLINES,
         "slots": min(n * n, MOST_STENCILS),
-    }
-    return zeros(arrays.Nodes, sizes, segments=new_segments(n))
-
-
-def new_segments(n: int) -> arrays.Segments:
-    """Scratch space for the segments of n components."""
-    levels = 1 + (n - 1).bit_length() if n >= multipole_tree.LONG else 1
-    rows = [-(-n // 2**level) for level in range(levels)]
-    sizes = {
-        "n": n,
         "rows": sum(rows),
         "parts": multipoles.PARTS,
         "pair": multipoles.PAIR_PARTS,
         "depth": 4 * levels,
         "batch": multipole_tree.BATCH if levels > 1 else max(n * (n - 1) // 2, 1),
     }
-    return zeros(arrays.Segments, sizes, start=np.cumsum([0, *rows[:-1]], dtype=np.int64))
+    start = np.cumsum([0, *rows[:-1]], dtype=np.int64)
+    return zeros(arrays.Nodes, sizes, segments=zeros(arrays.Segments, sizes, start=start))
 
 
-def new_rigid(magnets: arrays.Magnets, n: int) -> arrays.Rigid:
+def new_rigid(magnets: arrays.Magnets | None, n: int) -> arrays.Rigid:
     """Room for the forces of pairs that are joined rigidly; nothing is known yet."""
-    return _rigid(n, new_nodes(magnets, 2))
-
-
-def _rigid(n: int, nodes: arrays.Nodes) -> arrays.Rigid:
     sizes = {"n": n, "spans": max(min(n - 1, MOST_SPANS), 1)}
-    return zeros(arrays.Rigid, sizes, pose=zeros(arrays.Pose, {"n": 2}), nodes=nodes)
+    pose = zeros(arrays.Pose, {"n": 2})
+    return zeros(arrays.Rigid, sizes, pose=pose, nodes=new_nodes(magnets, 2))
 
 
 # What kernels never look at in chains without magnets, and without contact and friction.
-NO_NODES = _nodes(1, 1, 1, 1)
-NO_RIGID = _rigid(1, NO_NODES)
+NO_NODES = new_nodes(None, 1)
+NO_RIGID = new_rigid(None, 1)
 NO_NEWTON = zeros(arrays.Newton, {"n + 2": 3, "rows": 1})
 
 
 def new_record(model: arrays.Model, interval: float, capacity: int) -> arrays.Record:
     """Room for ``capacity`` frames, one every ``interval`` seconds; 0 records nothing."""
-    return _record(model.n, interval, capacity) if interval > 0.0 else _no_record(model.n)
-
-
-def _record(n: int, interval: float, capacity: int) -> arrays.Record:
-    return zeros(arrays.Record, {"n + 2": n + 2, "capacity": capacity}, interval=interval)
-
-
-@lru_cache(maxsize=64)
-def _no_record(n: int) -> arrays.Record:
-    return _record(n, 0.0, 0)
+    sizes = {"n + 2": model.n + 2, "capacity": capacity}
+    return zeros(arrays.Record, sizes, interval=interval)

@@ -1,6 +1,7 @@
 """Cholesky's method and elementary functions against the libraries', in more digits."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -9,7 +10,15 @@ from hypothesis import strategies as st
 
 from magfold_env.engine import cholesky
 from magfold_env.engine.compile.jit import kernel, numba_config
-from magfold_env.engine.elementary import direction, inverse_root, log1p, sincos, square
+from magfold_env.engine.elementary import (
+    direction,
+    fma,
+    fma_in_parts,
+    inverse_root,
+    log1p,
+    sincos,
+    square,
+)
 
 
 def draw(seed, size):
@@ -127,3 +136,22 @@ def test_roots_are_exact_to_rounding(degree):
 @given(x=st.floats(-1e150, 1e150))
 def test_a_square_is_the_rounded_product(x):
     assert square(x) == x * x
+
+
+@kernel
+def fused(a: float, b: float, c: float) -> float:
+    return fma(a, b, c)
+
+
+@kernel
+def in_parts(a: float, b: float, c: float) -> float:
+    return fma_in_parts(a, b, c)
+
+
+def test_a_product_and_a_sum_are_rounded_once():
+    rng = np.random.default_rng(0)
+    for _ in range(2000):
+        a, b = rng.normal(size=2) * 10.0 ** rng.integers(-20, 20, 2)
+        c = -a * b * (1.0 + rng.normal() * 10.0 ** rng.integers(-18, 3))
+        expected = float(Fraction(a) * Fraction(b) + Fraction(c))
+        assert fused(a, b, c) == in_parts(a, b, c) == expected

@@ -10,7 +10,7 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 import magfold_env
-from magfold_env.engine.compile.insides import numba_config
+from magfold_env.engine.compile.jit import numba_config
 from magfold_env.envs import ENTRY_POINTS, VECTOR_ENTRY_POINTS, register_envs
 from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.scoring.track import TRACKS

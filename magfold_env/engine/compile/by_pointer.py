@@ -9,16 +9,14 @@ from collections.abc import Callable
 from threading import Lock
 from typing import Any, ParamSpec, TypeVar, cast
 
-from magfold_env.engine.compile import insides, jit
+from magfold_env.engine.compile import jit
 
 T = TypeVar("T", bound=tuple[Any, ...])
 P = ParamSpec("P")
 R = TypeVar("R")
 
-pointer_types = insides.load(
-    "pointer_types", "so kernels take tuples field by field, which compile three times as long"
-)
-POINTERS = pointer_types is not None
+POINTERS = jit.PRIVATE is not None
+pointer_types: Any = jit.PRIVATE and jit.PRIVATE.pointer_types
 
 
 def by_pointer(cls: type[T]) -> type[T]:
@@ -42,12 +40,6 @@ def reference(packed: Any) -> Any:
 def pointer(packed: T) -> T:
     """Return a marked NamedTuple as kernels take it from Python in the least time."""
     return cast("Any", packed).pointer if POINTERS else packed
-
-
-def write_down(*packed: Any) -> None:
-    """Find the addresses of marked NamedTuples now, so that their first use need not."""
-    for each in packed:
-        reference(each)
 
 
 def _call(code: Any, *arguments: Any) -> Any:

@@ -7,79 +7,100 @@ allocate nothing and are compiled without a runtime for memory, which makes an a
 and lets arrays be passed on without counting references.
 """
 
+import warnings
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 
-from magfold_env.engine.compile import insides
-from magfold_env.engine.compile.kernel_cache import cache_directory, remove_unused
+from magfold_env.engine.compile import kernel_cache
+from magfold_env.engine.compile.compile_notice import CompileNotice
 
-numba_config = insides.numba_config
-# Type checkers do not see some options.
+# Type checkers see neither the settings, which numba fills in at run time, nor some options.
+numba_config = cast("Any", numba).config
 njit = cast("Any", numba.njit)
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_deferred = insides.load("deferred", "so that kernels compile two to three times as long")
-_kernel_cache = insides.load(
-    "kernel_cache", "so that damaged files of compiled kernels are errors, and must be removed"
-)
-_first_use = insides.load("first_use", "so that nothing is said while kernels are compiled")
 KERNELS: list[Any] = []
 """All kernels of the modules that are loaded."""
 
-FIRST_USE: Any = _first_use and _first_use.listen(remove_unused, KERNELS)
-"""Hears of what is compiled; None where numba does not tell."""
+
+def _load_private() -> tuple[Any, Any]:
+    """Return the module of numba's private parts, and who hears of what is compiled.
+
+    Both are None under ``NUMBA_DISABLE_JIT``, for a debugger, and, with a warning, if numba differs
+    from what that module knows, which is checked once for each version. Kernels then do the same to
+    the last bit.
+    """
+    if numba_config.DISABLE_JIT:
+        return None, None
+    try:
+        listener = CompileNotice(kernel_cache.remove_unused, KERNELS)
+        numba.core.event.register("numba:compile", listener)  # pyright: ignore
+        private = import_module(f"{__package__}.numba_private")
+        directory = kernel_cache.cache_directory()
+        if directory is None or not (directory / "checked").is_file():
+            private.check()
+            if directory is not None:
+                kernel_cache.write(directory / "checked", b"")
+    except Exception as error:
+        warnings.warn(
+            f"numba {numba.__version__} differs from what magfold_env knows, so that kernels "
+            f"compile about ten times as long ({type(error).__name__}: {error})",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+        return None, None
+    return private, listener
+
+
+PRIVATE, FIRST_USE = _load_private()
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a serial kernel with the engine's flags."""
-    return _compile(function, parallel=False)
+    return _compile(function)
 
 
 def allocating_kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a serial kernel that may allocate: preparations and searches, not time steps."""
-    return _compile(function, parallel=False, allocates=True)
+    return _compile(function, _nrt=True)
 
 
 def inlined(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a small kernel that every caller should inline."""
-    return _compile(function, parallel=False, forceinline=True)
+    return _compile(function, forceinline=True)
 
 
 def parallel_kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a kernel whose ``numba.prange`` loops run on all threads."""
-    return _compile(function, parallel=True)
+    return _compile(function, _nrt=True, parallel=True)
 
 
-def _compile(
-    function: Callable[P, R], *, parallel: bool, forceinline: bool = False, allocates: bool = False
-) -> Any:
-    options = {
-        "error_model": "numpy",
-        "forceinline": forceinline,
-        "nogil": True,
-        "_nrt": parallel or allocates,
-    }
-    if numba_config.DISABLE_JIT:  # for a debugger
+def _compile(function: Callable[P, R], *, parallel: bool = False, **given: bool) -> Any:
+    if numba_config.DISABLE_JIT:
         return function
+    # Flags that are not set are those of the kernel that calls this one.
+    defaults = {"error_model": "numpy", "forceinline": False, "nogil": True, "_nrt": False}
+    options = {**defaults, **given}
     flags = {**options, "parallel": parallel, "no_cfunc_wrapper": True}
-    if _kernel_cache is not None:
-        compiled = njit(**flags)(function)
-        _kernel_cache.keep(compiled, linked=parallel or _deferred is None)
-    else:
+    if PRIVATE is None:
         compiled = _kept_by_numba(function, flags)
-    if not parallel and _deferred is not None:
-        _deferred.defer(compiled, **options)
+    else:
+        compiled = njit(**flags)(function)
+        PRIVATE.keep(compiled, linked=parallel)
+        if not parallel:
+            PRIVATE.defer(compiled, **options)
     KERNELS.append(compiled)
     return compiled
 
 
 def _kept_by_numba(function: Callable[P, R], flags: dict[str, Any]) -> Any:
-    """Compile with numba's own cache, in the directory that is ours."""
-    directory = cache_directory(function.__code__.co_filename)
+    """Compile with numba's own cache, in a directory for the present sources of this package."""
+    directory = kernel_cache.cache_directory(kernel_cache.PACKAGE)
     if directory is None:
         return njit(**flags)(function)
     # The setting is read when the decorator runs; it is put back so that other users of numba
@@ -89,8 +110,3 @@ def _kept_by_numba(function: Callable[P, R], flags: dict[str, Any]) -> Any:
         return njit(cache=True, **flags)(function)
     finally:
         numba_config.CACHE_DIR = previous
-
-
-def is_kernel(value: Any) -> bool:
-    """Return whether a value is a compiled function, rather than a Python one."""
-    return hasattr(value, "py_func") and hasattr(value, "overloads")

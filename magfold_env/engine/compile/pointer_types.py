@@ -23,7 +23,7 @@ import struct
 import zlib
 from ctypes import addressof, c_char
 from functools import cached_property
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numba
 import numpy as np
@@ -43,7 +43,6 @@ from numba.extending import (
 from numba.np.arrayobj import populate_array
 
 WORD = 8  # bytes
-CODES = ("q", "qq", "qqq", "qqqq", "qqqqq", "qqqqqq")  # of an array's words, by its dimensions
 NUMBERS = (types.boolean, types.int64, types.float64)
 ADDRESS = ir.IntType(8).as_pointer()
 
@@ -61,7 +60,7 @@ class Packed:
         values: list[Any] = []
         for value in cast("tuple[Any, ...]", self):
             if isinstance(value, np.ndarray):
-                codes.append(CODES[value.ndim])
+                codes.append("q" * (1 + value.ndim))
                 values.append(address_of(value))
                 values += value.shape
             elif isinstance(value, float):
@@ -278,34 +277,3 @@ def take(_typing: Any, counter: Any) -> Any:
         return builder.atomic_rmw("add", array.data, ir.IntType(64)(1), "monotonic")
 
     return types.int64(counter), generate
-
-
-class _Inner(Packed, NamedTuple("_Inner", [("scale", float), ("row", np.ndarray)])):
-    pass
-
-
-class _Outer(Packed, NamedTuple("_Outer", [("on", bool), ("inner", _Inner), ("cube", np.ndarray)])):
-    pass
-
-
-def check() -> None:
-    """Raise an error unless kernels read such a tuple, and call each other by their addresses."""
-
-    @numba.njit
-    def read(outer: Any, other: Any, again: Any, x: float) -> float:
-        outer.inner.row[0] += 1.0
-        total = outer.inner.scale * outer.inner.row[1] + other.cube[1, 0, 2] * again.cube.shape[2]
-        return total + x if outer.on else x
-
-    @numba.njit
-    def call(code: int, address: int, counter: Any) -> float:
-        return call_float(code, address, address, address, 0.5) + take(counter) + take(counter)
-
-    cube, row, counter = np.arange(6.0).reshape(2, 1, 3), np.array([3.0, 7.0]), np.array([4])
-    outer = _Outer(True, _Inner(0.25, row), cube)
-    expected = 0.25 * 7.0 + 5.0 * 3 + 0.5
-    if read(outer, outer.pointer, outer, 0.5) != expected or row.tolist() != [4.0, 7.0]:
-        raise RuntimeError("a kernel reads other numbers than a tuple holds")
-    code = code_of(read, outer, outer, outer, 0.5)
-    if call(code, outer.address, counter) != expected + 4 + 5 or counter.tolist() != [6]:
-        raise RuntimeError("a kernel called by its address gives another result")

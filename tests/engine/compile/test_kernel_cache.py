@@ -6,64 +6,74 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from magfold_env.engine.compile import insides, kernel_cache
-from magfold_env.engine.compile.insides import numba_config
-from magfold_env.engine.compile.kernel_cache import KEPT, remove_unused
+from magfold_env.engine.compile import kernel_cache
+from magfold_env.engine.compile.jit import numba_config
+from magfold_env.engine.compile.kernel_cache import KEPT, fingerprint, remove_unused
 
 pytestmark = pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
 
 
-# --- directories ---------------------------------------------------------------------------
-
-
-def aged(path, seconds):
-    path.mkdir()
-    (path / "kernel.nbc").write_bytes(b"code")
-    os.utime(path, (time.time() - seconds,) * 2)
-    return path
-
-
-def test_only_directories_of_kernels_long_unused_are_removed(tmp_path):
-    old = aged(tmp_path / f"kernels-{'a' * 16}", 1.1 * KEPT)
-    recent = aged(tmp_path / f"kernels-{'b' * 16}", 0.9 * KEPT)
-    other = aged(tmp_path / "kernels-of-others", 2.0 * KEPT)
+def test_only_kernels_long_unused_are_removed(tmp_path):
+    ours, unused, others = (tmp_path / f"kernels-{name}" for name in ("a" * 16, "b" * 16, "other"))
+    for path, age in [
+        (ours / "old", 1.1), (ours / "recent", 0.9), (unused / "old", 1.1), (others / "old", 2.0)
+    ]:  # fmt: skip
+        path.parent.mkdir(exist_ok=True)
+        path.touch()
+        used = time.time() - age * KEPT
+        os.utime(path, (used, used))
     remove_unused(tmp_path)
-    assert not old.exists()
-    assert all(path.exists() for path in (recent, other))
+    assert set(tmp_path.rglob("*")) == {ours, ours / "recent", others, others / "old"}
 
 
-SMALL = {
-    "__init__.py": "",
-    "numbers.py": "FACTOR = 2.0\n",
-    "leaf.py": """
-from magfold_env.engine.compile.jit import kernel
-from magfold_env import numbers
+SMALL = """
+from types import ModuleType
+import numpy as np
+from magfold_env.engine.compile.jit import inlined, kernel
+numbers = ModuleType("numbers")
+numbers.FACTOR, numbers.OTHER = 2.0, 7.0
+TABLE, SHAPE = np.array([1.0, 2.0]), (4, 5)
 @kernel
-def leaf(x: float) -> float:
-    return x * numbers.FACTOR
-""",
-    "root.py": """
-from magfold_env.engine.compile.jit import kernel
-from magfold_env.leaf import leaf
+def leaf(x, y=1.0):
+    return x * numbers.FACTOR + TABLE[1] + y + SHAPE[0]
 @kernel
-def root(x: float) -> float:
-    return leaf(x) + 1.0
-""",
-    "other.py": """
-from magfold_env.engine.compile.jit import kernel
-@kernel
-def other(x: float) -> float:
+def other(x):
     return x
-""",
-}
-RUN = """
-from magfold_env.root import root
-from magfold_env.other import other
-print(root(3.0), other(3.0))
+@kernel
+def root(x):
+    return leaf(x) + 1.0
 """
+
+
+def fingerprint_of(source: str) -> str:
+    names: dict[str, Any] = {"__name__": "small"}
+    exec(source, names)
+    return fingerprint(names["root"])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "seen"),
+    [
+        (") + 1.0", ") - 1.0", True),
+        ("x * numbers", "x / numbers", True),
+        ("2.0, 7.0", "2.5, 7.0", True),
+        ("[1.0, 2.0]", "[1.0, 2.5]", True),
+        ("(4, 5)", "(4.0, 5)", True),
+        ("y=1.0", "y=2.0", True),
+        ("@kernel\ndef leaf", "@inlined\ndef leaf", True),
+        ("leaf(x) +", "other(x) +", True),
+        ("2.0, 7.0", "2.0, 8.0", False),
+        ("return x\n", "return -x\n", False),
+        ("np\n", "np\n\n", False),
+    ],
+)
+def test_an_edit_of_what_a_kernel_is_made_from_is_seen(old, new, seen):
+    assert SMALL.count(old) == 1
+    assert (fingerprint_of(SMALL.replace(old, new)) != fingerprint_of(SMALL)) == seen
 
 
 @pytest.fixture
@@ -71,24 +81,24 @@ def copy(tmp_path: Path) -> Path:
     """A package of the same name with what compiles, and a few small kernels."""
     package = tmp_path / "sources" / "magfold_env"
     shutil.copytree(kernel_cache.FOLDER / "engine" / "compile", package / "engine" / "compile")
-    (package / "engine" / "__init__.py").touch()
-    for name, source in SMALL.items():
-        (package / name).write_text(source)
+    for name, source in {"engine/__init__": "", "__init__": "", "small": SMALL}.items():
+        (package / f"{name}.py").write_text(source)
     # What is tried out of numba once a version need not be tried here.
-    tried = kernel_cache.cache_directory(insides.__file__)
-    if tried is not None and tried.is_dir():
-        shutil.copytree(tried, tmp_path / "cache" / tried.name)
+    directory = kernel_cache.cache_directory()
+    if directory is not None and (directory / "checked").exists():
+        kernel_cache.write(tmp_path / "cache" / directory.name / "checked", b"")
     return package
 
 
-def run(copy: Path, code: str = RUN) -> list[float]:
-    """Run code in a process that finds only the copy, and return the numbers it prints."""
+def run(copy: Path, before: str = "") -> list[float]:
+    """Run kernels in a process that finds only the copy, and return the numbers it prints."""
     environment = {
         **os.environ,
         "PYTHONPATH": str(copy.parent),
         "NUMBA_CACHE_DIR": str(copy.parent.parent / "cache"),
         "PYTHONDONTWRITEBYTECODE": "1",
     }
+    code = f"{before}\nfrom magfold_env.small import other, root\nprint(root(3.0), other(3.0))"
     printed = subprocess.run(
         [sys.executable, "-W", "error", "-c", code],
         env=environment, cwd=copy.parent, check=True, capture_output=True, text=True,
@@ -96,36 +106,26 @@ def run(copy: Path, code: str = RUN) -> list[float]:
     return [float(each) for each in printed.split()]
 
 
-def kept(copy: Path, name: str = "") -> dict[Path, int]:
-    """Files of machine code of a kernel, or all, and when they were written."""
-    files = (copy.parent.parent / "cache").rglob(f"{name}*.nbc")
-    return {path: path.stat().st_mtime_ns for path in files}
+def kept(copy: Path) -> dict[Path, bytes]:
+    """Files of machine code, and their contents."""
+    files = (copy.parent.parent / "cache").rglob("*.nbc")
+    return {path: path.read_bytes() for path in files}
 
 
-def edit(path: Path, old: str, new: str) -> None:
-    source = path.read_text(encoding="utf-8")
-    assert old in source
-    path.write_text(source.replace(old, new), encoding="utf-8")
+def edit(copy: Path, old: str, new: str) -> None:
+    (copy / "small.py").write_text(SMALL.replace(old, new))
 
 
 @pytest.mark.medium
-@pytest.mark.parametrize(
-    ("file", "old", "new", "expected"),
-    [
-        ("leaf.py", "x * numbers", "x + 10.0 * numbers", 24.0),
-        ("numbers.py", "2.0", "5.0", 16.0),
-        ("root.py", "+ 1.0", "- 1.0", 5.0),
-    ],
-    ids=["a kernel called", "a constant", "the kernel"],
-)
-def test_an_edit_is_seen_and_compiles_only_what_is_made_from_it(copy, file, old, new, expected):
-    assert run(copy) == run(copy) == [7.0, 3.0]
+def test_an_edit_compiles_only_what_is_made_from_it(copy):
+    assert run(copy) == [14.0, 3.0]
     before = kept(copy)
-    edit(copy / file, old, new)
-    assert run(copy) == [expected, 3.0]
+    edit(copy, "numbers.FACTOR, numbers.OTHER = 2.0", "\nnumbers.FACTOR, numbers.OTHER = 5.0")
+    assert run(copy) == run(copy) == [23.0, 3.0]
     after = kept(copy)
     assert before.items() < after.items()
-    assert {path.name.partition(".")[0] for path in after.keys() - before.keys()} == {"root"}
+    (new,) = after.keys() - before.keys()
+    assert new.name.startswith("small.root.")
 
 
 DAMAGES = {
@@ -139,18 +139,17 @@ DAMAGES = {
 
 @pytest.mark.medium
 def test_what_is_damaged_is_compiled_again(copy):
-    assert run(copy) == [7.0, 3.0]
-    again = kept(copy)
-    sound = {path: path.read_bytes() for path in again}
+    assert run(copy) == [14.0, 3.0]
+    sound = again = kept(copy)
     for damage in DAMAGES.values():
-        for path, content in sound.items():
-            path.write_bytes(damage(content))
-        damaged = kept(copy)
-        assert run(copy) == [7.0, 3.0]
+        damaged = {path: damage(content) for path, content in sound.items()}
+        for path, content in damaged.items():
+            path.write_bytes(content)
+        assert run(copy) == [14.0, 3.0]
         again = kept(copy)
         assert again.keys() == sound.keys()
         assert all(again[path] != damaged[path] for path in again)
-    assert run(copy) == [7.0, 3.0]
+    assert run(copy) == [14.0, 3.0]
     assert kept(copy) == again
 
 
@@ -160,17 +159,14 @@ def test_nothing_is_kept_where_nothing_can_be_written(copy):
     shutil.rmtree(cache, ignore_errors=True)  # there is none where kernels were never compiled
     for file in (cache, package):
         file.write_text("a file where the folder would be")
-    assert run(copy) == [7.0, 3.0]
+    assert run(copy) == [14.0, 3.0]
     assert not kept(copy)
-
-
-# --- in a copy of the whole ----------------------------------------------------------------
 
 
 @pytest.mark.medium
 def test_sources_in_an_archive_are_found(copy):
     archive = shutil.make_archive(str(copy.parent), "zip", copy.parent)
-    code = f"import sys; sys.path.insert(0, {archive!r})\n{RUN}"
-    edit(copy / "leaf.py", "numbers.FACTOR", "0.0")  # not what the archive holds
-    assert run(copy, code) == run(copy, code) == [7.0, 3.0]
-    assert {path.name.partition(".")[0] for path in kept(copy)} == {"root", "other"}
+    first = f"import sys; sys.path.insert(0, {archive!r})"
+    edit(copy, "x * numbers", "0.0 * numbers")  # not what the archive holds
+    assert run(copy, first) == run(copy, first) == [14.0, 3.0]
+    assert {path.name.split(".")[1] for path in kept(copy)} == {"root", "other"}
