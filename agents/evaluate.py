@@ -117,7 +117,7 @@ def main(
 ) -> None:
     """Compare random actions, the energy minimiser's designs, searches and trained policies."""
     with reported_errors(ValueError):
-        options.need_render(charts=True)
+        options.need_render()
         options.check_folder("--output", output)
         settings = env_settings(config, env or [])
         methods = episodes.parse_methods(agents or [])

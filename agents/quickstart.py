@@ -28,7 +28,7 @@ def main(
     It also plays without motion: the difference shows the benefit of observing the chain.
     """
     with reported_errors(SettingsError):
-        options.need_render(charts=True)
+        options.need_render()
         settings = load_settings(CONFIG, minutes=minutes)
         policy = train(settings, output, resume=False)
         method = Method("PPO", (str(policy),))

@@ -62,7 +62,7 @@ def test_what_is_wrong_is_refused_in_one_line(
 @pytest.mark.parametrize(
     ("module", "command", "message"),
     [
-        ("PIL", f"fold {BASE} --png x.png", "pictures need Pillow"),
+        ("PIL", f"fold {BASE} --png x.png", "pictures need Pillow and matplotlib"),
         ("PIL", f"fold {BASE} --sheet x.pdf", "pip install -e '.[render]'"),
         ("matplotlib.figure", f"fold {BASE} --sheet x.pdf", "pip install -e '.[render]'"),
         ("matplotlib.figure", f"ensemble {BASE} --png x.png", "pip install -e '.[render]'"),
