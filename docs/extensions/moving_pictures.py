@@ -32,7 +32,7 @@ from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.files import replacing
 from magfold_env.fold import Fold
 from magfold_env.render import save_gif
-from magfold_env.render.animation import write_gif
+from magfold_env.render.frames import write_gif
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs" / "examples"

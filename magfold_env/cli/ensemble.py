@@ -63,8 +63,8 @@ def check_pictures(out: Path | None, png: Path | None) -> None:
     """Fail before the long work if a requested picture or file cannot be written."""
     options.check_outputs({"--png": png})
     options.check_folder("--out", out)
-    if out is not None or png is not None:
-        options.need_render(charts=True)
+    if out is not None:
+        options.need_render()
 
 
 def changed_scene(

@@ -42,8 +42,6 @@ def fold(  # noqa: PLR0913 - one parameter an option
         changed = changed_scene(
             load_scene(scene), mount=mount, direction=direction, speed=speed, friction=friction
         )
-        if gif or png or sheet:
-            options.need_render(charts=sheet is not None)
         rate = FRAME_RATE if gif or html else None
 
         def show(moment: float, released: int) -> None:

@@ -42,8 +42,6 @@ def holding(  # noqa: PLR0913 - one parameter an option
     """Find the moments that open a fold's joints, and the pull at which it gives way."""
     with options.errors_in_one_line(), options.busy("simulating"):
         options.check_outputs({"--png": png, "--json": json})
-        if png is not None:
-            options.need_render(charts=True)
         if angle is not None and not np.isfinite(angle).all():
             raise ValueError(f"--angle: {angle} is not allowed; must be finite numbers")
         changes: dict[str, Any] = {

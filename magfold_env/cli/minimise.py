@@ -32,8 +32,6 @@ def minimise(
     with options.errors_in_one_line():
         options.check_outputs({"--png": png, "--json": json})
         loaded = load_scene(scene)
-        if png is not None:
-            options.need_render()
         with options.progress_of(1.0) as tell:
             tell(0.0, "searching")
             # The options are text; the minimiser checks them.

@@ -22,6 +22,7 @@ from rich.status import Status
 from rich.table import Table
 
 from magfold_env.engine.compile import jit
+from magfold_env.files import pip_install
 from magfold_env.scene import SceneError
 
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
@@ -65,6 +66,7 @@ SUFFIXES = {
     "--sheet": (".pdf", ".png"),
 }
 """Allowed suffixes of the files that options name."""
+PICTURES = ("--gif", "--png", "--sheet")
 
 STUBBORN = 3.0  # [s] time allowed for a compiler to stop
 FILE_WIDTH = 150  # of wide tables that are not written to a terminal
@@ -125,7 +127,7 @@ def errors_in_one_line(
 
 
 def check_outputs(paths: Mapping[str, Path | None]) -> None:
-    """Fail before the long work if the path of a result cannot be written."""
+    """Fail before the long work if a result cannot be written to its path, or not be drawn."""
     for option, path in paths.items():
         if path is None:
             continue
@@ -138,6 +140,8 @@ def check_outputs(paths: Mapping[str, Path | None]) -> None:
             allowed = f"must end in {' or '.join(suffixes)}"
         if allowed:
             raise ValueError(f"{option}: {str(path)!r} is not allowed; {allowed}")
+        if option in PICTURES:
+            need_render()
 
 
 def check_folder(option: str, path: Path | None) -> None:
@@ -154,16 +158,16 @@ def check_folder(option: str, path: Path | None) -> None:
         raise ValueError(f"{given} cannot be written to: {error.strerror}") from None
 
 
-def need_render(*, charts: bool = False) -> None:
+def need_render() -> None:
     """Fail before the long work if requested pictures or charts cannot be drawn."""
-    try:
-        import magfold_env.render  # noqa: F401, PLC0415  # pyright: ignore[reportUnusedImport]
-    except ImportError as error:
-        raise ValueError(str(error)) from error
-    if charts:
-        from magfold_env.reporting.plotting import figure_class  # noqa: PLC0415 - an extra
-
-        figure_class()
+    for module in ("magfold_env.render", "matplotlib.figure"):
+        try:
+            import_module(module)
+        except ImportError as error:
+            told = (
+                f"pictures need Pillow and matplotlib: install the extra, {pip_install('render')}"
+            )
+            raise ValueError(told) from error
 
 
 def need_display() -> None:

@@ -14,10 +14,9 @@ except ImportError as error:
         f"pictures need Pillow: install the extra, {pip_install('render')}"
     ) from error
 
-from magfold_env.render.animation import save_gif
 from magfold_env.render.assembly import save_sheet
 from magfold_env.render.charts import draw_ensemble, draw_sweep
-from magfold_env.render.frames import save_png
+from magfold_env.render.frames import save_gif, save_png
 from magfold_env.render.holding import draw_holding
 from magfold_env.render.states import draw_states
 

@@ -1,4 +1,4 @@
-"""The kernel that makes a chain of its settings makes what packing a scene makes, bit for bit."""
+"""Kernels make a chain of its settings, and its table, as packing a scene does, bit for bit."""
 
 import math
 from typing import Any
@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.browser import settings
+from magfold_env.browser import memory, settings, tables
 from magfold_env.engine.compile import by_pointer
+from magfold_env.simulation.pack import pack
 from magfold_env.simulation.session import Session
 from tests.browser.scenes import chain_of, random_scene
 
@@ -77,3 +78,14 @@ def test_a_start_is_drawn_as_a_scene_draws_it(mount: str) -> None:
     chain.settings.start[0, : len(drawn)] = unit[: len(drawn)]
     settings.draw(chain.settings, chain.model, scene.start_angle_spread)
     assert tuple(chain.settings.start[0, : len(drawn)]) == drawn
+
+
+def test_the_largest_table_is_made_to_the_last_bit() -> None:
+    scene = memory.standard(3)
+    shared = memory.shared_of(scene)
+    assert not shared.tables.far.energy.any()
+    tables.make_far_table(shared.far, shared.tables)
+    made, expected = shared.tables, pack(scene).magnets.tables
+    assert made.one.tobytes() == expected.one.tobytes()
+    assert made.two.tobytes() == expected.two.tobytes()
+    assert made.far.energy.tobytes() == expected.far.energy.tobytes()

@@ -5,13 +5,7 @@ from pathlib import Path
 import pytest
 
 from magfold_bench.paper.run import PARTS
-from tests.command_line import fails_in_one_line, run
-
-
-def test_an_unknown_part_is_told_with_those_there_are(tmp_path: Path) -> None:
-    result = run("paper", "--only", "figure-99", "--out", tmp_path / "out")
-    fails_in_one_line(result, "--only: 'figure-99' is not allowed", *PARTS)
-    assert not (tmp_path / "out").exists()
+from tests.command_line import run
 
 
 def test_a_table_is_reproduced(tmp_path: Path) -> None:

@@ -47,6 +47,7 @@ REFUSED = [
     ("play --target LRL --components 5", "--components: 5 is not allowed; must be 4"),
     ("play --scene pendulum-3", "scene.mount: 'pinned' is not allowed; must be 'tube'"),
     ("score no.safetensors", "env: None is not allowed; must be one of MagFold/UnknownFloor-v0"),
+    ("paper --only figure-99", "--only: 'figure-99' is not allowed"),
     ("bench dynamics --only rest", "'rest' is not allowed; must be one of scaling, folds, "),
 ]
 
@@ -62,7 +63,7 @@ def test_what_is_wrong_is_refused_in_one_line(
 @pytest.mark.parametrize(
     ("module", "command", "message"),
     [
-        ("PIL", f"fold {BASE} --png x.png", "pictures need Pillow"),
+        ("PIL", f"fold {BASE} --png x.png", "pictures need Pillow and matplotlib"),
         ("PIL", f"fold {BASE} --sheet x.pdf", "pip install -e '.[render]'"),
         ("matplotlib.figure", f"fold {BASE} --sheet x.pdf", "pip install -e '.[render]'"),
         ("matplotlib.figure", f"ensemble {BASE} --png x.png", "pip install -e '.[render]'"),

@@ -24,7 +24,7 @@ def paper(
 ) -> None:
     """Reproduce the paper's figures and tables on one page, with the agreement of each."""
     with options.errors_in_one_line():
-        options.need_render(charts=True)
+        options.need_render()
         from magfold_bench.paper import run as runs  # noqa: PLC0415 - for this command only
 
         with options.progress_of(1.0) as progress:
