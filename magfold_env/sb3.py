@@ -51,17 +51,8 @@ class FoldVecEnv(VecEnv):
     """A vector environment in the form of Stable-Baselines3.
 
     Methods and attributes requested by name, such as ``compute_reward``, are those of a single
-    environment with the same options; ``action_masks`` differs between environments.
-
-    Parameters
-    ----------
-    vector : ChainVectorEnv
-        A vector environment with the autoreset mode SAME_STEP.
-
-    Raises
-    ------
-    ValueError
-        If it has another mode.
+    environment with the same options; ``action_masks`` differs between environments. The autoreset
+    mode must be SAME_STEP.
     """
 
     def __init__(self, vector: VectorEnv) -> None:

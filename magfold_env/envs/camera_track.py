@@ -352,13 +352,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
         return store.get(store.names[self.world.number_of(task)])
 
     def plan_of(self, numbers: Sequence[int]) -> Plan:
-        """Return a player of the schedules that set the tasks' baselines, one row per task.
-
-        Raises
-        ------
-        ValueError
-            If the minimiser has no chain for one of them.
-        """
+        """Return a player of the schedules that set the tasks' baselines, one row per task."""
         return self._baselines.plan(numbers)
 
     @property

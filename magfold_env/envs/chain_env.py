@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.envs.episodes import Columns, Episodes, EpisodesState
-from magfold_env.envs.pictures.recording import recording
-from magfold_env.envs.pictures.snapshots import snapshot_of
+from magfold_env.envs.pictures.snapshots import recording, snapshot_of
 from magfold_env.envs.pictures.viewer import FILM_FPS, FRAME_RATE, RENDER_MODES, Viewer
 from magfold_env.envs.spaces.observation import Layout
 from magfold_env.envs.tasks.world import World

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from magfold_env.envs.anchor import AnchorEnv
-from magfold_env.envs.pictures.recording import EMPTY
+from magfold_env.envs.pictures.snapshots import EMPTY
 from magfold_env.envs.spaces.actions import BACK, LYING, SIGNS, letters_of
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from tests.envs.pictures.test_rendering import QUICK, VARIANTS
