@@ -14,8 +14,7 @@ import numpy as np
 
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.designer import annealing, evidence, exhaustive, trials
-from magfold_env.designer.result import Design, Objective, Search
-from magfold_env.designer.task import Choice, Task, task_for
+from magfold_env.designer.task import Choice, Design, Objective, Search, Task, task_for
 from magfold_env.ensembles.releases import ensemble
 from magfold_env.files import a_path, physics_digest
 from magfold_env.minimiser import Mode, energies, sequence_of
