@@ -38,14 +38,13 @@ class Workers:
     count: int | None = None
     """Number of parallel workers; None uses all cores, or all CPUs of a cluster."""
     backend: Backend | None = None
-    """Threads of this process, processes of this machine, or a Ray cluster.
+    """Threads of this process, processes of this machine, or a Ray cluster: the one at
+    ``RAY_ADDRESS``, else a local one.
 
     None selects processes for more than four workers on many tasks, else threads. Threads wait for
     each other outside the kernels, which is a quarter of a short release, but processes take
     seconds to start.
     """
-    address: str | None = None
-    """Address of the Ray cluster; None takes the one in ``RAY_ADDRESS``, or starts a local one."""
 
     def __post_init__(self) -> None:
         problems: list[Problem] = []
@@ -53,9 +52,6 @@ class Workers:
             problems += errors.unless_whole("workers", self.count, 1, MOST_WORKERS)
         if self.backend is not None:
             problems += errors.unless_one_of("backend", self.backend, get_args(Backend))
-        if self.address is not None and self.backend != "ray":
-            allowed = "must be left out unless backend is 'ray'; it is a cluster's"
-            problems.append(Problem("address", self.address, allowed))
         errors.refuse(problems)
 
     def kind(self, tasks: int) -> Backend:
@@ -107,7 +103,7 @@ def connected(workers: Workers) -> Generator[None]:
     if workers.backend != "ray":
         yield
         return
-    with _ray(workers.address):
+    with _ray():
         yield
 
 
@@ -132,7 +128,7 @@ def _pool(backend: Backend, workers: Workers) -> Generator[tuple[Runner, Errors]
             size = min(workers.count or cpus, cpus)
             return _in_waves(joblib.Parallel(size), calls, 2 * size)
 
-        with _ray(workers.address) as (options, lost), joblib.parallel_config("ray", **options):
+        with _ray() as (options, lost), joblib.parallel_config("ray", **options):
             yield waves, lost
         return
     name = {"threads": "threading", "processes": "loky"}[backend]
@@ -147,7 +143,7 @@ def _pool(backend: Backend, workers: Workers) -> Generator[tuple[Runner, Errors]
 
 
 @contextmanager
-def _ray(address: str | None) -> Generator[tuple[dict[str, Any], Errors]]:
+def _ray() -> Generator[tuple[dict[str, Any], Errors]]:
     """Yield joblib's Ray backend: its options, and its errors for a lost worker."""
     try:
         ray: Any = importlib.import_module("ray")
@@ -158,7 +154,7 @@ def _ray(address: str | None) -> Generator[tuple[dict[str, Any], Errors]]:
     backend.register_ray()
     started = not ray.is_initialized()
     if started:
-        ray.init(address=address, logging_level="warning", log_to_driver=False)
+        ray.init(logging_level="warning", log_to_driver=False)
     try:
         # Ray restarts a lost worker, on another node if needed, and repeats its tasks. Workers that
         # claim nothing crowd on one node, and those that claim a whole CPU cannot move to another.

@@ -42,8 +42,9 @@ def head() -> Generator[Any]:
 
 
 @pytest.fixture
-def cluster(head: Any) -> Any:
-    """Return a Ray cluster of two nodes with a CPU each, to which nobody is connected."""
+def cluster(head: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Return a Ray cluster of two nodes with a CPU each, to which nobody is connected yet."""
+    monkeypatch.setenv("RAY_ADDRESS", head.address)
     if not head.worker_nodes:
         head.add_node(num_cpus=1)
         head.wait_for_nodes()

@@ -104,12 +104,12 @@ class FakeCluster:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, *, running: bool = False) -> None:
         self.running = running
-        self.calls: list[tuple[str, Any]] = []
+        self.calls: list[tuple[Any, ...]] = []
         ray = ModuleType("ray")
         ray.__dict__.update(
             is_initialized=lambda: self.running,
-            init=lambda **options: self._turn(True, "init", options["address"]),
-            shutdown=lambda: self._turn(False, "shutdown", None),
+            init=lambda **_: self._turn(True, "init"),
+            shutdown=lambda: self._turn(False, "shutdown"),
             exceptions=SimpleNamespace(RayError=LostError),
         )
         backend = ModuleType("ray.util.joblib")
@@ -143,12 +143,12 @@ def test_ray_is_started_where_it_is_not_running(
     running: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cluster = FakeCluster(monkeypatch, running=running)
-    found = list(finished(square, range(50), Workers(2, "ray", "there:1")))
+    found = list(finished(square, range(50), Workers(2, "ray")))
     assert sorted(found) == [(k, k * k) for k in range(50)]
     again = {"num_cpus": 0.5, "max_restarts": LOSSES, "max_task_retries": LOSSES}
     assert ("options", again) in cluster.calls
     outer = [call for call in cluster.calls if call[0] != "options"]
-    assert outer == ([] if running else [("init", "there:1"), ("shutdown", None)])
+    assert outer == ([] if running else [("init",), ("shutdown",)])
 
 
 def test_tasks_of_a_lost_node_are_run_again(monkeypatch: pytest.MonkeyPatch) -> None:

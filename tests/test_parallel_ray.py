@@ -63,14 +63,16 @@ def lose_a_node(cluster: Any) -> None:
     cluster.remove_node(node, allow_graceful=False)
 
 
-def test_both_nodes_work(cluster: Any) -> None:
-    nodes = {node for _, node in finished(node_of, range(40), Workers(2, "ray", cluster.address))}
+@pytest.mark.usefixtures("cluster")
+def test_both_nodes_work() -> None:
+    nodes = {node for _, node in finished(node_of, range(40), Workers(2, "ray"))}
     assert len(nodes) == 2
 
 
-def test_a_cluster_makes_the_runs_that_threads_make(cluster: Any) -> None:
+@pytest.mark.usefixtures("cluster")
+def test_a_cluster_makes_the_runs_that_threads_make() -> None:
     alone = mf.ensemble(SCENE, RUNS, seed=3, workers=1)
-    spread = mf.ensemble(SCENE, RUNS, seed=3, backend="ray", address=cluster.address)
+    spread = mf.ensemble(SCENE, RUNS, seed=3, backend="ray")
     assert bits(spread) == bits(alone)
 
 
@@ -91,6 +93,6 @@ class Soon:
 @pytest.mark.parametrize("lose", [kill_a_worker, lose_a_node])
 def test_runs_of_what_is_lost_are_made_again(lose: Any, cluster: Any) -> None:
     soon = Soon(lose, cluster, after=10)
-    spread = mf.ensemble(SCENE, RUNS, seed=3, backend="ray", address=cluster.address, progress=soon)
+    spread = mf.ensemble(SCENE, RUNS, seed=3, backend="ray", progress=soon)
     assert soon.done
     assert bits(spread) == bits(mf.ensemble(SCENE, RUNS, seed=3, workers=1))

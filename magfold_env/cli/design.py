@@ -43,7 +43,6 @@ def design(  # noqa: PLR0913 - one parameter an option
     runs: Annotated[int, typer.Option(help="Releases that assess the result.")] = 100,
     workers: options.WorkerCount = None,
     backend: options.BackendName = None,
-    address: options.Address = None,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder for JSON and the scene; an interrupted command continues there."),
@@ -73,7 +72,7 @@ def design(  # noqa: PLR0913 - one parameter an option
                 cast("Any", objective),
                 search=cast("Any", search), seed=seed, speeds=speed or None,
                 budget=budget, goal=goal, runs=runs,
-                workers=workers, backend=cast("Any", backend), address=address,
+                workers=workers, backend=cast("Any", backend),
                 state=None if out is None else out / "state",
                 progress=show_progress,
             )  # fmt: skip

@@ -27,7 +27,6 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
     spread: options.Widths = None,
     workers: options.WorkerCount = None,
     backend: options.BackendName = None,
-    address: options.Address = None,
     out: options.Out = None,
     png: options.Png = None,
 ) -> None:
@@ -44,7 +43,6 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
                 seed,
                 workers=workers,
                 backend=cast("Any", backend),
-                address=address,
                 state=None if out is None else out / "state",
                 progress=lambda made, _: tell(made),
             )

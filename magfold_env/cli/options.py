@@ -46,7 +46,6 @@ WorkerCount = Annotated[int | None, typer.Option(help="Parallel runs; one per co
 BackendName = Annotated[
     str | None, typer.Option(help="threads, processes or ray; chosen automatically by default.")
 ]
-Address = Annotated[str | None, typer.Option(help="Address of a Ray cluster.")]
 Out = Annotated[
     Path | None,
     typer.Option(

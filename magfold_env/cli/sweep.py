@@ -38,7 +38,6 @@ def sweep(  # noqa: PLR0913 - one parameter an option
     ] = None,
     workers: options.WorkerCount = None,
     backend: options.BackendName = None,
-    address: options.Address = None,
     out: options.Out = None,
     png: options.Png = None,
 ) -> None:
@@ -59,7 +58,6 @@ def sweep(  # noqa: PLR0913 - one parameter an option
                 seed,
                 workers=workers,
                 backend=cast("Any", backend),
-                address=address,
                 state=None if out is None else out / "state",
                 progress=lambda made, _: tell(made),
             )

@@ -2,9 +2,17 @@
 
 from magfold_env.designer.evidence import Evidence
 from magfold_env.designer.exhaustive import gap_designs
-from magfold_env.designer.result import Design, Objective, Search
 from magfold_env.designer.search import candidates, design
-from magfold_env.designer.task import SPEEDS, Choice, Task, default_scene, task_for
+from magfold_env.designer.task import (
+    SPEEDS,
+    Choice,
+    Design,
+    Objective,
+    Search,
+    Task,
+    default_scene,
+    task_for,
+)
 
 __all__ = [
     "SPEEDS",

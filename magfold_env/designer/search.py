@@ -14,8 +14,7 @@ import numpy as np
 
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.designer import annealing, evidence, exhaustive, trials
-from magfold_env.designer.result import Design, Objective, Search
-from magfold_env.designer.task import Choice, Task, task_for
+from magfold_env.designer.task import Choice, Design, Objective, Search, Task, task_for
 from magfold_env.ensembles.releases import ensemble
 from magfold_env.files import a_path, physics_digest
 from magfold_env.minimiser import Mode, energies, sequence_of
@@ -48,7 +47,6 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
     runs: int = 100,
     workers: int | None = None,
     backend: Backend | None = None,
-    address: str | None = None,
     state: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Design:
@@ -91,7 +89,7 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
         because selected choices do slightly worse on other releases.
     runs
         Number of releases that assess the result, none of which the search has used; may be 0.
-    workers, backend, address
+    workers, backend
         See `ensemble`.
     state
         Folder that stores releases as they are made. A search that is interrupted and called again
@@ -116,7 +114,7 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
     )  # fmt: skip
     run = _Run(
         task,
-        Workers(workers, backend, address),
+        Workers(workers, backend),
         None if state is None else a_path("state", state),
         progress or (lambda what, done: None),
         Counter(),
@@ -202,7 +200,7 @@ class _Run:
         """Return the share of releases, none of which the search has used, that succeed."""
         made = ensemble(
             scene, self.task.runs, self.task.releases_seed,
-            workers=self.workers.count, backend=self.workers.backend, address=self.workers.address,
+            workers=self.workers.count, backend=self.workers.backend,
             state=None if self.folder is None else self.folder / "judgement",
             progress=lambda done, total: self.report("judgement", done / total),
         )  # fmt: skip

@@ -53,24 +53,17 @@ class Suite(base.FrozenModel):
 
     @model_validator(mode="after")
     def _check_words(self) -> Self:
-        lengths = {len(word) for word in self.words}
-        problems = [
-            Problem(f"words.{word}", word, "must not overlap")
-            for word in self.words
-            if overlaps(parse_word(word))
-        ]
+        problems: list[Problem] = []
+        for word, witnesses in self.words.items():
+            if overlaps(parse_word(word)):
+                problems.append(Problem(f"words.{word}", word, "must not overlap"))
+            allowed = f"must have {len(word) + 1} components"
+            for kind, witness in witnesses.items():
+                if witness.sequence is not None and len(witness.sequence) != len(word) + 1:
+                    problems.append(Problem(f"words.{word}.{kind}", witness.sequence, allowed))
+        lengths = sorted({len(word) for word in self.words})
         if len(lengths) != 1:
-            problems.append(
-                Problem("words", sorted(lengths), "must be of one length, at least one")
-            )
-        problems += [
-            Problem(
-                f"words.{word}.{kind}", witness.sequence, f"must have {len(word) + 1} components"
-            )
-            for word, witnesses in self.words.items()
-            for kind, witness in witnesses.items()
-            if witness.sequence is not None and len(witness.sequence) != len(word) + 1
-        ]
+            problems.append(Problem("words", lengths, "must be of one length, at least one"))
         errors.refuse(problems)
         return self
 

@@ -288,7 +288,6 @@ def ensemble(
     *,
     workers: int | None = None,
     backend: Backend | None = None,
-    address: str | None = None,
     state: str | Path | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Ensemble:
@@ -309,10 +308,8 @@ def ensemble(
     workers
         Number of parallel runs; None uses all cores, or all CPUs of a cluster.
     backend
-        `threads` or `processes` of this machine, or `ray`, a Ray cluster through joblib. None
-        selects processes for many runs on more than four workers, else threads.
-    address
-        Address of the Ray cluster; None takes the one in ``RAY_ADDRESS``, or starts a local one.
+        `threads` or `processes` of this machine, or `ray`, the Ray cluster at ``RAY_ADDRESS`` or
+        a local one. None selects processes for many runs on more than four workers, else threads.
     state
         Folder that stores completed runs every two seconds. A later call with the same folder makes
         only the missing runs, after an interruption or for a larger number of runs.
@@ -329,7 +326,7 @@ def ensemble(
     ImportError
         If Ray is selected and not installed.
     """
-    asked = Workers(workers, backend, address)
+    asked = Workers(workers, backend)
     errors.refuse(unless_a_scene(scene))
     key = {"kind": "ensemble", "scene": scene.model_dump(mode="json")}
     return released([scene], runs, seed, asked, key, state, progress)[0]

@@ -167,7 +167,7 @@ class Sweep:
             return cls(scene, seed, over, tuple(ensembles))
 
 
-def sweep(  # noqa: PLR0913 - what to sweep, and what `ensemble` takes
+def sweep(
     scene: Scene,
     over: Mapping[str, Sequence[float]],
     runs: int = 100,
@@ -175,7 +175,6 @@ def sweep(  # noqa: PLR0913 - what to sweep, and what `ensemble` takes
     *,
     workers: int | None = None,
     backend: Backend | None = None,
-    address: str | None = None,
     state: str | Path | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Sweep:
@@ -196,7 +195,7 @@ def sweep(  # noqa: PLR0913 - what to sweep, and what `ensemble` takes
         Number of releases per point.
     seed
         Seed of all draws.
-    workers, backend, address
+    workers, backend
         The workers that make the runs, as for `ensemble`.
     state
         Folder that stores completed runs every two seconds. A later call with the same folder makes
@@ -214,7 +213,7 @@ def sweep(  # noqa: PLR0913 - what to sweep, and what `ensemble` takes
     ImportError
         If Ray is wanted and not installed.
     """
-    asked = Workers(workers, backend, address)
+    asked = Workers(workers, backend)
     errors.refuse(unless_a_scene(scene) + errors.unless_a("over", over, Mapping, KEYS_AND_VALUES))
     values = _checked(over)
     key = {"kind": "sweep", "scene": scene.model_dump(mode="json"), "over": list(values.items())}

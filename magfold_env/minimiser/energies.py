@@ -21,8 +21,8 @@ from magfold_env.scene.scene import signs
 from magfold_env.simulation.quadrature import width_rule
 
 TIE = 1e-9
-"""Energies this close, relative to `energy_unit`, count as equal: symmetric ones differ by
-rounding."""
+"""Energies this close, relative to that of two pole charges one side apart, count as equal:
+symmetric ones differ by rounding."""
 
 NODES = 32  # along a pole face if the scene gives no number
 POINTS = 3  # the paper's, likewise
@@ -51,15 +51,10 @@ def refuse_field(scene: Scene) -> None:
         )
 
 
-def energy_unit(scene: Scene) -> float:
-    """Return the natural energy scale of a scene [J]: two pole charges one side apart."""
-    charge = 0.0 if scene.magnets is None else scene.magnets.charge
-    return 1e-7 * charge**2 / scene.casing.side
-
-
 def tie(scene: Scene) -> float:
     """Return the largest difference between equal energies of a scene's words [J]."""
-    return TIE * energy_unit(scene)
+    charge = 0.0 if scene.magnets is None else scene.magnets.charge
+    return TIE * (1e-7 * charge**2 / scene.casing.side)
 
 
 def word_energies(scene: Scene, lattice: Lattice) -> Array:

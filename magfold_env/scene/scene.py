@@ -11,10 +11,10 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Strict, model_validator
 from pydantic import Field as Limits
 
-from magfold_env.scene import base, sections, strip
+from magfold_env.scene import base, sections
 from magfold_env.scene.errors import Problem, SceneError, refuse, unless_a
 from magfold_env.scene.magnets import FACES, ROUNDING, Array, Magnets
-from magfold_env.scene.numbers import square_inertia
+from magfold_env.scene.numbers import narrowest, square_inertia
 from magfold_env.scene.obstacles import Obstacles, Rectangle
 
 SIGNS = {"N": 1.0, "S": -1.0, "-": 0.0}
@@ -206,7 +206,7 @@ class Scene(base.FrozenModel):
         if self.start_angles is not None:
             key, value = "start_angles", self.start_angles
             headings = np.cumsum((0.0, *value))
-            along, across = strip.narrowest(np.cos(headings), np.sin(headings))
+            along, across = narrowest(np.cos(headings), np.sin(headings))
             offsets = casing.diagonal * across
         needed = float(np.abs(offsets).max())
         if needed > self.play + ROUNDING * casing.diagonal:

@@ -25,10 +25,16 @@ from magfold_env.engine.state import (
     Model,
     Tables,
 )
-from magfold_env.scene import Casing, FixedMagnet, Scene, strip
+from magfold_env.scene import Casing, FixedMagnet, Scene
 from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
-from magfold_env.scene.numbers import FRICTION_ARM, friction_limit, rectangle, typical_rate
+from magfold_env.scene.numbers import (
+    FRICTION_ARM,
+    friction_limit,
+    narrowest,
+    rectangle,
+    typical_rate,
+)
 from magfold_env.shapes import headings
 from magfold_env.simulation.far_table import build_far_table
 from magfold_env.simulation.near_table import build_near_table
@@ -90,7 +96,7 @@ def inner_offsets(scene: Scene) -> Array:
     # Counted from the inner end, so that a chain seen from either end gets the same bits.
     joints = np.array(scene.start_angles)
     sines, cosines = zip(*map(sincos, headings(-joints[::-1] if turn else joints)), strict=True)
-    _, across = strip.narrowest(np.array(cosines), np.array(sines))
+    _, across = narrowest(np.array(cosines), np.array(sines))
     return scene.casing.diagonal * across
 
 

@@ -25,7 +25,6 @@ REFUSED = [
     ("design LR --scene pendulum-3", "magnets: None is not allowed; a scene must"),
     ("design LR --out pyproject.toml/x", "pyproject.toml is not a folder"),
     (f"ensemble {BASE} --workers 0", "workers: 0 is not allowed; must be from 1 to 4096"),
-    (f"ensemble {BASE} --address auto", "address: 'auto' is not allowed; must be left out unless"),
     (f"ensemble {BASE} --spread speed=0.1", "--spread: 'speed=0.1' is not allowed; must be NAME="),
     (f"ensemble {BASE} --spread mass=much", "--spread: 'mass=much' is not allowed; must be NAME="),
     (f"ensemble {BASE} --spread mass=2", "spreads.mass: 2.0 is not allowed; must be less than 1"),

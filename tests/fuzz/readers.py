@@ -24,8 +24,7 @@ from agents.settings import load_settings
 from agents.training import policy_files
 from agents.training.models import read_archive, write_archive
 from magfold_env.checkpoint import FILE
-from magfold_env.designer.evidence import Evidence
-from magfold_env.designer.result import Design
+from magfold_env.designer import Design, Evidence
 from magfold_env.designer.suites import load_suite
 from magfold_env.ensembles.releases import Ensemble, ensemble
 from magfold_env.ensembles.sweeps import Sweep, sweep

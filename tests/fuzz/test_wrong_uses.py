@@ -33,7 +33,7 @@ ARGUMENTS: Mapping[str, list[str]] = {
 }
 """What commands need, but for their options."""
 
-FREE = {"address", "out", "help", "env", "minutes", "goal", "target"}
+FREE = {"out", "help", "env", "minutes", "goal", "target"}
 """Options that take any text, or of which some value above is right or another one is at fault."""
 
 

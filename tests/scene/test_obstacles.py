@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.scene import Rectangle, channel, funnel, strip
+from magfold_env.scene import Rectangle, channel, funnel
+from magfold_env.scene.numbers import narrowest
 from magfold_env.shapes import FloatArray
 
 SCENE = mf.Scene(sequence=("NSNN", "NSSN", "SNSS"))
@@ -125,7 +126,7 @@ def turned(joints, extra=0.0):
 @given(JOINTS, st.floats(-3.0, 3.0))
 def test_no_direction_of_many_gives_a_narrower_strip(joints, extra):
     cos, sin = turned(joints, extra)
-    along, across = strip.narrowest(cos, sin)
+    along, across = narrowest(cos, sin)
     np.testing.assert_allclose(across.min(), -across.max(), atol=1e-12)
     np.testing.assert_allclose(np.diff(across) ** 2 + along**2, 1.0, atol=1e-9)
     # The same chain, turned: neighbouring links are at the same angle.

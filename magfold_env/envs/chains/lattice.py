@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import allocating_kernel, kernel
 from magfold_env.minimiser.couplings import FACES, Couplings, couplings
-from magfold_env.minimiser.energies import TIE, energy_unit, refuse_field, strengths
+from magfold_env.minimiser.energies import refuse_field, strengths, tie
 from magfold_env.scene import Scene
 
 Ints = NDArray[np.int64]
@@ -61,7 +61,7 @@ class LatticeFeed:
             preloaded=scene.feed.loading == "preloaded",
             pitch=scene.casing.diagonal,
             turn=1 if self.forward else -1,
-            tie=TIE * energy_unit(scene),
+            tie=tie(scene),
             table=pose_table(couplings(scene), scene.n),
             strengths=np.ascontiguousarray(strengths(scene)),
         )
