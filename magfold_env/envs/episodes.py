@@ -307,20 +307,14 @@ class Episodes(Generic[ObsType]):
         return ChainState(*(each[row].copy() for each in values))
 
     def get_state(self) -> EpisodesState:
-        """Return the complete state of the episodes.
-
-        Later steps do not change the returned state, and it can be set any number of times.
-        """
+        """Return the complete state of the episodes, which later steps do not change."""
         self.check_begun()
         rngs: list[Any] = [rng.bit_generator.state for rng in self.rngs]
         kept = {name: copy.deepcopy(getattr(self, name)) for name in self.kept}
         return EpisodesState(rngs, self.chains.get_state(), kept)
 
     def set_state(self, state: EpisodesState) -> None:
-        """Restore a state of these episodes, or of others in a world made with the same options.
-
-        Steps from there repeat exactly.
-        """
+        """Restore a state of these episodes, or of others in a world made with the same options."""
         for row, own in enumerate(state.rngs):
             if self.rngs[row] is None:
                 self.rngs[row] = seeding.np_random(0)[0]
