@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from agents.admission.contestants import FORWARD, ORACLE, RANDOM
+from agents.admission.players import FORWARD, ORACLE, RANDOM
 from agents.commands import reported_errors, run_command
 from agents.evaluation.intervals import Estimate
 from magfold_env.files import write_text

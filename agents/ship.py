@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from agents.ablate import SEEING
-from agents.admission.contestants import TRAINED
+from agents.admission.players import TRAINED
 from agents.commands import reported_errors
 from agents.evaluation.policies import policies_dir
 from agents.evaluation.shipped import Card, CardError, Training

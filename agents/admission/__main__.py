@@ -1,6 +1,6 @@
 """Whether a task needs its physics: ``python -m agents.admission MagFold/UnknownFloor-v0``.
 
-Contestants (`agents.admission.contestants`) play the same draws, which no search and no training
+Players (`agents.admission.players`) play the same draws, which no search and no training
 uses, and the rule (`agents.admission.rule`) sets the required differences. Lines of the rule that
 need trained policies are measured if these are given. An interrupted command continues when it is
 called again; with other policies or more episodes, it plays the missing episodes.
@@ -14,8 +14,8 @@ import numpy as np
 import typer
 from rich import console, markdown
 
-from agents.admission import contestants, rule
-from agents.admission.contestants import (
+from agents.admission import players, rule
+from agents.admission.players import (
     BLIND,
     DRAWN,
     FROZEN,
@@ -24,8 +24,8 @@ from agents.admission.contestants import (
     SAME_DRAW,
     SIMPLE,
     TRAINED,
-    Arena,
-    own_arena,
+    AdmissionTrack,
+    own_track,
 )
 from agents.commands import Processes, progress_bar, reported_errors, run_command
 from agents.evaluation import report
@@ -45,7 +45,7 @@ Ranking = dict[int, list[Ranked]]
 
 
 def measure(
-    arena: Arena,
+    track: AdmissionTrack,
     table: Table,
     efforts: tuple[Search, Search],
     episodes: int,
@@ -53,9 +53,9 @@ def measure(
 ) -> tuple[dict[str, Any], Ranking]:
     """Play the episodes that the table's folder does not contain yet.
 
-    Returns success and score of every contestant, (runs, episodes, 2), and the candidates for open
+    Returns success and score of every player, (runs, episodes, 2), and the candidates for open
     loops. `efforts` are those of the search for open loops and of the oracle's race; `given`
-    contains paths of policies by the name of their contestant.
+    contains paths of policies by the name of their player.
     """
     searched, raced = efforts
 
@@ -64,23 +64,23 @@ def measure(
         **key: Any,
     ) -> list[Any]:  # fmt: skip
         def job(start: int, stop: int) -> tuple[Any, ...]:
-            return arena.env_id, arena.tasks, play, *own, start, stop
+            return track.env_id, track.tasks, play, *own, start, stop
 
-        return table.row(name, count, job, _in_arena, block, key)
+        return table.row(name, count, job, _on_track, block, key)
 
-    numbers = arena.numbers
-    ranked = row(OPEN_LOOP, len(numbers), contestants.search, (searched,), 1, search=searched)
+    numbers = track.numbers
+    ranked = row(OPEN_LOOP, len(numbers), players.search, (searched,), 1, search=searched)
     found = {
         number: [Ranked(*each) for each in own] for number, own in zip(numbers, ranked, strict=True)
     }
     best = {
-        number: arena.ranked(searched.candidates, number, own[: raced.candidates])
+        number: track.ranked(searched.candidates, number, own[: raced.candidates])
         for number, own in found.items()
     }
     first = {number: own[0] for number, own in best.items()}
-    simple = row("simple", episodes, contestants.play_simple, (first,), BLOCK, search=searched)
+    simple = row("simple", episodes, players.play_simple, (first,), BLOCK, search=searched)
     oracle = row(
-        ORACLE, episodes, contestants.play_oracle, (best, raced.budget), 1,
+        ORACLE, episodes, players.play_oracle, (best, raced.budget), 1,
         search=searched, race=raced,
     )  # fmt: skip
     ends: dict[str, Any] = {
@@ -99,12 +99,12 @@ def measure(
     return ends, found
 
 
-def _in_arena(env_id: str, tasks: int, play: Callable[..., list[Any]], *job: Any) -> list[Any]:
-    return play(own_arena(env_id, tasks), *job)
+def _on_track(env_id: str, tasks: int, play: Callable[..., list[Any]], *job: Any) -> list[Any]:
+    return play(own_track(env_id, tasks), *job)
 
 
-def _play_policy(arena: Arena, path: str, *job: Any) -> list[Any]:
-    return contestants.play_policy(arena, contestants.own_policy(path), *job)
+def _play_policy(track: AdmissionTrack, path: str, *job: Any) -> list[Any]:
+    return players.play_policy(track, players.own_policy(path), *job)
 
 
 def main(  # noqa: PLR0913 - one parameter an option
@@ -141,7 +141,7 @@ def main(  # noqa: PLR0913 - one parameter an option
     seeing, unseeing = policy or [], blind or []
     given = {TRAINED: seeing, DRAWN: seeing, FROZEN: seeing, BLIND: unseeing}
     with reported_errors():
-        arena = own_arena(env_id, tasks)
+        track = own_track(env_id, tasks)
         if raced.candidates > searched.candidates:
             raise ValueError(
                 f"--race: {raced.candidates} open loops are not allowed; "
@@ -150,27 +150,27 @@ def main(  # noqa: PLR0913 - one parameter an option
         for effort in (searched, raced):
             rounds(*effort)
         for path in (*seeing, *unseeing):
-            saved = contestants.own_policy(path)
-            Player(saved.policy, saved.shown, arena.env_of(saved.policy.action_space))
+            saved = players.own_policy(path)
+            Player(saved.policy, saved.shown, track.env_of(saved.policy.action_space))
         # The engine is compiled before several processes work.
-        arena.field.follow(np.array(arena.numbers[:1]), [0], [arena.open_loops.fastest])
+        track.pool.follow(np.array(track.numbers[:1]), [0], [track.open_loops.fastest])
         key = {
             "id": env_id,
-            "scene": arena.world.scene.model_dump(mode="json"),
-            "tasks": [arena.env.tasks[number].model_dump(mode="json") for number in arena.numbers],
+            "scene": track.world.scene.model_dump(mode="json"),
+            "tasks": [track.env.tasks[number].model_dump(mode="json") for number in track.numbers],
             "draws": EVALUATION_VERSION,
             "physics": physics_digest(),
         }
         with progress_bar() as bar:
             table = Table(bar, processes, folder, key)
-            ends, found = measure(arena, table, (searched, raced), episodes, given)
+            ends, found = measure(track, table, (searched, raced), episodes, given)
     verdict = rule.judge(ends)
     rows = {
         name: row.model_copy(
             update={
                 "files": report.files_of(given.get(name, [])),
                 "runs": tuple(Run.of(run[:, 0]) for run in ends[name]),
-                "figures": row.figures | {"by task": rule.by_task(ends[name], arena.numbers)},
+                "figures": row.figures | {"by task": rule.by_task(ends[name], track.numbers)},
             }
         )
         for name, row in verdict.rows.items()
@@ -180,7 +180,7 @@ def main(  # noqa: PLR0913 - one parameter an option
         "search": searched._asdict(),
         "race": raced._asdict(),
         "open loops": {
-            number: {"schedule": str(arena.ranked(searched.candidates, number, own[:1])[0])}
+            number: {"schedule": str(track.ranked(searched.candidates, number, own[:1])[0])}
             | own[0]._asdict()
             for number, own in found.items()
         },

@@ -1,19 +1,19 @@
 """The admission rule: the differences that a task must show to be worth its physics.
 
 Tasks are fixed. Intervals are 95 %, over episodes and, if there are several, training seeds.
-Differences are paired, because both contestants play the same draws.
+Differences are paired, because both players play the same draws.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from agents.admission.contestants import BLIND, FROZEN, OPEN_LOOP, ORACLE, RANDOM, TRAINED
+from agents.admission.players import BLIND, FROZEN, OPEN_LOOP, ORACLE, RANDOM, TRAINED
 from agents.evaluation import intervals
 from magfold_env.reporting.intervals import share
 from magfold_env.scoring.results import Row
 
 Ends = Mapping[str, intervals.Floats]
-"""Success and score of every contestant, (runs, episodes, 2)."""
+"""Success and score of every player, (runs, episodes, 2)."""
 
 SOLVED = 0.03
 """Headroom below which a task is solved."""
@@ -21,7 +21,7 @@ SOLVED = 0.03
 
 @dataclass(frozen=True)
 class Line:
-    """A part of the rule: one contestant must be ahead of another."""
+    """A part of the rule: one player must be ahead of another."""
 
     ahead: str
     behind: str
@@ -30,7 +30,7 @@ class Line:
     surely: bool = False
     """Whether the interval of the difference must also be above 0."""
     measured: intervals.Estimate | None = None
-    """Measured difference; None if a contestant has not played."""
+    """Measured difference; None if a player has not played."""
 
     @property
     def holds(self) -> bool | None:
@@ -60,7 +60,7 @@ class Verdict:
     """The result of the rule."""
 
     rows: dict[str, Row]
-    """How contestants do. Intervals are Wilson's for a single run, else the bootstrap's; the figure
+    """How players do. Intervals are Wilson's for a single run, else the bootstrap's; the figure
     ``normalised`` is the mean score, random actions 0 and the oracle 1, None if the oracle is no
     better."""
     lines: list[Line]
@@ -80,7 +80,7 @@ class Verdict:
 
 
 def judge(ends: Ends) -> Verdict:
-    """Apply the rule to contestants, which include random actions and the oracle."""
+    """Apply the rule to players, which include random actions and the oracle."""
     low, high = (float(ends[name][..., 1].mean()) for name in (RANDOM, ORACLE))
     rows = {
         name: Row(
@@ -95,7 +95,7 @@ def judge(ends: Ends) -> Verdict:
 
 
 def by_task(ends: intervals.Floats, numbers: Sequence[int]) -> dict[int, float | None]:
-    """Return the success of a contestant in each task, by number; None if it was not played.
+    """Return the success of a player in each task, by number; None if it was not played.
 
     The episodes cycle through the tasks.
     """
@@ -107,7 +107,7 @@ def by_task(ends: intervals.Floats, numbers: Sequence[int]) -> dict[int, float |
 
 
 def _ahead(ends: Ends, name: str, other: str) -> intervals.Estimate | None:
-    """Return the difference of success between two contestants, paired by episode."""
+    """Return the difference of success between two players, paired by episode."""
     if name not in ends or other not in ends:
         return None
     better, worse = ends[name][..., 0], ends[other][..., 0]

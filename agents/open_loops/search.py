@@ -98,7 +98,7 @@ def open_loops_of(env: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Field:
+class RolloutPool:
     """Reusable episodes for plans that do not observe the chain."""
 
     episodes: Any

@@ -20,7 +20,7 @@ from agents.open_loops.schedules import LONGEST_PAUSE, Schedule
 from agents.open_loops.search import Search
 from agents.settings import EnvSettings
 from agents.training.envs import make_env
-from agents.training.open_loops import best_open_loops, field_of, kept_search
+from agents.training.open_loops import best_open_loops, kept_search, pool_of
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.baselines.legs import Following, Leg
 from magfold_env.envs.chains.arrays import Bools, Floats, Ints
@@ -195,7 +195,7 @@ def searched(
 def _search(settings: EnvSettings, number: int, best: Sequence[Schedule]) -> int:
     env: Any = make_env(settings).unwrapped
     found = _tried(env, number, best)
-    return field_of(env).race(number, found, STREAM, EFFORT.budget, playing)[0].place
+    return pool_of(env).race(number, found, STREAM, EFFORT.budget, playing)[0].place
 
 
 def _tried(env: Any, number: int, best: Sequence[Schedule]) -> Sequence[Redoing | Refolding]:

@@ -13,7 +13,7 @@ from typing import Any
 
 from agents.commands import progress_bar
 from agents.evaluation.episodes import Table
-from agents.open_loops.search import Field, Search, open_loops_of
+from agents.open_loops.search import RolloutPool, Search, open_loops_of
 from agents.settings import EnvSettings
 from agents.training.envs import make_env
 from magfold_env.files import physics_digest
@@ -78,10 +78,10 @@ def _searched(search: Callable[..., Any], *job: Any) -> list[Any]:
 
 def _search(settings: EnvSettings, number: int, effort: Search) -> list[int]:
     env: Any = make_env(settings).unwrapped
-    ranked = field_of(env).search(number, STREAM, effort)
+    ranked = pool_of(env).search(number, STREAM, effort)
     return [each.place for each in ranked[:KEPT] if each.successes] or [ranked[0].place]
 
 
-def field_of(env: Any) -> Field:
+def pool_of(env: Any) -> RolloutPool:
     """Return reusable episodes in which choices are expressed as actions."""
-    return Field(env.make_episodes(env.world, WIDTH), open_loops_of(env), env.world.actions)
+    return RolloutPool(env.make_episodes(env.world, WIDTH), open_loops_of(env), env.world.actions)

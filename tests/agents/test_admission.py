@@ -11,8 +11,8 @@ import pytest
 from gymnasium import spaces
 from gymnasium.utils import seeding
 
-from agents.admission import contestants, rule
-from agents.admission.contestants import (
+from agents.admission import players, rule
+from agents.admission.players import (
     BLIND,
     EVALUATION,
     FROZEN,
@@ -22,15 +22,15 @@ from agents.admission.contestants import (
     SEARCH,
     SIMPLE,
     TRAINED,
-    Arena,
+    AdmissionTrack,
     copies,
-    own_arena,
+    own_track,
     replaying,
 )
 from agents.open_loops import orders
 from agents.open_loops.orders import Orders
 from agents.open_loops.schedules import Schedule, constant
-from agents.open_loops.search import Field, halving, rounds
+from agents.open_loops.search import RolloutPool, halving, rounds
 from agents.training import drawing_back, mending, open_loops
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.legs import Leg
@@ -99,11 +99,11 @@ def test_of_as_many_successes_the_higher_score_wins_then_the_first() -> None:
 @pytest.mark.medium
 @pytest.mark.parametrize("env_id", FEED_TRACKS)
 def test_schedules_are_ones_that_actions_can_ask_for(env_id: str) -> None:
-    arena = own_arena(env_id, 2)
-    found = arena.open_loops.candidates(60, 5)
-    assert found[:30] == arena.open_loops.candidates(30, 5)
-    assert found[13:] != arena.open_loops.candidates(60, 6)[13:]
-    scene, refolds = arena.world.scene, env_id == "MagFold/Reprogram-v0"
+    track = own_track(env_id, 2)
+    found = track.open_loops.candidates(60, 5)
+    assert found[:30] == track.open_loops.candidates(30, 5)
+    assert found[13:] != track.open_loops.candidates(60, 6)[13:]
+    scene, refolds = track.world.scene, env_id == "MagFold/Reprogram-v0"
     length, diagonal = scene.n * scene.casing.diagonal, scene.casing.diagonal
     families = {"two speeds", "three speeds", "pulses", "push-pull-push"}
     drawn = {each.family for each in found} - {"baseline"}
@@ -115,7 +115,7 @@ def test_schedules_are_ones_that_actions_can_ask_for(env_id: str) -> None:
         assert np.all((size == 0.0) | ((size >= DEAD_BAND) & (size <= FASTEST)))
         assert speeds[-1] > 0.0
         assert schedule.way[-1].until == np.inf
-        assert schedule.time(length) <= 0.8 * INTERVAL * arena.episodes(1).horizon
+        assert schedule.time(length) <= 0.8 * INTERVAL * track.episodes(1).horizon
         places = [leg.until for leg in schedule.way if leg.speed and leg.until < np.inf]
         assert all(0.0 < each < length for each in places)
         turns_back = [leg for leg in schedule.way if leg.speed < 0.0]
@@ -127,10 +127,10 @@ def test_schedules_are_ones_that_actions_can_ask_for(env_id: str) -> None:
 
 
 def test_schedules_turn_where_the_feed_has_gone_so_far_and_stand_so_long() -> None:
-    arena = Arena("MagFold/Reprogram-v0", 1, randomised=False)
-    episodes, row = arena.episodes(1), np.array([0])
+    track = AdmissionTrack("MagFold/Reprogram-v0", 1, randomised=False)
+    episodes, row = track.episodes(1), np.array([0])
     legs = Leg(0.2, 0.041), Leg(0.0, steps=4), Leg(-0.1, 0.031), Leg(0.3)
-    following = arena.open_loops.following
+    following = track.open_loops.following
     episodes.play([0], [0], partial(following([Schedule("drawn", legs)]), episodes))
     driven = episodes.driven[0, : int(episodes.steps[0])]
     gone = INTERVAL * driven.cumsum()
@@ -147,15 +147,15 @@ def test_schedules_turn_where_the_feed_has_gone_so_far_and_stand_so_long() -> No
     for _ in range(60):
         episodes.step(row, plan(episodes, row))
     left = 0.06 - float(episodes.chains.advances()[0])
-    assert abs(left) < 0.2 * arena.world.scene.casing.diagonal
+    assert abs(left) < 0.2 * track.world.scene.casing.diagonal
     assert plan.at[0] == 1
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("env_id", TRAYS)
 def test_orders_are_ones_that_can_be_had_from_the_tray(env_id: str) -> None:
-    arena, number = own_arena(env_id, 2), 13
-    task, loops, speeds = arena.env.tasks[number], arena.open_loops, arena.world.actions.speeds
+    track, number = own_track(env_id, 2), 13
+    task, loops, speeds = track.env.tasks[number], track.open_loops, track.world.actions.speeds
     found = loops.candidates(60, number)
     assert found[:30] == loops.candidates(30, number)
     assert [each.speeds[0] for each in found[1:5]] == sorted(each.speeds[0] for each in found[1:5])
@@ -166,11 +166,11 @@ def test_orders_are_ones_that_can_be_had_from_the_tray(env_id: str) -> None:
     words: set[str] = set()
     for each in found:
         laid = task.as_fed(each.fed)
-        assert len({part for part, _ in laid}) == arena.world.scene.n
+        assert len({part for part, _ in laid}) == track.world.scene.n
         assert set(each.speeds) <= set(speeds.tolist())
         faces = ["".join(task.tray[part][k] for k in FACES[lie]) for part, lie in laid]
         seen.add((*faces, each.speeds))
-        states = minimise(arena.world.scene.replace(sequence=faces), mode="free", top=2).states
+        states = minimise(track.world.scene.replace(sequence=faces), mode="free", top=2).states
         assert states[1].energy > states[0].energy
         words.add(states[0].word)
     assert len(seen) == len(found)
@@ -185,9 +185,9 @@ def test_the_oracle_takes_orders_by_their_gaps_with_the_strengths_of_an_episode(
     env_id: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(orders, "KNOWN", 200)
-    arena, loops = Arena(env_id, 24), Orders(cast("Any", own_arena(env_id, 24).env))
-    number = int(arena.draws(3, 4)[0][0])
-    task: Any = arena.drawn(3)[1]
+    track, loops = AdmissionTrack(env_id, 24), Orders(cast("Any", own_track(env_id, 24).env))
+    number = int(track.draws(3, 4)[0][0])
+    task: Any = track.drawn(3)[1]
     assert len({strength for part in task.strengths for strength in part}) > 20
     best = loops.candidates(13, number)
     found = loops.raced(best, number, task)
@@ -207,7 +207,7 @@ def test_the_oracle_takes_orders_by_their_gaps_with_the_strengths_of_an_episode(
             "".join(task.tray[part][k] if sound[part, k] else "-" for k in FACES[lie])
             for part, lie in laid
         ]
-        states = minimise(arena.world.scene.replace(sequence=faces), mode="free", top=300).states
+        states = minimise(track.world.scene.replace(sequence=faces), mode="free", top=300).states
         wanted = [state for state in states if state.word == task.target]
         if env_id == "MagFold/Anchor-v0":
             wanted = [state for state in states if "S" not in state.word]
@@ -217,9 +217,9 @@ def test_the_oracle_takes_orders_by_their_gaps_with_the_strengths_of_an_episode(
 
 @pytest.mark.parametrize("env_id", TRACKS)
 def test_copies_have_the_physics_of_their_episode_and_other_starts(env_id: str) -> None:
-    arena = Arena(env_id, 3)
+    track = AdmissionTrack(env_id, 3)
     for episode in (0, 4):
-        (scene, task), again = arena.drawn(episode), contestants.copied_episodes(arena, episode, 2)
+        (scene, task), again = track.drawn(episode), players.copied_episodes(track, episode, 2)
         seeds = episode_seeds(copies(episode), 2)
         again.rngs = [seeding.np_random(seed)[0] for seed in seeds]
         again.begin(again.rows)
@@ -232,19 +232,19 @@ def test_copies_have_the_physics_of_their_episode_and_other_starts(env_id: str) 
         assert [each.replace(**same) for each in drawn] == [scene] * 3
         np.testing.assert_array_equal(again.chains.factors[0] * REFERENCE_SPEED, scene.speeds)
         if env_id in TRAYS:
-            arena.drawn(episode)
-            env: Any = arena.env
+            track.drawn(episode)
+            env: Any = track.env
             for row in (0, 1):
                 np.testing.assert_array_equal(again.strengths[row], env.episodes.strengths[0])
         assert again.world.tasks == (task,)
-    assert arena.drawn(0)[0].friction != arena.drawn(4)[0].friction
+    assert track.drawn(0)[0].friction != track.drawn(4)[0].friction
 
 
 @pytest.mark.parametrize("env_id", TRACKS)
 def test_the_field_plays_what_a_single_environment_plays(env_id: str) -> None:
-    arena = Arena(env_id, 2)
-    numbers, seeds = arena.draws(0, 3)
-    rng, env, table = np.random.default_rng(3), arena.env, arena.world.actions
+    track = AdmissionTrack(env_id, 2)
+    numbers, seeds = track.draws(0, 3)
+    rng, env, table = np.random.default_rng(3), track.env, track.world.actions
     if env_id in TRAYS:
         env.action_space.seed(3)
         actions = [[env.action_space.sample() for _ in range(9)] for _ in numbers]
@@ -252,7 +252,7 @@ def test_the_field_plays_what_a_single_environment_plays(env_id: str) -> None:
         tried = rng.uniform(0.1, 0.6, (3, 1)) * np.sign(rng.uniform(-0.2, 1.0, (3, 90)))
         actions = [[table.encode(speed) for speed in each] for each in tried]
     chosen = [[[part[0] for part in table.read_one(each)] for each in one] for one in actions]
-    ends = arena.field.play(numbers, seeds, lambda part: replaying(chosen[part]))
+    ends = track.pool.play(numbers, seeds, lambda part: replaying(chosen[part]))
     for number, seed, asked, end in zip(numbers, seeds, actions, ends, strict=True):
         env.reset(seed=seed, options={"task": int(number)})
         info: dict[str, Any] = {}
@@ -357,9 +357,9 @@ def saved(policy: Any, frames: int = 1, blind: bool = False) -> SavedPolicy:
 
 
 def test_policies_see_their_frames_and_the_blind_and_frozen_do_not() -> None:
-    arena = Arena(FLOOR, 1)
+    track = AdmissionTrack(FLOOR, 1)
     policy = Stacked(3)
-    contestants.play_policy(arena, saved(policy, 3), TRAINED, 0, 2)
+    players.play_policy(track, saved(policy, 3), TRAINED, 0, 2)
     shown = np.array(policy.shown)
     assert shown.shape[1:] == (2, 3, 74)
     np.testing.assert_array_equal(shown[0, :, 0], shown[0, :, 2])
@@ -368,16 +368,16 @@ def test_policies_see_their_frames_and_the_blind_and_frozen_do_not() -> None:
 
     for stated, by_file in ((BLIND, False), (TRAINED, True)):
         policy = Stacked(3)
-        contestants.play_policy(arena, saved(policy, 3, by_file), stated, 0, 2)
+        players.play_policy(track, saved(policy, 3, by_file), stated, 0, 2)
         assert not np.array(policy.shown)[..., 40:70].any()
 
     policy = Stacked(1)
-    contestants.play_policy(arena, saved(policy), FROZEN, 0, 2)
+    players.play_policy(track, saved(policy), FROZEN, 0, 2)
     assert {each.shape for each in policy.shown} == {(1, 74)}  # one episode, whatever is played
 
     for wrong in (saved(Stacked(1, 75)), saved(Stacked(3), 4)):
         with pytest.raises(ValueError, match=r"policy: its spaces .* are not the environment's"):
-            contestants.play_policy(arena, wrong, TRAINED, 0, 2)
+            players.play_policy(track, wrong, TRAINED, 0, 2)
 
 
 class Careful:
@@ -401,24 +401,24 @@ class Careful:
 
 @pytest.mark.parametrize("env_id", TRAYS)
 def test_masks_are_those_of_every_episode_at_every_step(env_id: str) -> None:
-    arena = Arena(env_id, 2)
-    policy = Careful(arena.env)
-    played = contestants.play_policy(arena, saved(policy), TRAINED, 0, 2)
+    track = AdmissionTrack(env_id, 2)
+    policy = Careful(track.env)
+    played = players.play_policy(track, saved(policy), TRAINED, 0, 2)
     masks = np.array(policy.masks)
-    assert masks.shape[1:] == (2, 9 + 8 + 5 + arena.world.actions.ways)
+    assert masks.shape[1:] == (2, 9 + 8 + 5 + track.world.actions.ways)
     assert masks[:6, :, :9].sum(axis=2).T.tolist() == [[9, 8, 7, 6, 7, 6]] * 2
     assert masks[:4, :, 23].T.tolist() == [[False, False, True, True]] * 2
-    alone = Careful(arena.env)
-    frozen = contestants.play_policy(arena, saved(alone), FROZEN, 0, 2)
+    alone = Careful(track.env)
+    frozen = players.play_policy(track, saved(alone), FROZEN, 0, 2)
     assert {each.shape for each in alone.masks} == {(1, masks.shape[2])}
-    still = Arena(env_id, 2, randomised=False)
+    still = AdmissionTrack(env_id, 2, randomised=False)
     steps = [(0, 0), (1, 0), (2, 0), (0, 1), (2, 0), (3, 0), (4, 0), (5, 0)]
     chosen = [[(part, 0, FASTEST, way) for part, way in steps]] * 2
-    for where, ends in ((arena, played), (arena, frozen)):
+    for where, ends in ((track, played), (track, frozen)):
         numbers, seeds = where.draws(0, 2)
-        again = where.field.play(numbers, seeds, lambda part: replaying(chosen[part]))
+        again = where.pool.play(numbers, seeds, lambda part: replaying(chosen[part]))
         np.testing.assert_array_equal(again, ends)
-    discrete = still.env_of(spaces.Discrete(9 * 8 * 3 * arena.world.actions.ways))
+    discrete = still.env_of(spaces.Discrete(9 * 8 * 3 * track.world.actions.ways))
     assert len(discrete.actions.speeds) == 3
 
 
@@ -443,12 +443,12 @@ def test_the_command_goes_on_where_it_was_killed(
     run_until_killed(2, KILLED, FLOOR, str(folder))
     searched: list[int] = []
 
-    def search(field: Field, number: int, *given: Any) -> Any:
+    def search(pool: RolloutPool, number: int, *given: Any) -> Any:
         searched.append(number)
-        return own_search(field, number, *given)
+        return own_search(pool, number, *given)
 
-    own_search = Field.search
-    monkeypatch.setattr(Field, "search", search)
+    own_search = RolloutPool.search
+    monkeypatch.setattr(RolloutPool, "search", search)
     done = call(*given, folder)
     assert done.exit_code == 0, done.output
     assert not searched  # both tasks were

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from agents.open_loops.schedules import LONGEST_PAUSE, constant
-from agents.open_loops.search import Field, Search, open_loops_of
+from agents.open_loops.search import RolloutPool, Search, open_loops_of
 from agents.settings import EnvSettings
 from agents.training import drawing_back, open_loops
 from agents.training.drawing_back import (
@@ -176,16 +176,16 @@ def test_for_every_task_the_best_of_some_settings_is_found(
     found = drawing_back.searched(SETTINGS, effort, tmp_path)
     best = open_loops.best_open_loops(SETTINGS, effort, tmp_path)
     seeds = episode_seeds(STREAM, 40)
-    field = open_loops.field_of(few)
+    pool = open_loops.pool_of(few)
     for number, one in enumerate(found):
         tried = candidates(best[number], number, 2)
         ends = [
-            field.play(np.full(40, number), seeds, lambda part, each=each: _plan(each, part))[:, 0]
+            pool.play(np.full(40, number), seeds, lambda part, each=each: _plan(each, part))[:, 0]
             for each in tried
         ]
         assert one == tried[int(np.mean(ends, axis=1).argmax())]
     # What was searched is stored.
-    monkeypatch.setattr(Field, "race", None)
+    monkeypatch.setattr(RolloutPool, "race", None)
     assert found == drawing_back.searched(SETTINGS, effort, tmp_path)
 
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.admission import contestants
+from agents.admission import players
 from agents.evaluation.episodes import make_env, play
 from agents.evaluation.policies import policies_dir, shipped_names, trained
 from agents.evaluation.shipped import load_shipped, shipped_card, shipped_files
@@ -44,10 +44,10 @@ def differing(name: str, number: int, results: Results, draws: slice) -> tuple[i
 
 def differing_in_admission(name: str, results: Results, count: int) -> int:
     """Return in how many of so many episodes the first policy does otherwise than its card says."""
-    row = results.rows[contestants.TRAINED]
+    row = results.rows[players.TRAINED]
     file = shipped_files(name)[shipped_card(name).numbers(row)[0]]
-    saved, arena = contestants.own_policy(str(file)), contestants.own_arena(results.id, TASKS)
-    ends = contestants.play_policy(arena, saved, contestants.TRAINED, 0, count)
+    saved, track = players.own_policy(str(file)), players.own_track(results.id, TASKS)
+    ends = players.play_policy(track, saved, players.TRAINED, 0, count)
     told = row.runs[0].success[:count]
     return sum(str(int(success)) != each for (success, _), each in zip(ends, told, strict=True))
 
@@ -83,7 +83,7 @@ def test_the_first_policy_of_a_track_does_what_its_card_says(name: str, admissio
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "admission"), ADMISSIONS)
 def test_it_does_so_in_all_episodes(name: str, admission: Results) -> None:
-    count = len(admission.rows[contestants.TRAINED].runs[0].success)
+    count = len(admission.rows[players.TRAINED].runs[0].success)
     assert differing_in_admission(name, admission, count) <= 0.04 * count
 
 

@@ -1,4 +1,4 @@
-"""The contestants of the admission rule, and how each plays episodes of an `Arena`.
+"""The players of the admission rule, and how each plays episodes of an `AdmissionTrack`.
 
 ``docs/evaluation.md`` describes them. The draws of reported results have their own stream, which
 neither searches nor training use. What sets a task's baseline is in `magfold_env.envs.baselines`,
@@ -18,7 +18,7 @@ from zlib import crc32
 import numpy as np
 import torch
 
-from agents.open_loops.search import Field, Ranked, Search, open_loops_of
+from agents.open_loops.search import Ranked, RolloutPool, Search, open_loops_of
 from agents.training import policy_files
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.constant_speed import Plan
@@ -40,8 +40,8 @@ def copies(episode: int) -> str:
 
 
 @dataclass(frozen=True)
-class Arena(Track):
-    """A track on the draws of `EVALUATION`, and further data for contestants."""
+class AdmissionTrack(Track):
+    """A track on the draws of `EVALUATION`, and further data for players."""
 
     stream: str = field(default=EVALUATION, kw_only=True)
 
@@ -56,9 +56,9 @@ class Arena(Track):
         return [tried[each.place] for each in best]
 
     @cached_property
-    def field(self) -> Field:
+    def pool(self) -> RolloutPool:
         """Reusable episodes of these tasks, made once."""
-        return Field(self.episodes(WIDTH), self.open_loops)
+        return RolloutPool(self.episodes(WIDTH), self.open_loops)
 
     def drawn(self, episode: int) -> tuple[Scene, Any]:
         """Return scene and task of an episode, with all that is drawn of them."""
@@ -68,9 +68,9 @@ class Arena(Track):
 
 
 @cache
-def own_arena(env_id: str, tasks: int, randomised: bool = True) -> Arena:
-    """Return this process's own arena, made once."""
-    return Arena(env_id, tasks, randomised)
+def own_track(env_id: str, tasks: int, randomised: bool = True) -> AdmissionTrack:
+    """Return this process's own track, made once."""
+    return AdmissionTrack(env_id, tasks, randomised)
 
 
 def replaying(chosen: Sequence[Sequence[Any]]) -> Plan:
@@ -94,57 +94,57 @@ TRAINED, DRAWN = "trained", "trained, drawn"
 FROZEN, BLIND = "frozen", "trained blind"
 
 SIMPLE = (RANDOM, FORWARD, BASELINE, OPEN_LOOP)
-"""Contestants that play an episode without preparation."""
+"""Players that play an episode without preparation."""
 
 
 def play_simple(
-    arena: Arena, open_loops: dict[int, Any], start: int, stop: int
+    track: AdmissionTrack, open_loops: dict[int, Any], start: int, stop: int
 ) -> list[list[list[float]]]:
-    """Return success and score of every contestant of `SIMPLE` in some episodes."""
-    numbers, seeds = arena.draws(start, stop)
-    listed, field = numbers.tolist(), arena.field
+    """Return success and score of every player of `SIMPLE` in some episodes."""
+    numbers, seeds = track.draws(start, stop)
+    listed, pool = numbers.tolist(), track.pool
     ends = {
-        RANDOM: field.play(
-            numbers, seeds, lambda part: _at_random(arena, listed[part], seeds[part])
+        RANDOM: pool.play(
+            numbers, seeds, lambda part: _at_random(track, listed[part], seeds[part])
         ),
-        FORWARD: field.follow(numbers, seeds, [arena.open_loops.fastest] * len(seeds)),
-        BASELINE: field.play(numbers, seeds, lambda part: arena.env.plan_of(listed[part])),
-        OPEN_LOOP: field.follow(numbers, seeds, [open_loops[number] for number in listed]),
+        FORWARD: pool.follow(numbers, seeds, [track.open_loops.fastest] * len(seeds)),
+        BASELINE: pool.play(numbers, seeds, lambda part: track.env.plan_of(listed[part])),
+        OPEN_LOOP: pool.follow(numbers, seeds, [open_loops[number] for number in listed]),
     }
     return np.stack([ends[name] for name in SIMPLE], axis=1).tolist()
 
 
-def search(arena: Arena, effort: Search, start: int, stop: int) -> list[list[Ranked]]:
+def search(track: AdmissionTrack, effort: Search, start: int, stop: int) -> list[list[Ranked]]:
     """Return what has been tried in each of some tasks, the best first."""
-    return [arena.field.search(number, SEARCH, effort) for number in arena.numbers[start:stop]]
+    return [track.pool.search(number, SEARCH, effort) for number in track.numbers[start:stop]]
 
 
 def play_oracle(
-    arena: Arena, best: dict[int, list[Any]], budget: int, start: int, stop: int
+    track: AdmissionTrack, best: dict[int, list[Any]], budget: int, start: int, stop: int
 ) -> list[list[list[float]]]:
     """Return success and score of `ORACLE` and `SAME_DRAW` in each of some episodes."""
     found: list[list[list[float]]] = []
     for episode in range(start, stop):
-        numbers, seeds = arena.draws(episode, episode + 1)
+        numbers, seeds = track.draws(episode, episode + 1)
         number = int(numbers[0])
-        tried = arena.open_loops.raced(best[number], number, arena.drawn(episode)[1])
-        field = Field(copied_episodes(arena, episode, WIDTH), arena.open_loops)
-        winner = field.race(0, tried, copies(episode), budget)[0]
-        ends = arena.field.follow(np.repeat(numbers, len(tried)), seeds * len(tried), tried)
+        tried = track.open_loops.raced(best[number], number, track.drawn(episode)[1])
+        pool = RolloutPool(copied_episodes(track, episode, WIDTH), track.open_loops)
+        winner = pool.race(0, tried, copies(episode), budget)[0]
+        ends = track.pool.follow(np.repeat(numbers, len(tried)), seeds * len(tried), tried)
         found.append([ends[winner.place].tolist(), max(ends.tolist())])
     return found
 
 
-def copied_episodes(arena: Arena, episode: int, count: int) -> Any:
+def copied_episodes(track: AdmissionTrack, episode: int, count: int) -> Any:
     """Return copies of an episode with its physics and new draws of start and noise."""
-    scene, task = arena.drawn(episode)
-    found = arena.episodes(count, arena.env.make_world(scene, tasks=[task]))
+    scene, task = track.drawn(episode)
+    found = track.episodes(count, track.env.make_world(scene, tasks=[task]))
     found.chains.drive_as(scene)
     return found
 
 
 def play_policy(
-    arena: Arena, saved: SavedPolicy, kind: str, start: int, stop: int
+    track: AdmissionTrack, saved: SavedPolicy, kind: str, start: int, stop: int
 ) -> list[list[float]]:
     """Return success and score of a policy in some episodes.
 
@@ -155,15 +155,15 @@ def play_policy(
     ValueError
         If the policy belongs to another environment.
     """
-    numbers, seeds = arena.draws(start, stop)
+    numbers, seeds = track.draws(start, stop)
     if kind == FROZEN:
-        chosen = {number: _rehearsed(arena, saved, number) for number in set(numbers.tolist())}
+        chosen = {number: _rehearsed(track, saved, number) for number in set(numbers.tolist())}
         of_each = [chosen[number] for number in numbers.tolist()]
-        return arena.field.play(numbers, seeds, lambda part: replaying(of_each[part])).tolist()
+        return track.pool.play(numbers, seeds, lambda part: replaying(of_each[part])).tolist()
     if kind == BLIND:
         saved = replace(saved, shown=saved.shown.model_copy(update={"blind": True}))
     torch.manual_seed(start)
-    return _play(arena, saved, numbers, seeds, kind == DRAWN)[0]
+    return _play(track, saved, numbers, seeds, kind == DRAWN)[0]
 
 
 @cache
@@ -174,10 +174,14 @@ def own_policy(path: str) -> SavedPolicy:
 
 
 def _play(
-    arena: Arena, saved: SavedPolicy, numbers: Ints, seeds: Sequence[int], sampled: bool = False
+    track: AdmissionTrack,
+    saved: SavedPolicy,
+    numbers: Ints,
+    seeds: Sequence[int],
+    sampled: bool = False,
 ) -> tuple[list[list[float]], list[Any]]:
     """Return success and score of a policy in episodes, and its choices in the first one."""
-    env, episodes = arena.env_of(saved.policy.action_space), arena.episodes(len(seeds))
+    env, episodes = track.env_of(saved.policy.action_space), track.episodes(len(seeds))
     plan = Player(saved.policy, saved.shown, env, len(seeds), sampled).plan(env)
     first: list[Any] = []
 
@@ -191,23 +195,23 @@ def _play(
     return np.column_stack([ends["is_success"], ends["score"]]).tolist(), first
 
 
-def _rehearsed(arena: Arena, saved: SavedPolicy, number: int) -> list[Any]:
+def _rehearsed(track: AdmissionTrack, saved: SavedPolicy, number: int) -> list[Any]:
     """Return the choices of a policy in an episode of a task without random draws."""
-    still = Arena(arena.env_id, arena.tasks, randomised=False)
+    still = AdmissionTrack(track.env_id, track.tasks, randomised=False)
     return _play(still, saved, np.array([number]), [0])[1]
 
 
-def _at_random(arena: Arena, numbers: Sequence[int], seeds: Sequence[int]) -> Plan:
+def _at_random(track: AdmissionTrack, numbers: Sequence[int], seeds: Sequence[int]) -> Plan:
     """Return a plan that draws actions uniformly, separately for each row."""
     own: list[Any] = []
     for number, seed in zip(numbers, seeds, strict=True):
-        key = (1, crc32(arena.world.words[number].encode()))
+        key = (1, crc32(track.world.words[number].encode()))
         sequence = np.random.SeedSequence(seed, spawn_key=key)
-        own.append(deepcopy(arena.env.action_space))
+        own.append(deepcopy(track.env.action_space))
         own[-1].seed(int(sequence.generate_state(1)[0]))
 
     def plan(_: Any, rows: Ints) -> Any:
         actions = np.array([own[row].sample() for row in rows.tolist()])
-        return arena.world.actions.read(actions, len(rows))
+        return track.world.actions.read(actions, len(rows))
 
     return plan
