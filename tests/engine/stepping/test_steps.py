@@ -23,26 +23,18 @@ from tests.engine import reference
 DEEPEST = 1e-3  # share of the side
 
 
-def check(seed):
+MANY = (pytest.param(seed, marks=pytest.mark.slow) for seed in range(100, 150))
+
+
+@pytest.mark.parametrize("seed", [3, 8, 10, 13, 14, *MANY])
+def test_every_step_keeps_its_limits_and_the_fold_goes_through(seed):
     scene = random_scene(seed)
     motion, session = follow(scene)
     assert motion.finite, session.message
+    assert session.status is not FoldStatus.FAILED, session.message
     inside, _ = look_inside(scene)
     assert max(inside.casings, inside.solids) <= DEEPEST
     assert inside.past_stop <= scene.solver.tolerance
-    return session
-
-
-@pytest.mark.parametrize("seed", [3, 8, 10, 13, 14])
-def test_every_step_keeps_its_limits(seed):
-    check(seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(100, 150))
-def test_every_step_keeps_its_limits_and_the_fold_goes_through(seed):
-    session = check(seed)
-    assert session.status is not FoldStatus.FAILED, session.message
 
 
 @pytest.mark.parametrize("seed", [1, 8, 10, 14])
