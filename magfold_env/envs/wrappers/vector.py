@@ -72,7 +72,9 @@ class MouthOrderObservation(_Observation):
             return getattr(inner.template, name) if native else inner.get_attr(name)[0]
 
         order = MouthOrder(of_one("layout"), of_one("scene").feed.direction == "backward")
-        super().__init__(env, order.space, lambda seen, *_: order(seen), lambda one, _: order(one))
+        super().__init__(
+            env, order.space, lambda seen, _begun, _on: order(seen), lambda one, _: order(one)
+        )
 
 
 class FrameStackObservation(_Observation):
