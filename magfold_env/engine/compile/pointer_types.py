@@ -236,22 +236,18 @@ def code_of(kernel: Any, *arguments: Any) -> int:
     return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
 
 
-def _call(result: types.Type, places: tuple[types.Type, ...], number: types.Type) -> Any:
-    """How to call code that takes NamedTuples by pointer, then a number."""
-    signature = result(types.int64, *places, number)
+def _call(result: types.Type, count: int) -> Any:
+    """How to call code that takes some NamedTuples by pointer, then a number."""
+    kinds = (*[types.voidptr] * count, types.float64)
 
     def generate(context: Any, builder: ir.IRBuilder, _signature: Any, args: Any) -> Any:
-        pointers = [types.voidptr] * len(places)
         convention = context.call_conv
-        function = convention.get_function_type(result, (*pointers, number))
+        function = convention.get_function_type(result, kinds)
         code = builder.inttoptr(args[0], function.as_pointer())
-        passed = [builder.inttoptr(each, ADDRESS) for each in args[1:-1]]
-        _, found = convention.call_function(
-            builder, code, result, (*pointers, number), [*passed, args[-1]]
-        )
-        return found
+        passed = [*[builder.inttoptr(each, ADDRESS) for each in args[1:-1]], args[-1]]
+        return convention.call_function(builder, code, result, kinds, passed)[1]
 
-    return signature, generate
+    return result(*[types.int64] * (1 + count), types.float64), generate
 
 
 @_intrinsic
@@ -259,13 +255,13 @@ def call_int(
     _typing: Any, code: Any, model: Any, state: Any, work: Any, record: Any, x: Any
 ) -> Any:
     """Call code ``(Model, State, Work, Record, float) -> int`` by its address and theirs."""
-    return _call(types.int64, (types.int64,) * 4, types.float64)
+    return _call(types.int64, 4)
 
 
 @_intrinsic
 def call_float(_typing: Any, code: Any, model: Any, state: Any, work: Any, x: Any) -> Any:
     """Call code ``(Model, State, Work, float) -> float`` by its address and theirs."""
-    return _call(types.float64, (types.int64,) * 3, types.float64)
+    return _call(types.float64, 3)
 
 
 @_intrinsic
