@@ -21,7 +21,7 @@ import numpy as np
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import direction
 from magfold_env.engine.magnets import laws
-from magfold_env.engine.magnets.pairs import LANES, add_node, grade, place_face, sum_face
+from magfold_env.engine.magnets.pairs import LANES, grade, place_face, sum_face
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose, Stencils
 
 SPLINES = 4  # that are not zero in a space between knots
@@ -242,15 +242,35 @@ def stiff_sum(
     magnets: Magnets, faces: laws.FacePair, with_energy: bool, nodes: Nodes
 ) -> tuple[float, float, float, float]:
     """Sum what softening leaves out over the nodes of the last level, as `pairs.level_sum`."""
-    level, soft2 = magnets.level_radius.size - 1, magnets.tables.far.soft * magnets.tables.far.soft
+    level, far = magnets.level_radius.size - 1, magnets.tables.far
+    soft2, sum2, nearest2 = far.soft * far.soft, magnets.height2, magnets.nearest2
+    p0, p1, p2, p3 = far.soften[0], far.soften[1], far.soften[2], far.soften[3]
+    lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
     width2 = faces.ax * faces.ax + faces.ay * faces.ay
-    lanes, places = place_face(magnets, level, faces, nodes)
+    lanes, (at_x, at_y, _) = place_face(magnets, level, faces, nodes)
     for m in range(magnets.level_count[level]):
-        at = magnets.level_node[level, m]
+        at, w = magnets.level_node[level, m], magnets.level_weight[level, m]
         x, y = at * faces.bx - faces.x, at * faces.by - faces.y
         # The node's distance from the other face's line.
         off = x * faces.ay - y * faces.ax
-        if off * off < soft2 * width2:
-            node = x, y, magnets.level_weight[level, m], faces.half_b
-            add_node(magnets, True, True, node, places, lanes, with_energy, nodes)
+        if off * off >= soft2 * width2:
+            continue
+        for k in range(lanes):
+            dx, dy = at_x[k] - x, at_y[k] - y
+            r2 = max(dx * dx + dy * dy, nearest2)
+            # Outside the radius nothing is left.
+            rest = min(r2 - soft2, 0.0)
+            inside = w if rest < 0.0 else 0.0
+            g = laws.node_force(True, sum2, 0.0, r2)
+            g += 2.0 * (p1 + rest * (2.0 * p2 + rest * 3.0 * p3))
+            lane_x[k] += inside * g * dx
+            lane_y[k] += inside * g * dy
+        if with_energy:
+            for k in range(lanes):
+                dx, dy = at_x[k] - x, at_y[k] - y
+                r2 = max(dx * dx + dy * dy, nearest2)
+                rest = min(r2 - soft2, 0.0)
+                inside = w if rest < 0.0 else 0.0
+                _, u = laws.node_law(True, True, sum2, 0.0, r2)
+                lane_u[k] += inside * (u - (p0 + rest * (p1 + rest * (p2 + rest * p3))))
     return sum_face(magnets, level, faces, nodes)

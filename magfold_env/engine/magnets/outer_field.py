@@ -93,7 +93,7 @@ def sum_strips(
             x = field.strip_x[g] + at * field.strip_tx
             y = field.strip_y[g] + at * field.strip_ty
             node = x, y, field.strip_q[g] * magnets.level_weight[0, m], field.strip_half
-            add_node(magnets, False, False, node, places, lanes, with_energy, nodes)
+            add_node(magnets, False, node, places, lanes, with_energy, nodes)
     return sum_casing(rank, i, count, pose, nodes)
 
 

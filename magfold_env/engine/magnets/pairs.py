@@ -184,7 +184,7 @@ def rank_pair(
     places = node_x[rank, i], node_y[rank, i], half[rank, i]
     for b in range(per_face * nodes.faces[j]):
         node = node_x[rank, j, b], node_y[rank, j, b], node_q[rank, j, b], half[rank, j, b]
-        add_node(magnets, magnets.even, False, node, places, lanes, with_energy, nodes)
+        add_node(magnets, magnets.even, node, places, lanes, with_energy, nodes)
     return sum_casing(rank, i, count, pose, nodes)
 
 
@@ -202,39 +202,40 @@ def clear_lanes(count: int, nodes: Nodes) -> int:
 
 @inlined
 def add_node(
-    magnets: Magnets, even: bool, soft: bool, node: tuple[float, float, float, float],
+    magnets: Magnets, even: bool, node: tuple[float, float, float, float],
     places: tuple[Array, Array, Array], lanes: int, with_energy: bool, nodes: Nodes,
 ) -> None:  # fmt: skip
     """Add what a node does to all those in the lanes, of unit charge and without µ0/4π.
 
     Of the node its place, its charge and half its height, of those in the lanes places and half
-    heights. If these are ``even`` they are the magnets' own. ``soft`` leaves out what the far
-    table's softened nodes do.
+    heights. If these are ``even`` they are the magnets' own.
     """
-    (x, y, charge, h), (at_x, at_y, half), nearest2 = node, places, magnets.nearest2
+    (x, y, q, h), (at_x, at_y, half) = node, places
+    strips, nearest2 = magnets.strips, magnets.nearest2
     lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
-    soft2, soften = magnets.tables.far.soft * magnets.tables.far.soft, magnets.tables.far.soften
-    q, sum2, difference2, force, energy = charge, magnets.height2, 0.0, 0.0, 0.0
-    for a in range(lanes):
-        dx, dy = at_x[a] - x, at_y[a] - y
-        if not even:
-            sum2 = (half[a] + h) * (half[a] + h)
-            difference2 = (half[a] - h) * (half[a] - h)
-        r2 = max(dx * dx + dy * dy, nearest2)
-        if with_energy:
-            force, energy = laws.node_law(magnets.strips, even, sum2, difference2, r2)
-        else:
-            force = laws.node_force(magnets.strips, sum2, difference2, r2)
-        if soft:
-            # Outside the radius nothing is left.
-            rest = min(r2 - soft2, 0.0)
-            q = charge if rest < 0.0 else 0.0
-            force += 2.0 * (soften[1] + rest * (2.0 * soften[2] + rest * 3.0 * soften[3]))
-            energy -= soften[0] + rest * (soften[1] + rest * (soften[2] + rest * soften[3]))
-        lane_x[a] += q * force * dx
-        lane_y[a] += q * force * dy
-        if with_energy:
-            lane_u[a] += q * energy
+    sum2, difference2 = magnets.height2, 0.0
+    # Two loops: one that asks at every turn is no vector loop.
+    if with_energy:
+        for a in range(lanes):
+            dx, dy = at_x[a] - x, at_y[a] - y
+            if not even:
+                sum2 = (half[a] + h) * (half[a] + h)
+                difference2 = (half[a] - h) * (half[a] - h)
+            r2 = max(dx * dx + dy * dy, nearest2)
+            g, u = laws.node_law(strips, even, sum2, difference2, r2)
+            lane_x[a] += q * g * dx
+            lane_y[a] += q * g * dy
+            lane_u[a] += q * u
+    else:
+        for a in range(lanes):
+            dx, dy = at_x[a] - x, at_y[a] - y
+            if not even:
+                sum2 = (half[a] + h) * (half[a] + h)
+                difference2 = (half[a] - h) * (half[a] - h)
+            r2 = max(dx * dx + dy * dy, nearest2)
+            g = q * laws.node_force(strips, sum2, difference2, r2)
+            lane_x[a] += g * dx
+            lane_y[a] += g * dy
 
 
 @inlined
@@ -362,7 +363,7 @@ def level_sum(
     for m in range(count):
         x, y = node[level, m] * faces.bx - faces.x, node[level, m] * faces.by - faces.y
         one = x, y, weight[level, m], faces.half_b
-        add_node(magnets, faces.even, False, one, places, lanes, with_energy, nodes)
+        add_node(magnets, faces.even, one, places, lanes, with_energy, nodes)
     return sum_face(magnets, level, faces, nodes)
 
 
