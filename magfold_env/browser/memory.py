@@ -23,7 +23,7 @@ from magfold_env.engine.workspace import new_record, new_state, new_work
 from magfold_env.scene import Scene
 from magfold_env.simulation import far_table
 from magfold_env.simulation.pack import pack, quadrature_of
-from magfold_env.simulation.quadrature import Rule, width_rule
+from magfold_env.simulation.quadrature import single_rule, width_rule
 
 LENGTHS = range(2, 13)
 FRAMES = 2048  # that are kept before a page takes them
@@ -75,7 +75,7 @@ def shared_of(scene: Scene) -> Shared:
         raise ValueError("scene: must have magnets that both kinds of tables serve")
     far = made.far._replace(energy=np.zeros_like(made.far.energy))
     tables = made._replace(far=far)
-    kit = _far_kit(quadrature_of(scene.casing, part, Rule.single(1)), scene.casing.side)
+    kit = _far_kit(quadrature_of(scene.casing, part, single_rule(1)), scene.casing.side)
     magnets = magnets._replace(tables=tables)
     couplings = new_couplings(magnets, scene.casing.diagonal, LENGTHS[-1])
     return Shared(tables, kit, couplings)

@@ -14,7 +14,7 @@ import numpy as np
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.elementary import sincos
 from magfold_env.engine.magnets.laws import COULOMB, FacePair
-from magfold_env.engine.magnets.near_table import DEGREE, PAIRS, knots_at
+from magfold_env.engine.magnets.near_table import DEGREE, PAIRS, SPLINES, basis, knots_at
 from magfold_env.engine.magnets.pairs import BLEND, level_sum, refine
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Tables
 from magfold_env.engine.workspace import new_nodes
@@ -115,23 +115,19 @@ def _middles(spaces: int, count: int) -> Array:
     return np.concatenate([near, -near[::-1]])
 
 
-def basis_matrix(spaces: int, shares: Array) -> Array:
+@kernel
+def fill_splines(shares: Array, spaces: int, weight: Array, out: Array) -> None:
+    """Fill in the values of all splines at some shares of the end, (shares, splines)."""
+    for k in range(shares.size):
+        first = basis((shares[k] + 1.0) * spaces / 2.0, spaces, weight, 0)
+        for r in range(weight.shape[1]):
+            out[k, first + r] = weight[0, r]
+
+
+def splines_at(spaces: int, shares: Array) -> Array:
     """Return the values of all splines at some shares of the end, (shares, splines)."""
-    x = (shares + 1.0) * spaces / 2.0
-    first = np.minimum(x.astype(np.int64), spaces - 1)
-    u = x - first
-    weight = np.zeros((DEGREE + 1, x.size))
-    weight[0] = 1.0
-    for p in range(1, DEGREE + 1):
-        saved = np.zeros(x.size)
-        for r in range(p):
-            share = weight[r] / p
-            weight[r] = saved + (r + 1.0 - u) * share
-            saved = (u + (p - 1.0 - r)) * share
-        weight[p] = saved
-    out = np.zeros((x.size, spaces + DEGREE))
-    for r in range(DEGREE + 1):
-        out[np.arange(x.size), first + r] = weight[r]
+    out = np.zeros((shares.size, spaces + DEGREE))
+    fill_splines(shares, spaces, np.zeros((2, SPLINES)), out)
     return out
 
 
@@ -140,7 +136,7 @@ def coefficients(spaces: int, values: Array) -> Array:
 
     Splines are zero except near their knots, so the matrix is a band.
     """
-    matrix = basis_matrix(spaces, sites(spaces))
+    matrix = splines_at(spaces, sites(spaces))
     n = len(matrix)
     band = np.zeros((n, 2 * DEGREE + 1))
     for ahead in range(-DEGREE, DEGREE + 1):
@@ -185,7 +181,7 @@ def _slope_error(tables: Tables, magnets: Magnets, pitch: float) -> float:
         found = table.reshape((spaces + DEGREE,) * joints + (PAIRS,))
         for _ in range(joints):
             # Contracts the first axis and moves it behind all others except that of the faces.
-            found = np.moveaxis(np.tensordot(basis_matrix(spaces, shares), found, 1), 0, -2)
+            found = np.moveaxis(np.tensordot(splines_at(spaces, shares), found, 1), 0, -2)
         angles, density = tables.end * shares, spaces / (2.0 * tables.end)
         if crowded:
             angles, density = joint_angles(shares, spaces, True)

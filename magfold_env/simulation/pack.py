@@ -32,10 +32,11 @@ from magfold_env.simulation.far_table import build_far_table
 from magfold_env.simulation.near_table import build_near_table
 from magfold_env.simulation.quadrature import (
     TABLE_GAP,
+    TABLE_RULE,
     Rule,
     choose_rule,
     graded_rule,
-    table_rule,
+    single_rule,
     widest,
     width_rule,
 )
@@ -196,7 +197,7 @@ def pack_magnets(scene: Scene) -> Magnets:
     magnets = scene.magnets
     if magnets is None:
         none = MagnetsPart(model="points")
-        return quadrature_of(scene.casing, none, Rule.single(1))
+        return quadrature_of(scene.casing, none, single_rule(1))
     return quadrature_of(scene.casing, magnets, choose_rule(magnets), reversed_inside(scene))
 
 
@@ -255,14 +256,13 @@ def joint_tables(scene: Scene) -> Tables:
 
 @_made_once
 def _tables_of(side: float, sizes: MagnetSizes) -> tuple[Tables, float]:
-    casing = Casing(side=side)
-    rule = table_rule(MagnetsPart(**sizes._asdict()))
-    return build_near_table(_build(rule, True, side, sizes), casing.diagonal, NO_FAR_TABLE)
+    magnets = _build(TABLE_RULE, True, side, sizes)
+    return build_near_table(magnets, Casing(side=side).diagonal, NO_FAR_TABLE)
 
 
 @_made_once
 def _far_table_of(side: float, sizes: MagnetSizes) -> tuple[FarTable, float]:
-    return build_far_table(_build(Rule.single(1), True, side, sizes), side)
+    return build_far_table(_build(single_rule(1), True, side, sizes), side)
 
 
 def quadrature_of(
@@ -299,10 +299,12 @@ class MagnetSizes(NamedTuple):
 
 @lru_cache(maxsize=64)
 def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets:
-    levels, counts = len(rule.counts), (*rule.counts, rule.graded)
+    # Level 0 is the last rank; after the levels come the nodes of faces that may touch.
+    counts = (rule.ranks[-1], *rule.levels, rule.graded)
+    levels, widest_face = len(counts) - 1, max(sizes.width)
     most = -(-max(counts) // LANES) * LANES
     node, weight = np.zeros((levels + 1, most)), np.zeros((levels + 1, most))
-    for level, count in enumerate(rule.counts):
+    for level, count in enumerate(counts[:-1]):
         node[level, :count], weight[level, :count] = width_rule(strips, count)
     if rule.graded > 0:
         node[levels, : rule.graded], weight[levels, : rule.graded] = graded_rule(rule.graded)
@@ -323,16 +325,17 @@ def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets
         share[rank, nodes] = np.outer(sign, part).ravel()
     faces = face_x + 1j * face_y, tangent_x + 1j * tangent_y
     graded = sizes.near(sizes.depth[:, None] + sizes.depth, rule.graded > 0)
+    rooms, radii = (np.array([math.inf, *each]) * widest_face for each in (rule.rooms, rule.radii))
     return Magnets(
         strips=strips,
         even=min(sizes.height) == max(sizes.height),
         height2=sizes.height[0] * sizes.height[0],
         rank_count=np.array(rule.ranks, dtype=np.int64),
-        rank_radius=np.array(rule.rank_radii),
+        rank_radius=rooms,
         far_radius=rule.far * side * math.sqrt(2.0),
-        far_order=rule.far_order,
+        far_order=rule.order,
         group_radius=rule.groups * side * math.sqrt(2.0),
-        group_terms=multipoles.COUNTS[min(rule.far_order, multipoles.OCTUPOLE)],
+        group_terms=multipoles.COUNTS[min(rule.order, multipoles.OCTUPOLE)],
         face_moment=_moments(multipoles.moments, faces, sizes),
         face_wide=_moments(expansions.wide_moments, faces, sizes),
         node_x=node_x,
@@ -348,8 +351,8 @@ def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets
         level_count=np.array(counts, dtype=np.int64),
         level_node=node,
         level_weight=weight,
-        level_radius=np.array(rule.radii),
-        reach=2.0 * float(outer.max()) + BLEND * rule.radii[1] if levels > 1 else 0.0,
+        level_radius=radii,
+        reach=2.0 * float(outer.max()) + BLEND * float(radii[1]) if levels > 1 else 0.0,
         graded=graded,
         tables=NO_TABLES,
     )

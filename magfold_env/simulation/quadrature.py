@@ -25,7 +25,6 @@ chains.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -35,18 +34,22 @@ from magfold_env.engine.state import Array
 from magfold_env.scene import Magnets
 
 
-class Row(NamedTuple):
-    """Nodes per face for an error bound; radii in widths of a pole face."""
+class Rule(NamedTuple):
+    """Nodes a pole face by distance: of casings at every *rank*, of single faces at every *level*.
 
-    bound: float
-    ranks: tuple[int, ...]  # nodes of casings, from far to near
-    rooms: tuple[float, ...]  # room (see `Rule`) within which all but the first rank act
-    counts: tuple[int, int]  # nodes of near faces: middle, near
-    radii: tuple[float, float]  # distances of faces' centres within which these act
-    graded: int  # nodes of faces that may touch, see `graded_rule`
-    far: float  # distance of casings beyond which they are expanded, in diagonals of a casing
-    order: int  # of that expansion
-    groups: float  # and that of segments of the chain, over the number of their components
+    Level 0 is the last rank. Ranks depend on the room between casings, which is the distance of
+    their centres less twice the depth of the outer faces; levels depend on the distance of the
+    faces' centres. Both are in widths of the widest pole face.
+    """
+
+    ranks: tuple[int, ...]  # nodes a face, from far to near
+    rooms: tuple[float, ...]  # room within which all but the first rank act
+    levels: tuple[int, ...]  # nodes of near faces
+    radii: tuple[float, ...]  # distances within which these act
+    graded: int = 0  # nodes of faces that may touch, see `graded_rule`; 0: they are as all others
+    far: float = math.inf  # distance of casings beyond which they are expanded, in their diagonals
+    order: int = 0  # of that expansion
+    groups: float = math.inf  # and that of segments of the chain, over the number of components
 
 
 # The paper's faces rest at 1, 3.5 and 6 mm from each other. Where the bound allows, the radii keep
@@ -57,75 +60,35 @@ class Row(NamedTuple):
 # therefore for the loosest bound only, and the order of expansions leaves a smaller error than the
 # solver's tolerance. Casings on a grid are 1.58 or 2 diagonals apart but never in between, where
 # blending needs both nodes and expansions and costs both times.
-TABLE = (
-    Row(5e-2, (1, 2), (1.2,), (4, 8), (6.2 / 6.0, 3.1 / 6.0), 12, 1.59, 5, 1.45),
-    Row(1e-2, (2, 3), (0.8,), (6, 10), (6.2 / 6.0, 3.1 / 6.0), 16, 1.59, 5, 2.05),
-    Row(1e-3, (2, 4), (1.35,), (7, 14), (6.2 / 6.0, 4.2 / 6.0), 16, 1.59, 6, 3.05),
-    Row(1e-4, (2, 3, 5), (3.5, 1.3), (12, 18), (6.2 / 6.0, 3.1 / 6.0), 24, 1.59, 7, 4.75),
-    Row(1e-6, (2, 3, 5, 8), (5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0), 40, 2.55, 7, 8.05),
-    Row(0.0, (12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0), 64, math.inf, 0, math.inf),
-)
+TABLE = {
+    5e-2: Rule((1, 2), (1.2,), (4, 8), (6.2 / 6.0, 3.1 / 6.0), 12, 1.59, 5, 1.45),
+    1e-2: Rule((2, 3), (0.8,), (6, 10), (6.2 / 6.0, 3.1 / 6.0), 16, 1.59, 5, 2.05),
+    1e-3: Rule((2, 4), (1.35,), (7, 14), (6.2 / 6.0, 4.2 / 6.0), 16, 1.59, 6, 3.05),
+    1e-4: Rule((2, 3, 5), (3.5, 1.3), (12, 18), (6.2 / 6.0, 3.1 / 6.0), 24, 1.59, 7, 4.75),
+    1e-6: Rule((2, 3, 5, 8), (5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0), 40, 2.55, 7, 8.05),
+    0.0: Rule((12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0), 64),
+}
+# Of the energy sums that splines interpolate: their errors are 1e-8, below those of the splines.
+TABLE_RULE = Rule((8,), (), (16, 32), (1.5, 1.0), 64)
 # Touching faces of the magnets in the table are a sixth of their width apart.
 TABLE_GAP = 1.0 / 6.0
 
 
-@dataclass(frozen=True)
-class Rule:
-    """Nodes per pole face at every rank and level, and their ranges [m]; the first has no bound.
-
-    Level 0 is the last rank. Ranks depend on the room between casings, which is the distance of
-    their centres less twice the depth of the outer faces; levels depend on the distance of the
-    faces' centres. Beyond ``far``, a distance in diagonals of a casing, casings are expanded;
-    beyond ``groups`` times their number, segments of the chain are.
-    """
-
-    ranks: tuple[int, ...]
-    rank_radii: tuple[float, ...]
-    counts: tuple[int, ...]
-    radii: tuple[float, ...]
-    far: float = math.inf
-    far_order: int = 0
-    groups: float = math.inf
-    graded: int = 0  # nodes of faces that may touch; 0: they are as all others
-
-    @classmethod
-    def single(cls, count: int) -> Rule:
-        """Return the rule with ``count`` nodes everywhere."""
-        return cls((count,), (math.inf,), (count,), (math.inf,))
+def single_rule(count: int) -> Rule:
+    """Return the rule with ``count`` nodes everywhere."""
+    return Rule((count,), (), (), ())
 
 
 def choose_rule(magnets: Magnets) -> Rule:
     """Choose the nodes for a fixed number or for an error bound."""
     if not magnets.bounded:
-        return Rule.single(magnets.nodes or 3)
-    row = next(row for row in TABLE if magnets.accuracy >= row.bound)
-    middle, near = row.counts
-    width = widest(magnets)
-    return Rule(
-        ranks=row.ranks,
-        rank_radii=(math.inf, *(room * width for room in row.rooms)),
-        counts=(row.ranks[-1], middle, near),
-        radii=(math.inf, *(radius * width for radius in row.radii)),
-        far=row.far,
-        far_order=row.order,
-        groups=row.groups,
-        graded=row.graded,
-    )
+        return single_rule(magnets.nodes or 3)
+    return next(rule for bound, rule in TABLE.items() if magnets.accuracy >= bound)
 
 
 def widest(magnets: Magnets) -> float:
     """Width of the widest pole face [m]."""
     return float(np.max(magnets.width))
-
-
-def table_rule(magnets: Magnets) -> Rule:
-    """Choose the nodes of the energy sums that splines interpolate.
-
-    Their errors are 1e-8, below those of the splines.
-    """
-    middle, near = 1.5 * widest(magnets), widest(magnets)
-    counts, radii = (8, 16, 32), (math.inf, middle, near)
-    return Rule((8,), (math.inf,), counts, radii, graded=64)
 
 
 def width_rule(strips: bool, count: int) -> tuple[Array, Array]:

@@ -14,7 +14,7 @@ from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.magnets import far_table, laws, multipole_tree, outer_field, pairs
 from magfold_env.engine.magnets.expansions import expansion
-from magfold_env.engine.magnets.near_table import one_energy, one_slope, two_energy, two_slopes
+from magfold_env.engine.magnets.near_table import one_joint, two_joints
 from magfold_env.engine.state import (
     Array,
     IntArray,
@@ -48,8 +48,7 @@ def add_chain_forces(
     if not (model.contact and model.magnets.tables.end > 0.0):
         pairs.add_forces(first, model.magnets, model.charge, pose, nodes, loads)
         return
-    if find_stops(first, q, model.charge, rigid.charge, rigid.stop, rigid.reach, rigid.code):
-        refresh_cache(first, model, nodes, rigid)
+    refresh_cache(first, model, q, nodes, rigid)
     magnets = model.magnets
     spread(first, model, pose, nodes)
     multipole_tree.begin(first, pose.x, pose.y, nodes.segments)
@@ -156,9 +155,9 @@ def add_pairs(
                 c, s = cos[i], sin[i]
                 pairs.act(pose, i, j, c * u - s * v, s * u + c * v, t, loads)
         elif j - i == 1:
-            bend(i, j, one_slope(tables, q[j] - q[i], charge, i, i, nodes), 0.0, torque)
+            bend(i, j, one_joint(tables, q[j] - q[i], charge, i, i, nodes)[1], 0.0, torque)
         elif j - i == TABLED:
-            u, v = two_slopes(tables, q[i + 1] - q[i], q[j] - q[i + 1], charge, i, i, nodes)
+            _, u, v = two_joints(tables, q[i + 1] - q[i], q[j] - q[i + 1], charge, i, i, nodes)
             bend(i, j, u, v, torque)
         else:
             if place == seen:
@@ -177,20 +176,29 @@ def bend(i: int, j: int, slope: float, next_slope: float, torque: Array) -> None
     torque[j] -= next_slope
 
 
-@kernel
-def find_stops(
-    first: int, q: Array, charge: Array, known_charge: Array,
-    stop: IntArray, reach: IntArray, code: IntArray,
-) -> bool:  # fmt: skip
-    """Mark the joints at their stops; whether a pair is not known, or not any more.
+@inlined
+def is_rigid(i: int, j: int, reach: IntArray, code: IntArray) -> bool:
+    """Whether component j is rigidly joined to i, and their forces kept."""
+    return j <= reach[i] and j - i <= code.shape[1]
 
-    ``reach`` is filled with the last component to which each is rigidly joined.
+
+@kernel
+def refresh_cache(first: int, model: Model, q: Array, nodes: Nodes, rigid: Rigid) -> None:
+    """Mark the joints at their stops, and find what is not known, or not any more, of pairs.
+
+    Charges that have changed are spread over the nodes.
     """
+    n, charge, stop, reach, code = model.n, model.charge, rigid.stop, rigid.reach, rigid.code
     changed = False
-    n = q.size - 2
-    for i in range(charge.shape[0]):
+    for i in range(n):
         for a in range(charge.shape[1]):
-            changed = changed or charge[i, a] != known_charge[i, a]
+            changed = changed or charge[i, a] != rigid.charge[i, a]
+    if changed:
+        pairs.spread_charges(model.magnets, charge, nodes)
+        for i in range(n):
+            copy(charge[i], rigid.charge[i], 0)
+        code[:] = 0
+        invalidate_cache(nodes)
     for k in range(first + 1, n):
         angle = q[k] - q[k - 1]
         stop[k] = 0
@@ -203,35 +211,8 @@ def find_stops(
         stops = 0
         for j in range(i + 1, min(reach[i], i + code.shape[1]) + 1):
             stops = 3 * stops + stop[j]
-            changed = changed or code[i, j - i - 1] != stops
-    return changed
-
-
-@inlined
-def is_rigid(i: int, j: int, reach: IntArray, code: IntArray) -> bool:
-    """Whether component j is rigidly joined to i, and their forces kept."""
-    return j <= reach[i] and j - i <= code.shape[1]
-
-
-@kernel
-def refresh_cache(first: int, model: Model, nodes: Nodes, rigid: Rigid) -> None:
-    """Spread charges that have changed over the nodes, and find what is not known of pairs."""
-    changed = False
-    for i in range(model.n):
-        for a in range(model.charge.shape[1]):
-            changed = changed or model.charge[i, a] != rigid.charge[i, a]
-    if changed:
-        pairs.spread_charges(model.magnets, model.charge, nodes)
-        for i in range(model.n):
-            copy(model.charge[i], rigid.charge[i], 0)
-        rigid.code[:] = 0
-        invalidate_cache(nodes)
-    for i in range(first, model.n):
-        stops = 0
-        for j in range(i + 1, min(rigid.reach[i], i + rigid.code.shape[1]) + 1):
-            stops = 3 * stops + rigid.stop[j]
-            if rigid.code[i, j - i - 1] != stops:
-                rigid.code[i, j - i - 1] = stops
+            if code[i, j - i - 1] != stops:
+                code[i, j - i - 1] = stops
                 cache_rigid_pair(model, i, j, rigid)
 
 
@@ -255,11 +236,10 @@ def cache_rigid_pair(model: Model, i: int, j: int, rigid: Rigid) -> None:
     tables = model.magnets.tables
     angle, next_angle = stop_angle(rigid.stop[i + 1]), stop_angle(rigid.stop[j])
     if j - i == 1:
-        kept[0] = one_slope(tables, angle, model.charge, i, 0, nodes)
-        kept[1] = 0.0
+        kept[0], kept[1] = one_joint(tables, angle, model.charge, i, 0, nodes)[1], 0.0
         return
     if j - i == 2:
-        kept[0], kept[1] = two_slopes(tables, angle, next_angle, model.charge, i, 0, nodes)
+        _, kept[0], kept[1] = two_joints(tables, angle, next_angle, model.charge, i, 0, nodes)
         return
     pose, bodies = rigid.pose, model.bodies
     pose.cos[0], pose.sin[0], pose.x[0], pose.y[0] = 1.0, 0.0, 0.0, 0.0
@@ -310,9 +290,9 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
             i, j = int(pair[p, 0]), int(pair[p, 1])
             angle, next_angle = q[i + 1] - q[i], q[j] - q[i + 1]
             if j - i == 1:
-                total += one_energy(tables, angle, charge, i, i, nodes)
+                total += one_joint(tables, angle, charge, i, i, nodes)[0]
             elif j - i == TABLED:
-                total += two_energy(tables, angle, next_angle, charge, i, i, nodes)
+                total += two_joints(tables, angle, next_angle, charge, i, i, nodes)[0]
             else:
                 turn = q[j] - q[i]
                 total += apart(magnets, charge, pose, turn, nodes, i, j, True)[0]
@@ -360,12 +340,6 @@ def magnet_loads(model: Model, headings: Array, work: Work, out: Array) -> None:
         work.loads.fy[:] = 0.0
         work.loads.torque[:] = 0.0
         outer_field.add_magnet_forces(0, model, work.pose, work.nodes, work.loads)
-        articulated.generalise(
-            0,
-            model.bodies,
-            work.pose,
-            work.loads,
-            work.chain.force,
-        )
+        articulated.generalise(0, model.bodies, work.pose, work.loads, work.chain.force)
         for k in range(n):
             out[shape, k] = work.chain.force[k]

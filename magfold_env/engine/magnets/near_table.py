@@ -47,50 +47,60 @@ def basis(x: float, last: int, weight: Array, row: int) -> int:
 
 
 @kernel
-def one_slope(
+def one_joint(
     tables: Tables, angle: float, charge: Array, i: int, slot: int, nodes: Nodes
-) -> float:
-    """Slope of the energy of casings i and i + 1 by their joint's angle [N·m]."""
-    density, _ = fold_one(tables, angle, charge, i, slot, nodes)
-    return density * along(nodes.bends.one, slot, 0, nodes.spline, 1)
-
-
-@kernel
-def one_energy(
-    tables: Tables, angle: float, charge: Array, i: int, slot: int, nodes: Nodes
-) -> float:
-    """Energy of casings i and i + 1 [J]."""
-    density, past = fold_one(tables, angle, charge, i, slot, nodes)
-    energy = along(nodes.bends.one, slot, 0, nodes.spline, 0)
-    if past != 0.0:
-        energy += past * density * along(nodes.bends.one, slot, 0, nodes.spline, 1)
-    return energy
-
-
-@kernel
-def two_slopes(
-    tables: Tables, angle: float, next_angle: float, charge: Array, i: int, slot: int, nodes: Nodes
 ) -> tuple[float, float]:
-    """Slopes of the energy of casings i and i + 2 by their two joints' angles [N·m]."""
-    density = fold_two(tables, angle, next_angle, charge, i, slot, nodes)
-    spline, two = nodes.spline, nodes.bends.two
-    slope, next_slope = 0.0, 0.0
-    for r in range(SPLINES):
-        slope += spline[1, r] * along(two, slot, SPLINES * r, spline, 2)
-        next_slope += spline[0, r] * along(two, slot, SPLINES * r, spline, 3)
-    return density * slope, density * next_slope
+    """Energy of casings i and i + 1 [J], and its slope by their joint's angle [N·m].
+
+    The splines about the angle, times the charges, are kept in the slot if they are of the same
+    space between knots, or found anew. Beyond the end of crowded knots the slope stays as it was.
+    """
+    bends, spline, table, past = nodes.bends, nodes.spline, tables.one, 0.0
+    if tables.finest == 0.0:
+        k, density = place(angle, tables.end, table.shape[0], spline, 0)
+    else:
+        inside = min(max(angle, -tables.end), tables.end)
+        past, last = angle - inside, table.shape[0] - DEGREE
+        knots, density = knots_at(inside, tables.end, tables.finest, last)
+        k = basis(knots, last, spline, 0)
+    if bends.one_cell[slot] != k + 1:
+        bends.one_cell[slot] = k + 1
+        multiply(charge, i, i + 1, bends.product)
+        for r in range(SPLINES):
+            bends.one[slot, r] = weigh(table, k + r, 0, bends.product, bends.part)
+    energy, slope = along(bends.one, slot, 0, spline, 0), along(bends.one, slot, 0, spline, 1)
+    if past != 0.0:
+        energy += past * density * slope
+    return energy, density * slope
 
 
 @kernel
-def two_energy(
+def two_joints(
     tables: Tables, angle: float, next_angle: float, charge: Array, i: int, slot: int, nodes: Nodes
-) -> float:
-    """Energy of casings i and i + 2 [J]."""
-    fold_two(tables, angle, next_angle, charge, i, slot, nodes)
-    spline, total = nodes.spline, 0.0
+) -> tuple[float, float, float]:
+    """Energy of casings i and i + 2 [J], and its slopes by their two joints' angles [N·m].
+
+    The second joint's weights follow the first one's.
+    """
+    bends, spline, table = nodes.bends, nodes.spline, tables.two
+    k, density = place(angle, tables.end, table.shape[0], spline, 0)
+    m, _ = place(next_angle, tables.end, table.shape[0], spline, 2)
+    cell = k * table.shape[0] + m + 1
+    if bends.two_cell[slot] != cell:
+        bends.two_cell[slot] = cell
+        multiply(charge, i, i + 2, bends.product)
+        for r in range(SPLINES):
+            for s in range(SPLINES):
+                bends.two[slot, SPLINES * r + s] = weigh(
+                    table, k + r, PAIRS * (m + s), bends.product, bends.part
+                )
+    energy, slope, next_slope = 0.0, 0.0, 0.0
     for r in range(SPLINES):
-        total += spline[0, r] * along(nodes.bends.two, slot, SPLINES * r, spline, 2)
-    return total
+        value = along(bends.two, slot, SPLINES * r, spline, 2)
+        energy += spline[0, r] * value
+        slope += spline[1, r] * value
+        next_slope += spline[0, r] * along(bends.two, slot, SPLINES * r, spline, 3)
+    return energy, density * slope, density * next_slope
 
 
 @inlined
@@ -100,31 +110,6 @@ def along(value: Array, slot: int, begin: int, spline: Array, row: int) -> float
     middle = spline[row, 2] * value[slot, begin + 2] + spline[row, 3] * value[slot, begin + 3]
     high = spline[row, 4] * value[slot, begin + 4] + spline[row, 5] * value[slot, begin + 5]
     return (low + middle) + high
-
-
-@inlined
-def fold_one(
-    tables: Tables, angle: float, charge: Array, i: int, slot: int, nodes: Nodes
-) -> tuple[float, float]:
-    """Find the splines about a joint's angle, times the charges, and their weights.
-
-    What is kept in the slot is of the same space between knots, or found anew. Returns the knots a
-    radian, and how far beyond the table's end the angle is, where the slope stays as it was [rad].
-    """
-    bends, table, past = nodes.bends, tables.one, 0.0
-    if tables.finest == 0.0:
-        k, density = place(angle, tables.end, table.shape[0], nodes.spline, 0)
-    else:
-        inside = min(max(angle, -tables.end), tables.end)
-        past, last = angle - inside, table.shape[0] - DEGREE
-        knots, density = knots_at(inside, tables.end, tables.finest, last)
-        k = basis(knots, last, nodes.spline, 0)
-    if bends.one_cell[slot] != k + 1:
-        bends.one_cell[slot] = k + 1
-        multiply(charge, i, i + 1, bends.product)
-        for r in range(SPLINES):
-            bends.one[slot, r] = weigh(table, k + r, 0, bends.product, bends.part)
-    return density, past
 
 
 @inlined
@@ -142,26 +127,6 @@ def knots_at(angle: float, end: float, finest: float, last: int) -> tuple[float,
         0.5 * last + even * angle + uneven,
         even + LOGARITHMIC * (1.0 / below + 1.0 / above),
     )
-
-
-@inlined
-def fold_two(
-    tables: Tables, angle: float, next_angle: float, charge: Array, i: int, slot: int, nodes: Nodes
-) -> float:
-    """Do so for two joints; the second one's weights follow the first one's."""
-    bends, table = nodes.bends, tables.two
-    k, density = place(angle, tables.end, table.shape[0], nodes.spline, 0)
-    m, _ = place(next_angle, tables.end, table.shape[0], nodes.spline, 2)
-    cell = k * table.shape[0] + m + 1
-    if bends.two_cell[slot] != cell:
-        bends.two_cell[slot] = cell
-        multiply(charge, i, i + 2, bends.product)
-        for r in range(SPLINES):
-            for s in range(SPLINES):
-                bends.two[slot, SPLINES * r + s] = weigh(
-                    table, k + r, PAIRS * (m + s), bends.product, bends.part
-                )
-    return density
 
 
 @inlined
