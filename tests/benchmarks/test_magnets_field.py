@@ -7,7 +7,7 @@ from magfold_bench.laws import exact_magnets
 from magfold_env.scene import Field, FixedMagnet, Scene
 from magfold_env.scene.base import MU0
 from tests.benchmarks.magnet_pairs import SIDE, unequal
-from tests.reference import magnet_field
+from tests.reference import touching_faces
 
 FIXED = FixedMagnet(
     position=(0.03, -0.05), heading=0.7, width=0.02, height=0.03, thickness=0.01, remanence=1.3
@@ -46,16 +46,16 @@ def test_magpylib_agrees_about_the_field_of_a_fixed_magnet(seed):
     cuboid.rotate_from_angax(np.degrees(FIXED.heading), "z")
     points, z = rng.uniform(-0.02, 0.02, (5, 2)), rng.uniform(-0.003, 0.003, 5)
     expected = cuboid.getB(np.column_stack([points, z]))[:, :2]
-    found = density(points, z, magnet_field.faces_of_fixed(FIXED))
+    found = density(points, z, touching_faces.faces_of_fixed(FIXED))
     np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_fixed_magnet_acts_as_two_more_pole_faces(seed):
     scene, (places, headings) = in_field(seed, magnet=FIXED)
-    force, torque = magnet_field.field_forces(scene, places, headings)
+    force, torque = touching_faces.in_field(scene, places, headings)
     here = exact_magnets.faces_of(scene, places, headings)
-    there = magnet_field.faces_of_fixed(FIXED)
+    there = touching_faces.faces_of_fixed(FIXED)
     expected, turning = np.zeros((2, 2)), np.zeros(2)
     node, weight = np.polynomial.legendre.leggauss(12)
     for centre, along, size, charge, casing in zip(
@@ -81,7 +81,7 @@ def test_the_fixed_magnets_north_pole_lies_ahead():
         size = {"width": 0.02, "height": 0.02, "thickness": 0.01}
         magnet = FixedMagnet(position=(-0.06, 0.0), heading=heading, **size)
         behind = scene.replace(field=Field(magnet=magnet))
-        force, _ = magnet_field.field_forces(behind, np.zeros((1, 2)), np.zeros(1))
+        force, _ = touching_faces.in_field(behind, np.zeros((1, 2)), np.zeros(1))
         pulls.append(force[0, 0])
     assert pulls[0] < 0 < pulls[1]
     assert pulls[0] == pytest.approx(-pulls[1])

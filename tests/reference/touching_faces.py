@@ -1,5 +1,7 @@
 """Pole faces down to contact, slowly: the closed field of one, over a fine mesh of the other.
 
+A fixed magnet is two more pole faces.
+
 A rectangle's field and potential are closed (`laws.exact_magnets`); unlike the engine, which has
 one width and both heights closed, both of the other's sides are summed, with double-exponential
 nodes between all places where the field is singular. Behind a face it is the limit from outside.
@@ -8,7 +10,6 @@ nodes between all places where the field is singular. Behind a face it is the li
 import numpy as np
 
 from magfold_bench.laws import exact_magnets as exact
-from tests.reference.magnet_field import both, faces_of_fixed
 
 SPACING, REACH = 0.15, 3.4  # of double-exponential nodes
 
@@ -53,6 +54,17 @@ def face_pair(offset, turn, size, source):
     force = np.array([np.sum(weights * fx), np.sum(weights * fy)])
     torque = np.sum(weights * t[:, None] * (along[0] * fy - along[1] * fx))
     return np.sum(weights * u), force, torque
+
+
+def flush_force(scene):
+    """Force [N] between the hardest pulling of opposite flush faces: the unit of errors."""
+    found = []
+    for face, inset in enumerate(scene.magnets.by_face("inset")):
+        size = [scene.magnets.by_face(name)[face] for name in ("width", "height")]
+        _, force, _ = face_pair(np.array([0.0, -2.0 * inset]), np.pi, size, size)
+        charge = scene.magnets.charges(scene.n)[:, face].max()
+        found.append(exact.COULOMB * charge**2 * np.hypot(*force))
+    return max(found)
 
 
 def field(x, y, z, width, height):
@@ -106,9 +118,40 @@ def between_bodies(faces, one, other, place):
     return energy, force, torque
 
 
+def both(one, other):
+    """Return some faces, then others."""
+    return exact.Faces(*map(np.concatenate, zip(one, other, strict=True)))
+
+
+def faces_of_fixed(magnet):
+    """Return the two pole faces of a fixed magnet, the north one first."""
+    across = np.array([-np.sin(magnet.heading), np.cos(magnet.heading)])
+    return exact.Faces(
+        magnet.poles,
+        np.tile(across, (2, 1)),
+        np.tile([magnet.width, magnet.height], (2, 1)),
+        np.array([magnet.charge, -magnet.charge]),
+    )
+
+
 def in_field(scene, places, headings):
-    """Do the same for one casing, (1, 2) and (1,), and the scene's fixed magnet."""
-    faces = both(exact.faces_of(scene, places, headings), faces_of_fixed(scene.field.magnet))
-    # Faces look to the right of their widths.
-    faces.along[exact.FACES + 1] *= -1.0
-    return between_bodies(faces, range(exact.FACES), [exact.FACES, exact.FACES + 1], places[0])
+    """Forces (n, 2) [N] on casings in the scene's field and torques (n,) about their centres [N·m].
+
+    An even field pulls a magnet's two poles equally, and so only turns it.
+    """
+    faces, count, n = exact.faces_of(scene, places, headings), exact.FACES, len(headings)
+    casing = np.arange(count * n) // count
+    even = faces.charge[:, None] * np.array(scene.field.uniform)
+    torque = np.bincount(casing, exact.cross(faces.centre - places[casing], even), n)
+    force = np.zeros((n, 2))
+    if scene.field.magnet is not None:
+        everything = both(faces, faces_of_fixed(scene.field.magnet))
+        # Faces look to the right of their widths.
+        everything.along[-1] *= -1.0
+        poles = range(count * n, count * n + 2)
+        for i, place in enumerate(places):
+            own = range(count * i, count * (i + 1))
+            _, pull, moment = between_bodies(everything, own, poles, place)
+            force[i] += pull
+            torque[i] += moment
+    return force, torque

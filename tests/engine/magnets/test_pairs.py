@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
+from magfold_bench.laws import exact_magnets
 from magfold_env.engine.magnets import laws, pairs
 from magfold_env.engine.state import Loads, Pose
 from magfold_env.engine.workspace import new_work
@@ -36,6 +37,8 @@ seeds = st.integers(0, 2**32 - 1)
 class Casings:
     """Casings anywhere in the plane, not joined to each other, under the engine's kernels."""
 
+    first = 0  # what comes before it is left out
+
     def __init__(self, scene):
         self.model = pack(scene.replace(friction=0.0, contact=False))
         self.work = new_work(self.model)
@@ -48,10 +51,8 @@ class Casings:
         return self.work.nodes
 
     def forces(self, places, headings):
-        n = headings.size
-        loads = Loads(np.zeros(n), np.zeros(n), np.zeros(n))
-        pose = self.pose(places, headings)
-        pairs.add_forces(0, self.model.magnets, self.model.charge, pose, self.nodes, loads)
+        loads, pose = Loads(*np.zeros((3, headings.size))), self.pose(places, headings)
+        pairs.add_forces(self.first, self.model.magnets, self.model.charge, pose, self.nodes, loads)
         return np.stack([loads.fx, loads.fy], axis=1), loads.torque
 
     def energy(self, places, headings):
@@ -119,37 +120,41 @@ def scatter(rng, n, gap):
     return np.array(places), np.array(headings)
 
 
-def gradient(casings, places, headings):
-    """Energy's derivatives by each casing's x, y [N] and heading [N·m]; None across an edge."""
+def error(scene, found, exact):
+    """Largest error of a force, or of a torque over the side, in flush forces."""
+    force = np.hypot(*(found[0] - exact[0]).T).max()
+    torque = np.abs(found[1] - exact[1]).max() / SIDE
+    return max(force, torque) / exact_magnets.flush_force(scene)
+
+
+def gradient(casings, places, headings, step=4e-6):
+    """Energy's derivatives by each casing's x, y [N] and heading [N·m]; None across an edge.
+
+    A step is so long in metres, and a hundred times that in radians.
+    """
     n = headings.size
-    force, torque = np.zeros((n, 2)), np.zeros(n)
-    for i in range(n):
-        for axis in range(3):
-            shift, turn = np.zeros((n, 2)), np.zeros(n)
-            if axis < 2:
-                shift[i, axis] = 1.0
-                step = 4e-6
-            else:
-                turn[i] = 1.0
-                step = 4e-4
+    found = np.zeros((3, n))
+    for axis, i in np.ndindex(3, n):
+        shift, turn = np.zeros((n, 2)), np.zeros(n)
+        if axis < 2:
+            shift[i, axis] = 1.0
+        else:
+            turn[i] = 100.0
 
-            def along(t, shift=shift, turn=turn):
-                return places + t * shift, headings + t * turn
+        def along(t, shift=shift, turn=turn):
+            return places + t * shift, headings + t * turn
 
-            if casings.crosses_an_edge(along(-3 * step), along(3 * step)):
-                return None
-            slope = reference.derivative(lambda t, a=along: casings.energy(*a(t)), step)
-            if axis < 2:
-                force[i, axis] = -slope
-            else:
-                torque[i] = -slope
-    return force, torque
+        if casings.crosses_an_edge(along(-3 * step), along(3 * step)):
+            return None
+        found[axis, i] = -reference.derivative(lambda t, a=along: casings.energy(*a(t)), step)
+    return found[:2].T, found[2] / 100.0
 
 
-def assert_gradient(casings, places, headings, expected):
+def assert_gradient(casings, places, headings, expected, within=1e-8, weak=0.0):
     force, torque = casings.forces(places, headings)
-    np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
-    np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * SIDE * np.abs(force).max())
+    size = within * (np.abs(force).max() + weak)
+    np.testing.assert_allclose(force, expected[0], rtol=0, atol=size)
+    np.testing.assert_allclose(torque, expected[1], rtol=0, atol=SIDE * size)
 
 
 @pytest.mark.laws
@@ -164,9 +169,7 @@ def test_force_and_torque_are_the_energys_gradient(model):
         expected = gradient(casings, places, headings)
         if expected is None:
             continue
-        force, torque = casings.forces(places, headings)
-        np.testing.assert_allclose(force, expected[0], rtol=0, atol=1e-8 * np.abs(force).max())
-        np.testing.assert_allclose(torque, expected[1], rtol=0, atol=1e-8 * np.abs(torque).max())
+        assert_gradient(casings, places, headings, expected)
         checked += 1
         blended += casings.blended(places, headings) > 0
 

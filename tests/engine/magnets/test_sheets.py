@@ -7,13 +7,10 @@ import pytest
 from scipy import integrate
 
 import magfold_env as mf
-from magfold_bench.laws import exact_magnets as exact
 from magfold_env.engine.magnets import sheets
 from magfold_env.scene import Magnets, Scene
-from magfold_env.shapes import word_to_angles
 from tests.engine import reference
 from tests.engine.magnets.test_chain import Chain
-from tests.engine.magnets.test_outer_field import InField
 from tests.engine.magnets.test_pairs import Casings, random_sequence
 from tests.reference import touching_faces
 from tests.simulation.test_account import imbalance
@@ -79,17 +76,6 @@ def side_by_side(rng):
     return places, np.pi / 4 + np.array([0.0, rng.integers(4) * np.pi / 2 + tilt])
 
 
-def flush_force(scene):
-    """Force [N] between the hardest pulling of opposite flush faces: the unit of errors."""
-    found = []
-    for face, inset in enumerate(scene.magnets.by_face("inset")):
-        size = [scene.magnets.by_face(name)[face] for name in ("width", "height")]
-        _, force, _ = touching_faces.face_pair(np.array([0.0, -2.0 * inset]), np.pi, size, size)
-        charge = scene.magnets.charges(scene.n)[:, face].max()
-        found.append(exact.COULOMB * charge**2 * np.hypot(*force))
-    return max(found)
-
-
 @pytest.mark.parametrize("bound", BOUNDS)
 @pytest.mark.parametrize("times", FEW_OR_MANY)
 def test_bound_holds_for_casings_down_to_contact(times, bound):
@@ -101,7 +87,9 @@ def test_bound_holds_for_casings_down_to_contact(times, bound):
         casings = Casings(scene.replace(magnets={"accuracy": bound}))
         found, moment = casings.forces(*pose)
         errors = abs(casings.energy(*pose) - energy) / SIDE, abs(moment[0] - torque) / SIDE
-        worst = max(worst, (max(np.hypot(*(found[0] - force)), *errors)) / flush_force(scene))
+        worst = max(
+            worst, (max(np.hypot(*(found[0] - force)), *errors)) / touching_faces.flush_force(scene)
+        )
     assert worst <= bound
 
 
@@ -165,52 +153,6 @@ def test_work_along_a_path_is_the_energys_difference(bound, path):
         work += share * np.sum(torque * (other - one)) / (2.0 * h)
     lost = casings.energy(*along(0.0)) - casings.energy(*along(1.0))
     assert work == pytest.approx(lost, abs=0.1 * bound * CONTACT_ENERGY + 2e-6 * abs(lost))
-
-
-@pytest.mark.parametrize("bound", BOUNDS)
-@pytest.mark.parametrize("inset", [0.0, 5e-4])
-def test_a_fixed_magnet_acts_within_the_bound_in_touch(inset, bound):
-    rng = np.random.default_rng(63)
-    magnet = {"position": (0.03, 0.02), "heading": 0.7, "width": 0.02, "height": 0.01}
-    magnet |= {"thickness": 0.008, "remanence": 1.2}
-    worst = 0.0
-    for north in (True, False) * 3:
-        scene = Scene(sequence=("NSNS",), magnets=Magnets(accuracy=bound, inset=inset))
-        scene = scene.replace(field={"magnet": magnet})
-        heading = magnet["heading"] + (0.0 if north else np.pi)
-        axis = np.array([np.cos(heading), np.sin(heading)])
-        aside = rng.uniform(-0.012, 0.012) * np.array([-axis[1], axis[0]])
-        place = np.array(magnet["position"]) + (0.004 + SIDE / 2) * axis + aside
-        pose = place[None], np.array([heading + np.pi / 4 + rng.integers(4) * np.pi / 2])
-        force, torque = InField(scene).forces(*pose)
-        _, wanted, turning = touching_faces.in_field(scene, *pose)
-        error = max(np.hypot(*(force[0] - wanted)), abs(torque[0] - turning) / SIDE)
-        # Its poles are twice as dense as the chain's.
-        worst = max(worst, error / flush_force(scene) / 2.0)
-    assert worst <= bound
-
-
-def jointed_and_summed(scene, joints):
-    """Torques (n,) of the headings by the dynamics' kernels, and by fine sums over all pairs."""
-    q = np.append(np.cumsum(joints), [0.0, 0.0])
-    casings = Casings(scene.replace(magnets={"accuracy": 1e-7}))
-    force, torque = casings.forces(reference.centres(q, SIDE), q[:-2])
-    jacobian = reference.velocity_map(q, SIDE)[:, :, :-2]
-    return Chain(scene).forces(joints)[:-2], np.einsum("idk,id->k", jacobian, force) + torque
-
-
-@pytest.mark.parametrize("bound", BOUNDS)
-@pytest.mark.parametrize("share", [1.0, 1.0 - 1e-6, 0.999, 0.97])
-@pytest.mark.parametrize("inset", [0.0, 1e-4])
-def test_torques_of_folded_chains_keep_the_bound_in_touch(inset, share, bound):
-    rng = np.random.default_rng(66)
-    for word in ("LLLRRR", "LLSRRL", "RRRSLL"):
-        magnets = Magnets(inset=inset, accuracy=bound)
-        scene = Scene(sequence=random_sequence(rng, 7), magnets=magnets)
-        found, wanted = jointed_and_summed(scene, np.append(0.3, share * word_to_angles(word)))
-        # A joint's torque is the sum of the headings' beyond it.
-        error = np.abs(np.cumsum((found - wanted)[::-1])).max() / SIDE / flush_force(scene)
-        assert error <= 3 * bound
 
 
 def test_torque_beyond_a_stop_is_what_it_is_at_the_stop():
