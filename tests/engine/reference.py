@@ -54,7 +54,9 @@ def pole_nodes(places, headings, scene, count):
     """Positions (n, 8·count, 2), charges and heights (n, 8·count) of casings' pole faces."""
     faces = exact.faces_of(scene, places, headings)
     if scene.magnets.model == "points":
-        offsets, shares = np.linspace(-0.5, 0.5, count), np.full(count, 1 / count)
+        # One charge sits in the middle.
+        offsets = np.linspace(-0.5, 0.5, count) if count > 1 else np.zeros(1)
+        shares = np.full(count, 1 / count)
     else:
         offsets, shares = np.polynomial.legendre.leggauss(count)
         offsets, shares = offsets / 2, shares / 2
