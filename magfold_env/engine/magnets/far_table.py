@@ -21,7 +21,7 @@ import numpy as np
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import direction
 from magfold_env.engine.magnets import laws
-from magfold_env.engine.magnets.pairs import LANES, grade, place_face, sum_face
+from magfold_env.engine.magnets.pairs import LANES, clear_lanes, grade, sum_face
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose, Stencils
 
 SPLINES = 4  # that are not zero in a space between knots
@@ -246,17 +246,17 @@ def stiff_sum(
     soft2, sum2, nearest2 = far.soft * far.soft, magnets.height2, magnets.nearest2
     p0, p1, p2, p3 = far.soften[0], far.soften[1], far.soften[2], far.soften[3]
     lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
-    width2 = faces.ax * faces.ax + faces.ay * faces.ay
-    lanes, (at_x, at_y, _) = place_face(magnets, level, faces, nodes)
+    node, ax, ay = magnets.level_node, faces.ax, faces.ay
+    width2, lanes = ax * ax + ay * ay, clear_lanes(magnets.level_count[level], nodes)
     for m in range(magnets.level_count[level]):
-        at, w = magnets.level_node[level, m], magnets.level_weight[level, m]
-        x, y = at * faces.bx - faces.x, at * faces.by - faces.y
+        at, w = node[level, m], magnets.level_weight[level, m]
+        x, y = faces.x - at * faces.bx, faces.y - at * faces.by
         # The node's distance from the other face's line.
-        off = x * faces.ay - y * faces.ax
+        off = x * ay - y * ax
         if off * off >= soft2 * width2:
             continue
         for k in range(lanes):
-            dx, dy = at_x[k] - x, at_y[k] - y
+            dx, dy = x + node[level, k] * ax, y + node[level, k] * ay
             r2 = max(dx * dx + dy * dy, nearest2)
             # Outside the radius nothing is left.
             rest = min(r2 - soft2, 0.0)
@@ -267,7 +267,7 @@ def stiff_sum(
             lane_y[k] += inside * g * dy
         if with_energy:
             for k in range(lanes):
-                dx, dy = at_x[k] - x, at_y[k] - y
+                dx, dy = x + node[level, k] * ax, y + node[level, k] * ay
                 r2 = max(dx * dx + dy * dy, nearest2)
                 rest = min(r2 - soft2, 0.0)
                 inside = w if rest < 0.0 else 0.0
