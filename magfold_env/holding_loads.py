@@ -227,7 +227,7 @@ class _Forces:
         model = pack(fold.scene.model_copy(update={"mount": "free"}))
         acts = loaded(fold.scene, fold.angles[None], fold.base[None], [n - fold.in_tube])[0]
         model.charge[~acts] = 0.0
-        self.grip = model.grip
+        self.friction_limit = model.friction_limit
         """Largest friction force on each component [N], shape (n,)."""
         self.model = model._replace(obstacles=pack_obstacles(fold.scene), frictional=False)
         self.work = new_work(self.model)
@@ -301,16 +301,16 @@ class _Balance:
     def __init__(self, fold: Fold, forces: _Forces, fixed: BoolArray) -> None:
         acting = forces.at(fold.angles, fold.base)
         self._moves, self._lengths = ~fixed, np.array([1.0, 1.0, fold.scene.casing.side])
-        largest = float(max(np.abs(acting / self._lengths).max(), forces.grip.max()))
+        largest = float(max(np.abs(acting / self._lengths).max(), forces.friction_limit.max()))
         self._unit = largest if largest > 0.0 else 1.0
         either_way = _hinge_wrenches(forces, pinned=fold.scene.mount == "pinned")
         pushing = [*_stop_wrenches(fold), *_contact_wrenches(fold, forces)]
-        rubs = np.flatnonzero(self._moves & (forces.grip > 0.0))
+        rubs = np.flatnonzero(self._moves & (forces.friction_limit > 0.0))
         # Friction along x, along y and about the centre.
-        units = np.diag([1.0, 1.0, forces.model.arm]).tolist()
+        units = np.diag([1.0, 1.0, forces.model.friction_radius]).tolist()
         rubbing = [_wrench(fold.scene.n, {i: unit}) for i in rubs.tolist() for unit in units]
         columns = [self._scaled(wrench) for wrench in (*either_way, *pushing, *rubbing)]
-        self._size, self._grip = 3 * int(self._moves.sum()), forces.grip[rubs] / self._unit
+        self._size, self._grip = 3 * int(self._moves.sum()), forces.friction_limit[rubs] / self._unit
         self._pushing = len(either_way) + np.arange(len(pushing))
         self._rubbing = len(either_way) + len(pushing) + np.arange(3 * len(rubs))
         self._cones = [

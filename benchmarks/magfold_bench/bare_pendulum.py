@@ -32,7 +32,7 @@ class Pendulum(NamedTuple):
     bodies: Bodies
     gravity_x: float  # [m/s²]
     gravity_y: float
-    rate_scale: float  # a typical rate [rad/s]
+    typical_rate: float  # a typical rate [rad/s]
     tolerance: float  # [rad]
     q: Array  # headings, (n,) [rad]
     v: Array  # their rates, (n,) [rad/s]
@@ -49,7 +49,7 @@ class Pendulum(NamedTuple):
 @kernel
 def swing(p: Pendulum, until: float) -> int:
     """Advance by a time [s] and return the evaluations."""
-    time, step, before, last_error = 0.0, FIRST / p.rate_scale, 0.0, 0.0
+    time, step, before, last_error = 0.0, FIRST / p.typical_rate, 0.0, 0.0
     copy(p.v, p.slope_q[0], 0)
     accelerate(p, p.q, p.v, p.slope_v[0])
     evaluations = 1
@@ -113,7 +113,7 @@ def step_error(p: Pendulum, h: float) -> float:
             eq += ERROR[s] * p.slope_q[s, k]
             ev += ERROR[s] * p.slope_v[s, k]
         eq = abs(h * eq) / allowed
-        ev = abs(h * ev) / (allowed * max(SLOW * p.rate_scale, abs(p.new_v[k])))
+        ev = abs(h * ev) / (allowed * max(SLOW * p.typical_rate, abs(p.new_v[k])))
         error = max(error, eq, ev)
     return error
 
@@ -134,7 +134,7 @@ def pendulum(scene: Scene) -> Pendulum:
         bodies=model.bodies,
         gravity_x=model.gravity_x,
         gravity_y=model.gravity_y,
-        rate_scale=model.rate_scale,
+        typical_rate=model.typical_rate,
         tolerance=model.tolerance,
         q=headings(np.asarray(scene.start_angles)),
         v=np.zeros(n),

@@ -27,7 +27,7 @@ from magfold_env.browser import (
     view,
     wasm,
 )
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine import outcomes
 from magfold_env.engine.compile import by_pointer
 from magfold_env.engine.compile.kernel_cache import cache_root
@@ -245,9 +245,9 @@ def constants() -> dict[str, Any]:
         "number": _numbers(
             settings, "NORMAL DURATION FORCE_LIMIT BORE WALL INTERVAL TOLERANCE MAX_STEPS"
         ),
-        "counter": _numbers(at, "LO STEPS EVALUATIONS FRAMES KEEP"),
-        "clock": _numbers(at, "TIME FRAME_TIME"),
-        "account": _numbers(at, "PEAK IMPULSE"),
+        "counter": _numbers(ix, "LO STEPS EVALUATIONS FRAMES KEEP"),
+        "clock": _numbers(ix, "TIME FRAME_TIME"),
+        "account": _numbers(ix, "PEAK IMPULSE"),
         "view": _numbers(view, "MAGNETIC KINETIC TIME ADVANCE PUSH RELEASED LOADED"),
         "progress": _numbers(states, "FOUND"),
         "outcome": _numbers(outcomes, "REACHED RESTED PAUSED TIMED_OUT"),

@@ -224,7 +224,7 @@ export class Chain {
 
   /** Components out of the tube; all where there is none. */
   get released() {
-    return this.n - this.#count("LO");
+    return this.n - this.#count("N_HELD");
   }
 
   /** Largest force of the feed so far [N]. */

@@ -16,7 +16,7 @@ from magfold_env.browser.settings import MOST_OBSTACLES, Numbers, Settings
 from magfold_env.browser.states import Couplings, Search, new_couplings, new_search
 from magfold_env.browser.tables import FarKit
 from magfold_env.browser.view import View
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.by_pointer import pointer_types
 from magfold_env.engine.state import Magnets, Model, Record, State, Tables, Work
 from magfold_env.engine.workspace import new_record, new_state, new_work, zeros
@@ -106,7 +106,7 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
     """Return room for chains as long as a scene's, with what they keep of it."""
     n, part = scene.n, scene.magnets
     model = pack(scene)._replace(
-        magnets=couplings.magnets, obstacles=np.zeros((at.WALLS + MOST_OBSTACLES, at.RADIUS + 1))
+        magnets=couplings.magnets, obstacles=np.zeros((ix.WALLS + MOST_OBSTACLES, ix.RADIUS + 1))
     )
     assert part is not None
     state, work, probe = new_state(model, np.zeros(n)), new_work(model), new_work(model)

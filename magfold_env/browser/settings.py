@@ -10,7 +10,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from magfold_env.browser.view import BEFORE, IMPULSE, View
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import tube
 from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import inlined, kernel
@@ -52,8 +52,8 @@ class Numbers(NamedTuple):
     at_mouth: IntArray
     pinned: IntArray
     force_limit: Array
-    rate_scale: Array
-    light_rate: Array
+    typical_rate: Array
+    fastest_rate: Array
     tolerance: Array
     max_steps: IntArray
     duration: Array
@@ -111,11 +111,11 @@ def set_up(settings: Settings, model: Model, state: State, view: View) -> None:
     words.interval[0] = number[INTERVAL]
     mean, least, rubs = put_masses(settings, model)
     words.frictional[0] = int(rubs)
-    words.rate_scale[0] = typical_rate(settings, model, largest, mean)
-    light_rate = typical_rate(settings, model, largest, least)
-    words.light_rate[0] = light_rate
+    words.typical_rate[0] = typical_rate(settings, model, largest, mean)
+    fastest_rate = typical_rate(settings, model, largest, least)
+    words.fastest_rate[0] = fastest_rate
     put_obstacles(settings, model)
-    begin(settings, model, state, light_rate)
+    begin(settings, model, state, fastest_rate)
     put_start(settings, model, state)
     view.feed[BEFORE], view.feed[IMPULSE] = -number[INTERVAL], 0.0
 
@@ -157,7 +157,7 @@ def put_masses(settings: Settings, model: Model) -> tuple[float, float, bool]:
         least = min(least, mass[k])
         model.bodies.inertia[k] = _square_inertia(mass[k], model.side)
         rubs = rubs or (friction[k] > 0.0 and normal > 0.0)
-        model.grip[k] = _friction_limit(friction[k], normal, mass[k])
+        model.friction_limit[k] = _friction_limit(friction[k], normal, mass[k])
     return mean(mass), least, rubs
 
 
@@ -225,15 +225,15 @@ def rounded(x: float) -> float:
 
 
 @kernel
-def begin(settings: Settings, model: Model, state: State, light_rate: float) -> None:
+def begin(settings: Settings, model: Model, state: State, fastest_rate: float) -> None:
     """Fill in what every run begins with, see `engine.workspace.new_state`."""
     tube = settings.choice[MOUNT] == TUBE
-    state.clock[at.BRAKE] = state.clock[at.BUMP] = math.inf
-    state.clock[at.STEP] = 0.1 / light_rate
-    state.clock[at.END] = math.inf if tube else settings.number[DURATION]
-    state.counter[at.KEEP] = -1
-    state.counter[at.LO] = model.n if tube else 0
-    state.counter[at.FRESH] = 1
+    state.clock[ix.BRAKE] = state.clock[ix.BUMP] = math.inf
+    state.clock[ix.STEP] = 0.1 / fastest_rate
+    state.clock[ix.END] = math.inf if tube else settings.number[DURATION]
+    state.counter[ix.KEEP] = -1
+    state.counter[ix.N_HELD] = model.n if tube else 0
+    state.counter[ix.FRESH] = 1
     for i in range(model.n):
         for f in range(4):
             state.waiting[i, f] = model.charge[i, f]
@@ -254,19 +254,19 @@ def put_start(settings: Settings, model: Model, state: State) -> None:
     tube.lie_in_tube(start, model.bodies.length, settings.headings, settings.depth)
     for k in range(n):
         state.q[k] = settings.headings[0, k]
-    state.feed[at.DEPTH] = settings.depth[0]
+    state.feed[ix.DEPTH] = settings.depth[0]
     state.q[n + 1] = start[0, n]
 
 
 @kernel
 def choose(settings: Settings, state: State, k: int) -> None:
     """Give component k, the next to leave its tube, its magnets; pause when it is out."""
-    n, held = state.speed.size, state.counter[at.LO]
+    n, held = state.speed.size, state.counter[ix.N_HELD]
     i, turned = (n - 1 - k, True) if is_flipped(settings) else (k, False)
     for f in range(4):
         charge = float(settings.pole[k, f]) * face_charge(settings, k, f)
         state.waiting[i, _TURNED[f] if turned else f] = charge
-    state.counter[at.KEEP] = held - 1 if held > 1 else -1
+    state.counter[ix.KEEP] = held - 1 if held > 1 else -1
 
 
 @kernel

@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, NamedTuple
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import momentum, tube
 from magfold_env.engine.compile.by_pointer import by_pointer
@@ -63,8 +63,8 @@ def look(
     How far the feed has gone is that of the present.
     """
     n = model.n
-    lo, q, v = state.counter[at.LO], state.q, state.v
-    time, impulse = state.clock[at.TIME], state.account[at.IMPULSE]
+    lo, q, v = state.counter[ix.N_HELD], state.q, state.v
+    time, impulse = state.clock[ix.TIME], state.account[ix.IMPULSE]
     if frame >= 0:
         lo, q, v = record.lo[frame], record.q[frame], record.v[frame]
         time, impulse = record.time[frame], record.impulse[frame]
@@ -117,7 +117,7 @@ def ending(outcome: int, state: State, view: View) -> int:
         return _UNSETTLED
     if outcome != outcomes.RESTED:
         return BY_BREAKDOWN
-    if state.counter[at.LO] > 0:
+    if state.counter[ix.N_HELD] > 0:
         return _HELD
     for k in range(view.heading.size - 1):
         angle = view.heading[k + 1] - view.heading[k]

@@ -1,6 +1,6 @@
 """How a step, and an integration, can end; and the limits on work that end one."""
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.jit import inlined
 from magfold_env.engine.state import Model, State
 
@@ -24,14 +24,14 @@ def end_of_turn(model: Model, state: State) -> int:
 
     It pauses so that progress can be shown, a limit kept, and a run stopped.
     """
-    return state.counter[at.EVALUATIONS] + 1 + TURN // (model.n * model.n)
+    return state.counter[ix.EVALUATIONS] + 1 + TURN // (model.n * model.n)
 
 
 @inlined
 def out_of_work(model: Model, state: State) -> bool:
     """Whether the run, or its present second of simulated time, has had all the steps it may."""
-    if state.clock[at.TIME] >= state.clock[at.SECOND] + 1.0:
-        state.clock[at.SECOND] = state.clock[at.TIME]
-        state.counter[at.SECOND_STEPS] = state.counter[at.STEPS]
-    in_second = state.counter[at.STEPS] - state.counter[at.SECOND_STEPS]
-    return state.counter[at.STEPS] >= model.max_steps or in_second >= model.max_steps_per_second
+    if state.clock[ix.TIME] >= state.clock[ix.SECOND] + 1.0:
+        state.clock[ix.SECOND] = state.clock[ix.TIME]
+        state.counter[ix.SECOND_STEPS] = state.counter[ix.STEPS]
+    in_second = state.counter[ix.STEPS] - state.counter[ix.SECOND_STEPS]
+    return state.counter[ix.STEPS] >= model.max_steps or in_second >= model.max_steps_per_second

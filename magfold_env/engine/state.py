@@ -144,9 +144,9 @@ class Model(NamedTuple):
     magnetic: bool
     side: float  # of the casing [m]
     rounding: float  # radius of its corners [m]
-    past_stop: float  # how far beyond its stop a joint may be tried [rad]
-    grip: Array  # largest friction force µ m g of a released component, (n,) [N]
-    arm: float  # c of the friction ellipsoid (vx, vy, c·ω) [m]
+    stop_overshoot: float  # how far beyond its stop a joint may be tried [rad]
+    friction_limit: Array  # largest friction force µ m g of a released component, (n,) [N]
+    friction_radius: float  # c of the friction ellipsoid (vx, vy, c·ω) [m]
     frictional: bool
     gravity_x: float  # in-plane [m/s²]
     gravity_y: float
@@ -155,15 +155,15 @@ class Model(NamedTuple):
     tube: bool
     at_mouth: bool  # components have magnets only outside the tube
     force_limit: float  # of the drive [N]
-    obstacles: Annotated[Array, "obstacles", 7]  # the tube's walls first, see `engine.entries`
+    obstacles: Annotated[Array, "obstacles", 7]  # the tube's walls first, see `engine.indices`
     pinned: bool  # the innermost hinge is fixed
     bump_rate: float  # mean number of bumps a second [1/s]
     bump_speed: float  # by which each changes velocities [m/s]
     bump_seed: int
     bump_duration: float  # how long they go on [s]
     tolerance: float  # [rad]
-    rate_scale: float  # a typical angular rate [rad/s]: errors of rates are judged by it
-    light_rate: float  # that of the lightest component [rad/s]: short times are judged by it
+    typical_rate: float  # a typical angular rate [rad/s]: errors of rates are judged by it
+    fastest_rate: float  # that of the lightest component [rad/s]: short times are judged by it
     max_steps: int
     max_steps_per_second: int
     duration: float  # longest time to settle in [s], from the last release if there is a tube
@@ -171,7 +171,7 @@ class Model(NamedTuple):
 
 @by_pointer
 class State(NamedTuple):
-    """The moving part; every array is updated in place. See `engine.entries`."""
+    """The moving part; every array is updated in place. See `engine.indices`."""
 
     q: Coordinates  # headings, then the base [rad, m]
     v: Coordinates  # their rates [rad/s, m/s]
@@ -319,7 +319,7 @@ class Recursion(NamedTuple):
     articulated: Annotated[Array, "n", 7]  # inertias, see `articulated.factor`
     sweep: Annotated[Array, "sweep", "n"]  # of `recursion.accelerate`
     hold: PerBody  # torques that keep locked joints [N·m]
-    base: Annotated[Array, 3]  # see `engine.entries`
+    base: Annotated[Array, 3]  # see `engine.indices`
     unlocked: IntPerBody  # zeros: the locks of a chain whose joints all turn
     force: Coordinates  # generalised, without constraints
 
@@ -372,7 +372,7 @@ class Sweep(NamedTuple):
 class Rows(NamedTuple):
     """Constraints: joint stops, then contacts, then three a component that friction may hold."""
 
-    counts: Annotated[IntArray, 5]  # see `engine.entries`
+    counts: Annotated[IntArray, 5]  # see `engine.indices`
     id: Annotated[IntArray, "rows", 4]  # joint and sign; box, other and its corner; component
     jacobian: Annotated[Array, "rows", "n + 2"]
     response: Annotated[Array, "rows", "n + 2"]  # M⁻¹Jᵀ

@@ -7,7 +7,7 @@ from typing import Any, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine import state as arrays
 from magfold_env.engine.chain import recursion
 from magfold_env.engine.magnets import expansions, multipole_tree, multipoles, near_table
@@ -68,12 +68,12 @@ def new_state(model: arrays.Model, angles: Array) -> arrays.State:
     n = model.n
     state = zeros(arrays.State, {"n": n, "n + 2": n + 2})
     state.q[:n] = angles
-    state.clock[at.BRAKE] = math.inf
-    state.clock[at.STEP] = 0.1 / model.light_rate
-    state.clock[at.END] = math.inf if model.tube else model.duration
-    state.counter[at.KEEP] = -1
-    state.counter[at.LO] = n if model.tube else 0
-    state.counter[at.FRESH] = 1
+    state.clock[ix.BRAKE] = math.inf
+    state.clock[ix.STEP] = 0.1 / model.fastest_rate
+    state.clock[ix.END] = math.inf if model.tube else model.duration
+    state.counter[ix.KEEP] = -1
+    state.counter[ix.N_HELD] = n if model.tube else 0
+    state.counter[ix.FRESH] = 1
     state.waiting[:] = model.charge
     bumps.begin(model, state)
     return state

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain.tube import lie_in_tube
 from magfold_env.engine.compile.by_pointer import POINTERS, code_of, reference
 from magfold_env.engine.outcomes import PAUSED, REACHED, TIMED_OUT
@@ -21,7 +21,7 @@ from magfold_env.simulation.pack import Numbers
 from magfold_env.simulation.view import Orientation
 from magfold_env.simulation.work_queue import WorkQueue
 
-OWN = ("charge", "grip", "bodies.mass", "bodies.inertia", "obstacles")
+OWN = ("charge", "friction_limit", "bodies.mass", "bodies.inertia", "obstacles")
 """Parts of a model that may differ between chains, besides the numbers that `Chains` names."""
 AT_ONCE = 64  # chains that one compiled call runs, each for at most 50 ms
 _FIRST = np.zeros(1, dtype=np.int64)
@@ -72,17 +72,17 @@ class Chains:
         self.kind: IntArray = np.zeros(count, dtype=np.int64)
         """Index of the model of each chain."""
         self.mass, self.inertia = self._models["bodies.mass"], self._models["bodies.inertia"]
-        self.grip, self.charge = self._models["grip"], self._models["charge"]
+        self.friction_limit, self.charge = self._models["friction_limit"], self._models["charge"]
         self.obstacles: Array = self._models["obstacles"]
-        self.rate_scale = self._models.number("rate_scale")
-        self.light_rate = self._models.number("light_rate")
+        self.typical_rate = self._models.number("typical_rate")
+        self.fastest_rate = self._models.number("fastest_rate")
         self.gravity = [self._models.number(f"gravity_{axis}") for axis in "xy"]
         self.q, self.v, self.stuck = (self._states[name] for name in ("q", "v", "stuck"))
         self.counters: IntArray = self._states["counter"]
         self.clocks: Array = self._states["clock"]
-        self.depths: Array = self._states["feed"][:, at.DEPTH]
+        self.depths: Array = self._states["feed"][:, ix.DEPTH]
         """Initial lengths of the chains in the tube [m]."""
-        self.impulses: Array = self._states["account"][:, at.IMPULSE]
+        self.impulses: Array = self._states["account"][:, ix.IMPULSE]
         """Impulses of the drives so far [N·s]."""
         self.waiting: Array = self._states["waiting"]
         """Charges that components receive when they are fed [A·m]."""
@@ -107,17 +107,17 @@ class Chains:
     @property
     def released(self) -> IntArray:
         """Number of components out of the tube, (count,)."""
-        return self.models[0].n - self.counters[:, at.LO]
+        return self.models[0].n - self.counters[:, ix.N_HELD]
 
     @property
     def times(self) -> Array:
         """Simulated times [s], (count,)."""
-        return self.clocks[:, at.TIME]
+        return self.clocks[:, ix.TIME]
 
     @property
     def steps(self) -> IntArray:
         """Time steps tried, (count,)."""
-        return self.counters[:, at.STEPS]
+        return self.counters[:, ix.STEPS]
 
     def clear(self, rows: IntArray, kind: int = 0) -> None:
         """Set the model of some chains and put them into the tube; see `start`."""
@@ -146,8 +146,8 @@ class Chains:
     def put(self, rows: IntArray, numbers: Numbers) -> None:
         """Set the drawn numbers of some cleared chains."""
         self.mass[rows], self.inertia[rows] = numbers.mass, numbers.inertia
-        self.grip[rows] = numbers.grip
-        self.rate_scale[rows], self.light_rate[rows] = numbers.rate_scale, numbers.light_rate
+        self.friction_limit[rows] = numbers.friction_limit
+        self.typical_rate[rows], self.fastest_rate[rows] = numbers.typical_rate, numbers.fastest_rate
         for gravity, along in zip(self.gravity, numbers.pull.T, strict=True):
             gravity[rows] = along
 
@@ -160,10 +160,10 @@ class Chains:
         n = self.models[0].n
         headings, depth = np.empty((len(rows), n)), np.empty(len(rows))
         lie_in_tube(offsets, self.models[0].bodies.length, headings, depth)
-        self._states["feed"][rows, at.DEPTH] = depth
+        self._states["feed"][rows, ix.DEPTH] = depth
         self.q[rows, :n] = headings
         self.q[rows, n + 1] = offsets[:, n]
-        self.clocks[rows, at.STEP] = 0.1 / self.light_rate[rows]
+        self.clocks[rows, ix.STEP] = 0.1 / self.fastest_rate[rows]
         if self._frame_rate is not None:
             self.frames = Frames(self.models[0], self.state, self._frame_rate)
 
@@ -172,15 +172,15 @@ class Chains:
 
         The chains pause at the time ``until`` [s] if they have not finished.
         """
-        left = self.counters[rows, at.LO] - 1
-        self.counters[rows, at.KEEP] = -1 if whole else np.where(left > 0, left, -1)
+        left = self.counters[rows, ix.N_HELD] - 1
+        self.counters[rows, ix.KEEP] = -1 if whole else np.where(left > 0, left, -1)
         self._until[rows] = until
         self._run(rows)
 
     def push(self, rows: IntArray, seconds: float | Array) -> None:
         """Feed some chains for a time [s] or for one time each; complete chains move freely."""
-        self.counters[rows, at.KEEP] = -1
-        self._until[rows] = self.clocks[rows, at.TIME] + seconds
+        self.counters[rows, ix.KEEP] = -1
+        self._until[rows] = self.clocks[rows, ix.TIME] + seconds
         self._run(rows)
 
     def pull(self, rows: IntArray, forces: Array, seconds: float) -> None:
@@ -188,17 +188,17 @@ class Chains:
 
         Each force is spread over the mass outside the tube, like gravity.
         """
-        free = np.arange(self.models[0].n) >= self.counters[rows, at.LO][:, None]
+        free = np.arange(self.models[0].n) >= self.counters[rows, ix.N_HELD][:, None]
         mass = np.where(free, self.mass[rows], 0.0).sum(axis=1)
         usual = [gravity[rows] for gravity in self.gravity]
         for gravity, force in zip(self.gravity, forces.T, strict=True):
             gravity[rows] += np.divide(force, mass, out=np.zeros(len(rows)), where=mass > 0.0)
         # Values from the end of the last step are no longer valid.
-        self.counters[rows, at.FRESH] = 1
+        self.counters[rows, ix.FRESH] = 1
         self.push(rows, seconds)
         for gravity, before in zip(self.gravity, usual, strict=True):
             gravity[rows] = before
-        self.counters[rows, at.FRESH] = 1
+        self.counters[rows, ix.FRESH] = 1
 
     def find_energies(self, rows: IntArray) -> None:
         """Fill in `energies` for the present states of some chains."""
@@ -225,7 +225,7 @@ class Chains:
         """Run a chain like `run` for at most 50 ms."""
         record = self.frames.record
         if self.paper_step is not None:
-            chain, end = (self.model, self.state, self.work, record), float(self.clocks[0, at.END])
+            chain, end = (self.model, self.state, self.work, record), float(self.clocks[0, ix.END])
             outcome = paper_scheme.paper_advance(*chain, min(until, end), self.paper_step)
             return TIMED_OUT if outcome == REACHED and end <= until else outcome
         model, state, work = (each[row] for each in self._references)
@@ -251,7 +251,7 @@ class Chains:
         for arrays, block in zip((self._models, self._states, self._works), blocks, strict=True):
             arrays.set_state(block)
         if self._frame_rate is not None:
-            self.counters[:, at.FRAMES] = 0
+            self.counters[:, ix.FRAMES] = 0
             self.frames = Frames(self.models[0], self.state, None)
 
     def _code(self, name: str, *last: Any) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.magnets import outer_field, pairs
 from magfold_env.engine.state import Array, Model, Record, State
@@ -39,10 +39,10 @@ class Frames:
 
     def empty(self) -> None:
         """Empty the buffer of the kernels."""
-        count, record = int(self._state.counter[at.FRAMES]), self.record
+        count, record = int(self._state.counter[ix.FRAMES]), self.record
         columns = record.time, record.q, record.v, record.lo, record.impulse
         self._parts.append([column[:count].copy() for column in columns])
-        self._state.counter[at.FRAMES] = 0
+        self._state.counter[ix.FRAMES] = 0
 
     def trajectory(self, view: Orientation, *, ended: bool = False) -> Trajectory | None:
         """Return all frames in public form, or None if nothing is recorded.
@@ -74,9 +74,9 @@ class Frames:
         An earlier frame of the same moment is omitted, because an impact may have followed it.
         """
         state, time = self._state, columns[0]
-        now = state.clock[at.TIME]
+        now = state.clock[ix.TIME]
         same = len(time) > 0 and now - time[-1] < APART
-        last = now, state.q, state.v, state.counter[at.LO], state.account[at.IMPULSE]
+        last = now, state.q, state.v, state.counter[ix.N_HELD], state.account[ix.IMPULSE]
         return [
             np.concatenate([column[: len(time) - same], [value]])
             for column, value in zip(columns, last, strict=True)

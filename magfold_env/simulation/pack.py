@@ -116,10 +116,10 @@ class Numbers(NamedTuple):
 
     mass: Array
     inertia: Array
-    grip: Array
+    friction_limit: Array
     pull: Array
-    rate_scale: Array
-    light_rate: Array
+    typical_rate: Array
+    fastest_rate: Array
 
 
 def numbers(scene: Scene, values: Values) -> Numbers:
@@ -168,9 +168,9 @@ def pack(scene: Scene) -> Model:
         magnetic=magnetic,
         side=casing.side,
         rounding=casing.corner_radius,
-        past_stop=_past_stop(scene, magnets),
-        grip=one.grip[0],
-        arm=FRICTION_ARM * casing.side,
+        stop_overshoot=_stop_overshoot(scene, magnets),
+        friction_limit=one.friction_limit[0],
+        friction_radius=FRICTION_ARM * casing.side,
         frictional=bool(scene.frictions.any()) and gravity.normal > 0.0,
         gravity_x=gravity.in_plane[0],
         gravity_y=gravity.in_plane[1],
@@ -186,8 +186,8 @@ def pack(scene: Scene) -> Model:
         bump_seed=(bumps.seed or 1) if bumps is not None else 1,
         bump_duration=bumps.duration if bumps is not None else 0.0,
         tolerance=scene.solver.tolerance,
-        rate_scale=float(one.rate_scale[0]),
-        light_rate=float(one.light_rate[0]),
+        typical_rate=float(one.typical_rate[0]),
+        fastest_rate=float(one.fastest_rate[0]),
         max_steps=scene.solver.max_steps,
         max_steps_per_second=scene.solver.max_steps_per_second,
         duration=scene.duration,
@@ -202,7 +202,7 @@ def _is_magnetic(scene: Scene, charge: Array) -> bool:
     return chosen_later or bool(charge.any())
 
 
-def _past_stop(scene: Scene, magnets: Magnets) -> float:
+def _stop_overshoot(scene: Scene, magnets: Magnets) -> float:
     """Angle beyond a joint's stop [rad] up to which forces still approximate those before it."""
     if scene.magnets is None:
         return math.inf
@@ -399,7 +399,7 @@ def pack_field(scene: Scene, magnetic: bool) -> Field:
 
 
 def pack_obstacles(scene: Scene) -> Array:
-    """Return the obstacles of the chain, one row each; see `engine.entries`."""
+    """Return the obstacles of the chain, one row each; see `engine.indices`."""
     found: list[tuple[float, ...]] = []
     for each in scene.solids:
         cos, sin = each.axis.tolist()

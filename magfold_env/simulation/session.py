@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import feed, tube
 from magfold_env.engine.contact import boxes
@@ -137,7 +137,7 @@ class Session:
 
     @property
     def _held(self) -> int:
-        return int(self._state.counter[at.LO])
+        return int(self._state.counter[ix.N_HELD])
 
     @property
     def advance(self) -> float:
@@ -147,17 +147,17 @@ class Session:
     @property
     def time(self) -> float:
         """Simulated time [s]."""
-        return float(self._state.clock[at.TIME])
+        return float(self._state.clock[ix.TIME])
 
     @property
     def steps(self) -> int:
         """Number of time steps so far; a repeated step counts once."""
-        return int(self._state.counter[at.STEPS])
+        return int(self._state.counter[ix.STEPS])
 
     @property
     def evaluations(self) -> int:
         """Number of evaluations of the accelerations so far."""
-        return int(self._state.counter[at.EVALUATIONS])
+        return int(self._state.counter[ix.EVALUATIONS])
 
     @property
     def angles(self) -> Array:
@@ -283,7 +283,7 @@ class Session:
     @property
     def account(self) -> Account:
         """The work on the chain and its losses so far."""
-        return Account(*self._state.account[: at.BEFORE].tolist())
+        return Account(*self._state.account[: ix.BEFORE].tolist())
 
     def fold(self) -> Fold:
         """Return the result of a run that has ended.
@@ -318,7 +318,7 @@ class Session:
         """Run until the given number of components is held (see `State`) or until a time [s]."""
         if self.status is not None:
             return
-        self._state.counter[at.KEEP] = keep
+        self._state.counter[ix.KEEP] = keep
         outcome = self._run(until)
         if outcome != outcomes.REACHED:
             rested = outcome == outcomes.RESTED
@@ -331,7 +331,7 @@ class Session:
     def _what_presses(self) -> str:
         """Return a text that names the contacts of a jammed chain."""
         rows, n, index = self._work.rows, self.n, self._view.index
-        stops, contacts = rows.counts[at.JOINT_STOPS], rows.counts[at.CONTACTS]
+        stops, contacts = rows.counts[ix.JOINT_STOPS], rows.counts[ix.CONTACTS]
         names = obstacle_names(self.scene)
         found: list[str] = []
         for r in np.flatnonzero(rows.multiplier[:contacts] > 0.0).tolist():

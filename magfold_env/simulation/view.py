@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.state import Array, IntArray, is_finite
 from magfold_env.shapes import centres
@@ -122,7 +122,7 @@ def public_states(
         k: int = rows[j]
         if is_finite(q[k]) and is_finite(v[k]):
             public_state(
-                flip[k], counters[k, at.LO], length, q[k], v[k],
+                flip[k], counters[k, ix.N_HELD], length, q[k], v[k],
                 angles[k], rates[k], base[k], base_velocity[k],
             )  # fmt: skip
 
@@ -135,7 +135,7 @@ def advances(length: Array, counters: IntArray, q: Array, depth: Array, out: Arr
     chains in the tube; see `public_states` for the other arguments.
     """
     for k in range(out.size):
-        held = counters[k, at.LO]
+        held = counters[k, ix.N_HELD]
         x = depth[k] + q[k, length.size]
         for i in range(held):
             x -= length[i] * math.cos(q[k, i])

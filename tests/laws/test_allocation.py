@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numba.core.runtime.nrt import rtsys
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import feed
 from magfold_env.engine.stepping import integrator
 from magfold_env.scene import load_scene
@@ -30,11 +30,11 @@ def _counted() -> Iterator[None]:
 def advance(session: Session, until: float) -> tuple[int, int]:
     """Integrate; returns the steps taken and the allocations made, by numba and for it."""
     model, state = session._model, session._state
-    steps, before = int(state.counter[at.STEPS]), rtsys.get_allocation_stats()
+    steps, before = int(state.counter[ix.STEPS]), rtsys.get_allocation_stats()
     integrator.advance(model, state, session._work, session._chains.frames.record, until, 10**9)
     after = rtsys.get_allocation_stats()
     made = after.alloc - before.alloc + after.mi_alloc - before.mi_alloc
-    return int(state.counter[at.STEPS]) - steps, made
+    return int(state.counter[ix.STEPS]) - steps, made
 
 
 def prepared(friction: float, mount: str, frame_rate: float | None = None) -> Session:
@@ -60,12 +60,12 @@ def test_steps_allocate_nothing(friction, mount, frame_rate):
     none, for_a_call = advance(session, now)
     until = now + 0.2
     if mount == "tube":
-        until = float(session._state.clock[at.MARK])
-        assert session._state.counter[at.LO] > 0
+        until = float(session._state.clock[ix.MARK])
+        assert session._state.counter[ix.N_HELD] > 0
     some, for_steps = advance(session, until)
     assert none == 0
     assert some > 5
-    assert session._state.clock[at.TIME] > now
+    assert session._state.clock[ix.TIME] > now
     assert for_steps == for_a_call
 
 

@@ -8,7 +8,7 @@ import pytest
 from magfold_bench.laws.along_folds import SteppedSession
 from magfold_bench.laws.mechanics import kinetic_energy, momenta
 from magfold_bench.laws.random_scenes import LARGEST, SMALLEST, random_scene, random_sequence
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Casing, Scene
 from magfold_env.shapes import centres
@@ -33,12 +33,12 @@ class FreeSession(SteppedSession):
     def go_on(self):
         """Forget that the run has ended, and give it its time to settle again."""
         self.status, self.message = None, ""
-        self._state.clock[at.END] = self.time + self.scene.duration
+        self._state.clock[ix.END] = self.time + self.scene.duration
 
     def wait(self, duration):
         """Go on for a time [s], whatever happened before."""
         self.go_on()
-        self._state.clock[at.END] = math.inf
+        self._state.clock[ix.END] = math.inf
         self._go_on(keep=-1, until=self.time + duration)
 
     def throw_any(self, rng):

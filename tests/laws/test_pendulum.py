@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from magfold_bench.laws.mechanics import kinetic_energy, pinned_accelerations, weight_energy
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.outcomes import REACHED
 from magfold_env.engine.stepping import integrator, stages
 from magfold_env.engine.workspace import new_state, new_work
@@ -82,7 +82,7 @@ def fixed_steps(scene, until, count):
     state, work = new_state(model, np.zeros(3)), new_work(model)
     record = session._chains.frames.record
     for end in np.linspace(0.0, until, count + 1)[1:]:
-        state.clock[at.STEP] = until
+        state.clock[ix.STEP] = until
         assert integrator.advance(model, state, work, record, end, 10**9) == REACHED
-    assert state.counter[at.STEPS] == count
+    assert state.counter[ix.STEPS] == count
     return np.concatenate([state.q[:3], state.v[:3]])

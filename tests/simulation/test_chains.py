@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.outcomes import REACHED, RESTED
 from magfold_env.simulation.chains import Chains
 from magfold_env.simulation.pack import pack
@@ -36,8 +36,8 @@ def test_chains_go_as_sessions_do(threads: int, all_of_it: bool) -> None:
     chains.start(rows, np.array([scene.start_offsets for scene in scenes]))
     for k, (scene, session) in enumerate(zip(scenes, sessions, strict=True)):
         chains.waiting[k], chains.speeds[k] = pack(scene).charge, 0.3
-        assert chains.rate_scale[k] == session._model.rate_scale
-        assert chains.light_rate[k] == session._model.light_rate
+        assert chains.typical_rate[k] == session._model.typical_rate
+        assert chains.fastest_rate[k] == session._model.fastest_rate
     for step in range(1 if all_of_it else 4):
         chains.feed(rows, whole=all_of_it)
         for k, session in enumerate(sessions):
@@ -55,7 +55,7 @@ def test_chains_go_as_sessions_do(threads: int, all_of_it: bool) -> None:
         assert chains.energies[k] == session.energy()
         assert chains.times[k] == session.time
         assert chains.steps[k] == session.steps
-        assert chains.counters[k, at.EVALUATIONS] == session.evaluations
+        assert chains.counters[k, ix.EVALUATIONS] == session.evaluations
 
 
 def test_a_chain_begins_again_as_if_new() -> None:

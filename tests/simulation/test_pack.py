@@ -79,7 +79,7 @@ def test_grip_and_lengths_follow_the_casing():
     scene = Scene(sequence=("NSNS",) * 2, casing=casing, friction=(0.25, 0.5), mount="tube")
     model = pack(scene.replace(gravity={"normal": 3.7}))
     # Forward feed: the last component comes first.
-    np.testing.assert_allclose(model.grip, 3.7 * np.array([0.5 * 0.004, 0.25 * 0.001]))
+    np.testing.assert_allclose(model.friction_limit, 3.7 * np.array([0.5 * 0.004, 0.25 * 0.001]))
     np.testing.assert_allclose(model.bodies.inertia, np.array([0.004, 0.001]) * 0.02**2 / 6)
     np.testing.assert_allclose(model.bodies.length, 0.02 * np.sqrt(2))
     np.testing.assert_allclose(model.bodies.reach, 0.01 * np.sqrt(2))
@@ -109,7 +109,7 @@ def test_what_does_not_move_is_one_array():
 
 
 def rate_of(scene, mass=0.0037):
-    return pack(scene.replace(casing={"mass": mass})).light_rate
+    return pack(scene.replace(casing={"mass": mass})).fastest_rate
 
 
 def test_gravity_alone_gives_the_rate_of_a_pendulum():
@@ -129,7 +129,7 @@ def test_the_rate_is_of_the_order_that_touching_faces_make_of_a_component():
 def test_light_components_set_the_scale_of_times_and_the_mean_mass_that_of_errors():
     mass = [1e-5] + [0.01] * (SCENE.n - 1)
     model = pack(SCENE.replace(casing={"mass": mass}))
-    assert model.light_rate == rate_of(SCENE, mass=1e-5)
-    assert model.rate_scale == rate_of(SCENE, mass=float(np.mean(mass)))
+    assert model.fastest_rate == rate_of(SCENE, mass=1e-5)
+    assert model.typical_rate == rate_of(SCENE, mass=float(np.mean(mass)))
     even = pack(SCENE)
-    assert even.light_rate == pytest.approx(even.rate_scale, rel=1e-12)
+    assert even.fastest_rate == pytest.approx(even.typical_rate, rel=1e-12)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_bench.laws import mechanics
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.outcomes import CAPPED
 from magfold_env.engine.state import Model
 from magfold_env.scene import Scene
@@ -43,13 +43,13 @@ class SteppedSession(Session):
     def turn(self, angle: float) -> None:
         """Turn the chain [rad] about the outer hinge of component 1; not in a tube."""
         self._state.q[: self.n] += angle
-        self._state.counter[at.FRESH] = 1
+        self._state.counter[ix.FRESH] = 1
 
     def throw(self, rates: npt.ArrayLike, base_velocity: npt.ArrayLike = (0.0, 0.0)) -> None:
         """Set the rates (n,) [rad/s] and the outer hinge's velocity (2,) [m/s]; not in a tube."""
         self._state.v[: self.n] = rates
         self._state.v[self.n :] = base_velocity
-        self._state.counter[at.FRESH] = 1
+        self._state.counter[ix.FRESH] = 1
 
     def run(self) -> None:
         """Feed and settle, as `simulate` does."""
@@ -59,12 +59,12 @@ class SteppedSession(Session):
         counter, clock = self._state.counter, self._state.clock
         while True:
             # The engine's own rule, see `engine.outcomes`.
-            if clock[at.TIME] >= self._second + 1.0:
-                self._second, self._second_steps = float(clock[at.TIME]), int(counter[at.STEPS])
-            if counter[at.STEPS] - self._second_steps >= self._whole.max_steps_per_second:
+            if clock[ix.TIME] >= self._second + 1.0:
+                self._second, self._second_steps = float(clock[ix.TIME]), int(counter[ix.STEPS])
+            if counter[ix.STEPS] - self._second_steps >= self._whole.max_steps_per_second:
                 self._chains.remodel(self._whole)
                 return CAPPED
-            clock[at.SECOND], counter[at.SECOND_STEPS] = clock[at.TIME], counter[at.STEPS]
+            clock[ix.SECOND], counter[ix.SECOND_STEPS] = clock[ix.TIME], counter[ix.STEPS]
             before = self.steps
             outcome = super()._run(until)
             self._look(self)

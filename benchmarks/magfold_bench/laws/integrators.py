@@ -96,7 +96,7 @@ def dormand_prince(model: Model, work: Work, y: Array, until: float, tolerance: 
     """
     m = y.size // 2
     slope, new = np.zeros((STAGES, 2 * m)), np.zeros(2 * m)
-    time, h = 0.0, 0.1 / model.rate_scale
+    time, h = 0.0, 0.1 / model.typical_rate
     slope[0, :m] = y[m:]
     smooth_accelerations(0, model, y[:m], y[m:], work, slope[0, m:])
     evaluations = 1
@@ -121,7 +121,7 @@ def dormand_prince(model: Model, work: Work, y: Array, until: float, tolerance: 
                 total += ERROR[j] * slope[j, k]
             scale = tolerance
             if k >= m:
-                scale *= max(SLOW * model.rate_scale, abs(new[k]))
+                scale *= max(SLOW * model.typical_rate, abs(new[k]))
             error = max(error, abs(h * total) / scale)
         factor = SAFETY * max(error, 1e-12) ** (-1.0 / ORDER)
         if error <= 1.0:

@@ -11,7 +11,7 @@ gives what it can, and the base moves by itself.
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated, ledger
 from magfold_env.engine.chain.momentum import kinetic, spread
 from magfold_env.engine.chain.tube import advance, charged, is_partly_out, place_all, whole_mass
@@ -32,59 +32,59 @@ SOONEST = 1e-8  # [s] in which a drive that slips is not looked at again
 @kernel
 def begin(model: Model, state: State, work: Work) -> None:
     """Have the drive do what is asked of it, and find the base's next mark."""
-    n, lo, slipped = model.n, state.counter[at.LO], state.counter[at.SLIPPING]
+    n, lo, slipped = model.n, state.counter[ix.N_HELD], state.counter[ix.SLIPPING]
     speed = float(state.speed[lo - 1])
     stopped = speed <= 0.0 and is_at_stop(model, state)
     if stopped:
         speed = 0.0  # no drive moves the stop
     if stopped or lo == n:
-        state.counter[at.SLIPPING] = 0
-    state.feed[at.ASKED] = speed
+        state.counter[ix.SLIPPING] = 0
+    state.feed[ix.ASKED] = speed
     jump = speed - state.v[n]
-    if state.counter[at.SLIPPING] == 0 and is_too_much(model, state, whole_mass(model) * jump):
-        state.counter[at.SLIPPING] = 1
-        state.feed[at.SINCE] = state.clock[at.TIME]
+    if state.counter[ix.SLIPPING] == 0 and is_too_much(model, state, whole_mass(model) * jump):
+        state.counter[ix.SLIPPING] = 1
+        state.feed[ix.SINCE] = state.clock[ix.TIME]
     if slips(state) and jump != 0.0:
-        state.counter[at.SLIPPING] = 1 if jump > 0.0 else -1
-    if state.counter[at.SLIPPING] != slipped:
+        state.counter[ix.SLIPPING] = 1 if jump > 0.0 else -1
+    if state.counter[ix.SLIPPING] != slipped:
         # What was found of the last step's end no longer holds.
-        state.counter[at.FRESH] = 1
+        state.counter[ix.FRESH] = 1
     carry(model, state, work)
-    if state.counter[at.SLIPPING] == 0:
+    if state.counter[ix.SLIPPING] == 0:
         change_speed(model, state, work, speed)
-    if state.clock[at.TIME] == 0.0:
+    if state.clock[ix.TIME] == 0.0:
         # A run begins with the chain as fast as it is fed.
-        state.account[at.BEFORE] = state.account[at.IMPULSE]
+        state.account[ix.BEFORE] = state.account[ix.IMPULSE]
     load(model, state, work)
     aim(model, state)
-    state.clock[at.MARK] = math.inf
-    if state.counter[at.SLIPPING] == 0 and speed != 0.0:
-        time = (state.feed[at.NEXT] - state.q[n]) / state.v[n]
-        state.clock[at.MARK] = state.clock[at.TIME] + max(time, 0.0)
-    state.counter[at.FEEDING] = 1
+    state.clock[ix.MARK] = math.inf
+    if state.counter[ix.SLIPPING] == 0 and speed != 0.0:
+        time = (state.feed[ix.NEXT] - state.q[n]) / state.v[n]
+        state.clock[ix.MARK] = state.clock[ix.TIME] + max(time, 0.0)
+    state.counter[ix.FEEDING] = 1
 
 
 @kernel
 def carry_on(model: Model, state: State, work: Work, until: float) -> None:
     """Move a chain that is all inside, at which only gravity and an outer field pull."""
     before = potential_of(model, state, work) if model.field.present else 0.0
-    way = state.v[model.n] * (until - state.clock[at.TIME])
+    way = state.v[model.n] * (until - state.clock[ix.TIME])
     state.q[model.n] += way
     gained = -whole_mass(model) * model.gravity_x * way
     if model.field.present:
         gained += potential_of(model, state, work) - before
     impulse = gained / state.v[model.n] if way != 0.0 else 0.0
     ledger.pass_time(state, until, impulse)
-    state.clock[at.TIME] = until
-    state.account[at.FED] += gained
-    state.account[at.IMPULSE] += impulse
+    state.clock[ix.TIME] = until
+    state.account[ix.FED] += gained
+    state.account[ix.IMPULSE] += impulse
 
 
 @inlined
 def is_too_much(model: Model, state: State, impulse: float) -> bool:
     """Whether the drive gives way to an impulse [N·s]; with nothing outside yet it never does."""
     most = ledger.most_force(model, state) * ledger.MEAN_OVER
-    return state.counter[at.LO] < model.n and abs(impulse) > most
+    return state.counter[ix.N_HELD] < model.n and abs(impulse) > most
 
 
 @inlined
@@ -96,7 +96,7 @@ def drives(model: Model, state: State) -> bool:
 @inlined
 def slips(state: State) -> bool:
     """Whether the drive slips and the base moves by itself, not kept by the pusher's stop."""
-    return abs(state.counter[at.SLIPPING]) == 1
+    return abs(state.counter[ix.SLIPPING]) == 1
 
 
 @inlined
@@ -116,11 +116,11 @@ def borne(model: Model, state: State, force: float) -> float:
 @inlined
 def note_step(state: State, work: Work, impulse: float, way: float) -> None:
     """Book an impulse of the drive [N·s] while the base went so far [m]."""
-    state.account[at.IMPULSE] += impulse
+    state.account[ix.IMPULSE] += impulse
     if slips(state):
-        state.account[at.FED] += work.chain.base[at.DRIVE] * way
+        state.account[ix.FED] += work.chain.base[ix.DRIVE] * way
     else:
-        state.account[at.FED] += impulse * state.v[state.v.size - 2]
+        state.account[ix.FED] += impulse * state.v[state.v.size - 2]
 
 
 @kernel
@@ -128,21 +128,21 @@ def carry(model: Model, state: State, work: Work) -> None:
     """Let the components that the tube holds go along with the base while the drive slips."""
     carried, force = 0.0, 0.0
     if slips(state):
-        force = state.counter[at.SLIPPING] * ledger.most_force(model, state)
-        for i in range(state.counter[at.LO]):
+        force = state.counter[ix.SLIPPING] * ledger.most_force(model, state)
+        for i in range(state.counter[ix.N_HELD]):
             carried += model.bodies.mass[i]
-    work.chain.base[at.CARRIED] = carried
-    work.chain.base[at.DRIVE] = force
+    work.chain.base[ix.CARRIED] = carried
+    work.chain.base[ix.DRIVE] = force
 
 
 @kernel
 def slip(model: Model, state: State, work: Work, force: float) -> None:
     """Let the drive slip, which a force of this sign would have kept from it."""
-    if state.counter[at.SLIPPING] == 0:
-        state.feed[at.SINCE] = state.clock[at.TIME]
-    state.counter[at.SLIPPING] = 1 if force > 0.0 else -1
-    state.counter[at.FEEDING] = 0
-    state.counter[at.FRESH] = 1
+    if state.counter[ix.SLIPPING] == 0:
+        state.feed[ix.SINCE] = state.clock[ix.TIME]
+    state.counter[ix.SLIPPING] = 1 if force > 0.0 else -1
+    state.counter[ix.FEEDING] = 0
+    state.counter[ix.FRESH] = 1
     carry(model, state, work)
 
 
@@ -159,9 +159,9 @@ def needed_force(lo: int, model: Model, work: Work, acceleration: Array) -> floa
         turning = pose.sin[i] * acceleration[i]
         force += bodies.mass[i] * (hinge - bodies.reach[i] * turning)
         hinge -= bodies.length[i] * turning
-    for r in range(rows.counts[at.JOINT_STOPS], rows.counts[at.SOLVED]):
+    for r in range(rows.counts[ix.JOINT_STOPS], rows.counts[ix.SOLVED]):
         force -= rows.multiplier[r] * rows.jacobian[r, n]
-    return force - work.chain.force[n] - work.chain.base[at.PULL]
+    return force - work.chain.force[n] - work.chain.base[ix.PULL]
 
 
 @kernel
@@ -170,8 +170,8 @@ def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew:
 
     The accelerations may be ``anew``, else the last step's end was this one's beginning.
     """
-    lo, n, slipping = state.counter[at.LO], model.n, state.counter[at.SLIPPING]
-    if state.counter[at.FEEDING] == 0:
+    lo, n, slipping = state.counter[ix.N_HELD], model.n, state.counter[ix.SLIPPING]
+    if state.counter[ix.FEEDING] == 0:
         return False
     if not slips(state):
         if anew:
@@ -182,7 +182,7 @@ def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew:
             slip(model, state, work, force)
             return False
         if slipping == STALLED and force < (1.0 - BORNE_WITHIN) * most:
-            state.counter[at.SLIPPING] = 1
+            state.counter[ix.SLIPPING] = 1
             return False
         return True
     if is_at_mark(state):
@@ -191,12 +191,12 @@ def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew:
     if goes_in and is_at_stop(model, state):
         stop(model, state, work)
         return False
-    behind = slipping * (state.feed[at.ASKED] - state.v[n])
-    caught_up = behind <= ASKED_WITHIN * (1.0 + abs(state.feed[at.ASKED]))
+    behind = slipping * (state.feed[ix.ASKED] - state.v[n])
+    caught_up = behind <= ASKED_WITHIN * (1.0 + abs(state.feed[ix.ASKED]))
     # One that has just begun to slip takes a step, whatever rounding says.
-    began_before = state.clock[at.TIME] > state.feed[at.SINCE]
+    began_before = state.clock[ix.TIME] > state.feed[ix.SINCE]
     if caught_up and began_before and slipping * acceleration[n] >= 0.0:
-        state.counter[at.SLIPPING] = 0
+        state.counter[ix.SLIPPING] = 0
         return False
     # It may turn round on its way.
     aim(model, state)
@@ -207,10 +207,10 @@ def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew:
 def time_to_change(model: Model, state: State, acceleration: Array) -> float:
     """Time until a drive that slips comes to its next mark, or to the speed asked for [s]."""
     v, a, soonest = state.v[model.n], acceleration[model.n], math.inf
-    behind = state.feed[at.ASKED] - v
+    behind = state.feed[ix.ASKED] - v
     if behind * a > 0.0:
         soonest = behind / a
-    gap = state.feed[at.NEXT] - state.q[model.n]
+    gap = state.feed[ix.NEXT] - state.q[model.n]
     if math.isfinite(gap):
         sign = math.copysign(1.0, gap)
         soonest = min(soonest, time_across(abs(gap), sign * v, sign * a)[0])
@@ -221,10 +221,10 @@ def time_to_change(model: Model, state: State, acceleration: Array) -> float:
 def is_at_mark(state: State) -> bool:
     """Whether the base is at the next mark."""
     if not slips(state):
-        return float(state.clock[at.TIME]) >= float(state.clock[at.MARK])
-    way = float(state.feed[at.WAY])
-    gap = float(state.feed[at.NEXT] - state.q[state.q.size - 2])
-    return state.counter[at.FEEDING] == 1 and way != 0.0 and way * gap <= MARK_WITHIN
+        return float(state.clock[ix.TIME]) >= float(state.clock[ix.MARK])
+    way = float(state.feed[ix.WAY])
+    gap = float(state.feed[ix.NEXT] - state.q[state.q.size - 2])
+    return state.counter[ix.FEEDING] == 1 and way != 0.0 and way * gap <= MARK_WITHIN
 
 
 @kernel
@@ -236,7 +236,7 @@ def aim(model: Model, state: State) -> None:
     feed has gone back all its way. Magnets that act outside only are lost and won at whole
     diagonals, the mouth itself included.
     """
-    i = state.counter[at.LO] - 1
+    i = state.counter[ix.N_HELD] - 1
     x, v, diagonal = float(state.q[model.n]), state.v[model.n], float(model.bodies.length[i])
     whole = 0
     if v > 0.0 and model.at_mouth and x < 0.0:
@@ -251,25 +251,25 @@ def aim(model: Model, state: State) -> None:
         while -whole * diagonal >= x:
             whole += 1
         mark = max(-whole * diagonal, x - advance(model, state))
-    state.feed[at.NEXT] = mark
-    state.feed[at.WAY] = 0.0 if v == 0.0 else math.copysign(1.0, v)
+    state.feed[ix.NEXT] = mark
+    state.feed[ix.WAY] = 0.0 if v == 0.0 else math.copysign(1.0, v)
 
 
 @kernel
 def pass_mark(model: Model, state: State, work: Work) -> None:
     """Do what happens where the base is now: at the feed's next mark."""
-    n, mark = model.n, float(state.feed[at.NEXT])
-    inward = state.feed[at.WAY] < 0.0
+    n, mark = model.n, float(state.feed[ix.NEXT])
+    inward = state.feed[ix.WAY] < 0.0
     if abs(state.q[n] - mark) <= MARK_WITHIN:
         state.q[n] = mark  # but for rounding it is there; a drive that slips may have come farther
     if not inward and mark > 0.0:
         release(model, state)
-        if state.counter[at.LO] == 0:
-            state.counter[at.SLIPPING] = 0
+        if state.counter[ix.N_HELD] == 0:
+            state.counter[ix.SLIPPING] = 0
             carry(model, state, work)
-            ledger.close_millisecond(state, float(state.account[at.IMPULSE]))
+            ledger.close_millisecond(state, float(state.account[ix.IMPULSE]))
         return
-    state.counter[at.FRESH] = 1
+    state.counter[ix.FRESH] = 1
     if inward and is_at_stop(model, state):
         stop(model, state, work)
     while inward and lies_in_tube(model, state):
@@ -279,8 +279,8 @@ def pass_mark(model: Model, state: State, work: Work) -> None:
 @kernel
 def stop(model: Model, state: State, work: Work) -> None:
     """Let the pusher's stop keep the base, on its way inward, where it is."""
-    stalled = slips(state) and state.feed[at.ASKED] > 0.0
-    state.counter[at.SLIPPING] = STALLED if stalled else 0
+    stalled = slips(state) and state.feed[ix.ASKED] > 0.0
+    state.counter[ix.SLIPPING] = STALLED if stalled else 0
     change_speed(model, state, work, 0.0)
 
 
@@ -289,7 +289,7 @@ def lies_in_tube(model: Model, state: State) -> bool:
     """Whether the innermost free component lies in the tube as it may be held."""
     if not is_partly_out(model, state):
         return False
-    i = state.counter[at.LO]
+    i = state.counter[ix.N_HELD]
     deep = float(state.q[model.n]) <= -float(model.bodies.length[i])
     return deep and abs(float(state.q[i])) <= STRAIGHT
 
@@ -303,7 +303,7 @@ def load(model: Model, state: State, work: Work) -> None:
     """
     if not model.at_mouth:
         return
-    n, inner = model.n, state.counter[at.LO] - 1
+    n, inner = model.n, state.counter[ix.N_HELD] - 1
     x, leaves = state.q[n], state.v[n] >= 0.0
     energy, changed = 0.0, False
     for i in range(n):
@@ -316,14 +316,14 @@ def load(model: Model, state: State, work: Work) -> None:
             for face in range(4):
                 model.charge[i, face] = state.waiting[i, face] if outside else 0.0
     if changed:
-        state.counter[at.FRESH] = 1
-        state.account[at.LOADED] += potential_of(model, state, work) - energy
+        state.counter[ix.FRESH] = 1
+        state.account[ix.LOADED] += potential_of(model, state, work) - energy
 
 
 @kernel
 def potential_of(model: Model, state: State, work: Work) -> float:
     """Energy whose gradient the magnets' forces are [J]."""
-    first = place_all(state.counter[at.LO], model, state.q, work.pose)
+    first = place_all(state.counter[ix.N_HELD], model, state.q, work.pose)
     return potential_energy(first, model, state.q, work)
 
 
@@ -334,8 +334,8 @@ def release(model: Model, state: State) -> None:
     The base moves to its inner hinge, which is now at the mouth or, if the drive slips, a little
     beyond.
     """
-    move_base(model, state, state.counter[at.LO] - 1, -1.0)
-    state.counter[at.LO] -= 1
+    move_base(model, state, state.counter[ix.N_HELD] - 1, -1.0)
+    state.counter[ix.N_HELD] -= 1
 
 
 @kernel
@@ -344,16 +344,16 @@ def hold(model: Model, state: State, work: Work) -> None:
 
     It turns no more, and the base moves to its outer hinge.
     """
-    n, i = model.n, state.counter[at.LO]
+    n, i = model.n, state.counter[ix.N_HELD]
     rate = float(state.v[i])
     energy, along = kinetic(i, model, state, work)
     x, y = move_base(model, state, i, 1.0)
-    state.counter[at.LO] = i + 1
+    state.counter[ix.N_HELD] = i + 1
     spread(i + 1, model, state, work, -y * rate, x * rate, articulated.DRIVEN)
     new_energy, new_along = kinetic(i + 1, model, state, work)
     impulse = new_along - along
     ledger.note_impulse(state, impulse, float(state.v[n]))
-    state.account[at.IMPACTS] += energy - new_energy + impulse * state.v[n]
+    state.account[ix.IMPACTS] += energy - new_energy + impulse * state.v[n]
 
 
 @kernel
@@ -369,7 +369,7 @@ def move_base(model: Model, state: State, i: int, way: float) -> tuple[float, fl
     state.v[i] = 0.0
     state.lock[i] = 0
     state.stuck[i] = 0
-    state.counter[at.FRESH] = 1
+    state.counter[ix.FRESH] = 1
     return x, y
 
 
@@ -379,8 +379,8 @@ def change_speed(model: Model, state: State, work: Work, speed: float) -> None:
 
     Constraints that it violates are met by the impact at the beginning of the next step.
     """
-    lo, before = state.counter[at.LO], float(state.v[model.n])
-    state.counter[at.FRESH] = 1
+    lo, before = state.counter[ix.N_HELD], float(state.v[model.n])
+    state.counter[ix.FRESH] = 1
     if speed == before:
         return
     _, along = kinetic(lo, model, state, work)

@@ -7,7 +7,7 @@ over whole milliseconds of simulated time: impulse over 1 ms, positive outward.
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain.tube import whole_mass
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Model, State
@@ -22,23 +22,23 @@ GRAVITY = 9.8  # [m/s²]
 @inlined
 def next_millisecond(state: State) -> float:
     """When the present millisecond ends [s]."""
-    return (state.counter[at.MILLISECONDS] + 1) * MEAN_OVER
+    return (state.counter[ix.MILLISECONDS] + 1) * MEAN_OVER
 
 
 @inlined
 def close_millisecond(state: State, impulse: float) -> None:
     """Take the mean force of a millisecond at whose end the drive's impulse is so much [N·s]."""
-    force = (impulse - state.account[at.BEFORE]) / MEAN_OVER
-    if abs(force) > abs(state.account[at.PEAK]):
-        state.account[at.PEAK] = force
-    state.account[at.BEFORE] = impulse
-    state.counter[at.MILLISECONDS] += 1
+    force = (impulse - state.account[ix.BEFORE]) / MEAN_OVER
+    if abs(force) > abs(state.account[ix.PEAK]):
+        state.account[ix.PEAK] = force
+    state.account[ix.BEFORE] = impulse
+    state.counter[ix.MILLISECONDS] += 1
 
 
 @kernel
 def pass_time(state: State, until: float, gained: float) -> None:
     """Close the milliseconds until a time [s], in which the impulse grows evenly [N·s]."""
-    begin, impulse = float(state.clock[at.TIME]), float(state.account[at.IMPULSE])
+    begin, impulse = float(state.clock[ix.TIME]), float(state.account[ix.IMPULSE])
     end = next_millisecond(state)
     while end <= until:
         share = (end - begin) / (until - begin) if until > begin else 1.0
@@ -46,16 +46,16 @@ def pass_time(state: State, until: float, gained: float) -> None:
         # The mean is the same in all that follow: a slow feed would count for minutes.
         skipped = int((until - end) / MEAN_OVER) - 1
         if skipped > 0:
-            state.counter[at.MILLISECONDS] += skipped
-            state.account[at.BEFORE] += skipped * MEAN_OVER / (until - begin) * gained
+            state.counter[ix.MILLISECONDS] += skipped
+            state.account[ix.BEFORE] += skipped * MEAN_OVER / (until - begin) * gained
         end = next_millisecond(state)
 
 
 @inlined
 def note_impulse(state: State, impulse: float, velocity: float) -> None:
     """Book an impulse of the drive [N·s], at the mean of its velocities before and after [m/s]."""
-    state.account[at.IMPULSE] += impulse
-    state.account[at.FED] += impulse * velocity
+    state.account[ix.IMPULSE] += impulse
+    state.account[ix.FED] += impulse * velocity
 
 
 @inlined
@@ -67,12 +67,12 @@ def most_force(model: Model, state: State) -> float:
     """
     if not math.isinf(model.force_limit):
         return model.force_limit
-    own = model.rate_scale * model.rate_scale * model.bodies.length[0] + GRAVITY
-    return whole_mass(model) * (LOCKED * own + STRUCK * abs(state.feed[at.ASKED]) / MEAN_OVER)
+    own = model.typical_rate * model.typical_rate * model.bodies.length[0] + GRAVITY
+    return whole_mass(model) * (LOCKED * own + STRUCK * abs(state.feed[ix.ASKED]) / MEAN_OVER)
 
 
 @inlined
 def patience_left(model: Model, state: State) -> float:
     """Return how much longer a drive may slip until it is jammed [s]."""
     patience = MEAN_OVER if math.isinf(model.force_limit) else PATIENCE
-    return state.feed[at.SINCE] + patience - state.clock[at.TIME]
+    return state.feed[ix.SINCE] + patience - state.clock[ix.TIME]

@@ -3,7 +3,7 @@
 Only forces from outside change the momenta of a free chain.
 """
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.tube import is_free, place_all
 from magfold_env.engine.compile.jit import inlined, kernel
@@ -104,7 +104,7 @@ def held_or_walled(model: Model, work: Work) -> bool:
     for i in range(model.n):
         if work.friction.slow[i] == 1:
             return True
-    for r in range(work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]):
+    for r in range(work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]):
         if work.rows.id[r, 1] >= model.n or work.rows.id[r, 0] >= model.n:
             return True
     return False
@@ -115,7 +115,7 @@ def keep_if_left_alone(
     model: Model, state: State, work: Work, end: Array, velocity: Array, time: float
 ) -> None:
     """As `keep_momentum` if nothing from outside acts but gravity, for so long."""
-    if model.frictional or model.field.present or not is_free(state.counter[at.LO], model):
+    if model.frictional or model.field.present or not is_free(state.counter[ix.N_HELD], model):
         return
     push = 0.0
     for i in range(model.n):
@@ -136,7 +136,7 @@ def keep_momentum(
     velocities jump, the rotation during the step would leave a trace of first order. The chain is
     moved as one rigid body, so no gap closes faster or slower.
     """
-    n, lo = model.n, state.counter[at.LO]
+    n, lo = model.n, state.counter[ix.N_HELD]
     if not is_free(lo, model) or held_or_walled(model, work):
         return
     before_x, before_y, before, _ = momentum(lo, model, state.q, state.v, work)

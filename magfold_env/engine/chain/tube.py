@@ -7,7 +7,7 @@ of them is ``lo − 1``, and its outer hinge is the base.
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.boxes import first_box
@@ -24,7 +24,7 @@ def is_free(lo: int, model: Model) -> bool:
 @inlined
 def is_partly_out(model: Model, state: State) -> bool:
     """Whether the tube holds one part of the chain, and another is outside."""
-    return 0 < state.counter[at.LO] < model.n
+    return 0 < state.counter[ix.N_HELD] < model.n
 
 
 @inlined
@@ -32,7 +32,7 @@ def base_mass(lo: int, model: Model, work: Work) -> float:
     """Return the mass of the base, see `articulated.solve`."""
     if is_free(lo, model):
         return articulated.FREE
-    carried = work.chain.base[at.CARRIED]
+    carried = work.chain.base[ix.CARRIED]
     return carried if carried > 0.0 else articulated.DRIVEN
 
 
@@ -108,8 +108,8 @@ def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
 @inlined
 def advance(model: Model, state: State) -> float:
     """How far the feed has gone [m]: where the innermost hinge is, from where it was at first."""
-    x = float(state.q[model.n] + state.feed[at.DEPTH])
-    for i in range(state.counter[at.LO]):
+    x = float(state.q[model.n] + state.feed[ix.DEPTH])
+    for i in range(state.counter[ix.N_HELD]):
         _, c = sincos(float(state.q[i]))
         x -= model.bodies.length[i] * c
     return x

@@ -2,7 +2,7 @@
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.boxes import seen_from
 from magfold_env.engine.elementary import square
@@ -25,7 +25,7 @@ def may_meet_solid(model: Model, state: State, work: Work) -> bool:
         return solid_within(model, x, y, radius_about(model, work, x, y))
     slowing = math.inf
     for i in range(model.n):
-        slowing = min(slowing, model.grip[i] / model.bodies.mass[i])
+        slowing = min(slowing, model.friction_limit[i] / model.bodies.mass[i])
     slowing -= math.sqrt(square(model.gravity_x) + square(model.gravity_y))
     if model.frictional and slowing > 0.0:
         return meets_while_stopping(model, state, work, slowing)
@@ -37,9 +37,9 @@ def solid_within(model: Model, x: float, y: float, reach: float) -> bool:
     """Whether any solid is at most ``reach`` [m] from a point."""
     for k in range(model.obstacles.shape[0]):
         solid = model.obstacles[k]
-        u, v = seen_from(solid[at.C], solid[at.S], x - solid[at.X], y - solid[at.Y])
-        along = max(abs(u) - solid[at.A] - solid[at.RADIUS], 0.0)
-        across = max(abs(v) - solid[at.B] - solid[at.RADIUS], 0.0)
+        u, v = seen_from(solid[ix.C], solid[ix.S], x - solid[ix.X], y - solid[ix.Y])
+        along = max(abs(u) - solid[ix.A] - solid[ix.RADIUS], 0.0)
+        across = max(abs(v) - solid[ix.B] - solid[ix.RADIUS], 0.0)
         if math.sqrt(square(along) + square(across)) <= reach:
             return True
     return False
@@ -82,7 +82,7 @@ def meets_while_stopping(model: Model, state: State, work: Work, slowing: float)
         energy += 0.5 * bodies.inertia[i] * square(state.v[i])
         mass += m
     way = energy / (mass * slowing)
-    turn = way / model.arm
+    turn = way / model.friction_radius
     x, y, _, _ = centre_of_mass(model, work)
     for i in range(model.n):
         away = math.sqrt(square(pose.x[i] - x) + square(pose.y[i] - y))
@@ -112,9 +112,9 @@ def meets_in_flight(model: Model, work: Work) -> bool:
         return False
     for k in range(model.obstacles.shape[0]):
         solid = model.obstacles[k]
-        dx, dy = solid[at.X] - x, solid[at.Y] - y
-        c, s = seen_from(solid[at.C], solid[at.S], cx, cy)
-        a, b = solid[at.A] + solid[at.RADIUS], solid[at.B] + solid[at.RADIUS]
+        dx, dy = solid[ix.X] - x, solid[ix.Y] - y
+        c, s = seen_from(solid[ix.C], solid[ix.S], cx, cy)
+        a, b = solid[ix.A] + solid[ix.RADIUS], solid[ix.B] + solid[ix.RADIUS]
         ahead = dx * cx + dy * cy + a * abs(c) + b * abs(s)
         beside = abs(dx * cy - dy * cx) - a * abs(s) - b * abs(c)
         if ahead >= -behind and (pull > 0.0 or beside <= radius):

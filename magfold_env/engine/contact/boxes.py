@@ -13,7 +13,7 @@ contacts that repeat the stops never act.
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Model, Pose, Work
 
@@ -48,12 +48,12 @@ def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
         work.boxes.a[i] = half
         work.boxes.b[i] = half
     for k in range(model.obstacles.shape[0]):
-        work.boxes.x[n + k] = model.obstacles[k, at.X]
-        work.boxes.y[n + k] = model.obstacles[k, at.Y]
-        work.boxes.c[n + k] = model.obstacles[k, at.C]
-        work.boxes.s[n + k] = model.obstacles[k, at.S]
-        work.boxes.a[n + k] = model.obstacles[k, at.A]
-        work.boxes.b[n + k] = model.obstacles[k, at.B]
+        work.boxes.x[n + k] = model.obstacles[k, ix.X]
+        work.boxes.y[n + k] = model.obstacles[k, ix.Y]
+        work.boxes.c[n + k] = model.obstacles[k, ix.C]
+        work.boxes.s[n + k] = model.obstacles[k, ix.S]
+        work.boxes.a[n + k] = model.obstacles[k, ix.A]
+        work.boxes.b[n + k] = model.obstacles[k, ix.B]
 
 
 @inlined
@@ -68,7 +68,7 @@ def clearance(model: Model, box: int, other: int) -> float:
     last = max(box, other)
     if last < model.n:
         return 2.0 * model.rounding
-    return model.rounding + float(model.obstacles[last - model.n, at.RADIUS])
+    return model.rounding + float(model.obstacles[last - model.n, ix.RADIUS])
 
 
 @inlined

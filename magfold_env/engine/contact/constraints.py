@@ -5,7 +5,7 @@ And, for a step of Moreau's, the gaps that may close within it and how fast each
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated, feed, ledger
 from magfold_env.engine.chain.momentum import momentum_along
 from magfold_env.engine.chain.tube import place_all
@@ -60,22 +60,22 @@ def begin_step(model: Model, state: State, work: Work) -> int:
         work.rows.counts[kind] = 0
     if not model.contact:
         return OK
-    lo = state.counter[at.LO]
+    lo = state.counter[ix.N_HELD]
     rows = collect_rows(lo, model, state, work)
     if rows < 0:
         return CROWDED
     closing = False
-    for r in range(work.rows.counts[at.JOINT_STOPS]):
+    for r in range(work.rows.counts[ix.JOINT_STOPS]):
         k = work.rows.id[r, 0]
         closing = closing or joint_rate(lo, state.v, k) * work.rows.id[r, 1] > 0.0
-    if rows > work.rows.counts[at.JOINT_STOPS]:
+    if rows > work.rows.counts[ix.JOINT_STOPS]:
         prepare(lo, model, state.v, work)
-        for r in range(work.rows.counts[at.JOINT_STOPS], rows):
+        for r in range(work.rows.counts[ix.JOINT_STOPS], rows):
             closing = closing or dynamics.rate_of(lo, work, r, state.v) < -SHUT
     result = OK
     if closing:
         driven, speed = feed.drives(model, state), float(state.v[model.n])
-        lost = float(state.account[at.IMPACTS])
+        lost = float(state.account[ix.IMPACTS])
         if driven:
             copy(state.v, work.stages.new_v, 0)
         solved, impulse = collide(lo, rows, model, state, work)
@@ -85,14 +85,14 @@ def begin_step(model: Model, state: State, work: Work) -> int:
         if driven and (not solved or feed.is_too_much(model, state, impulse)):
             # A drive that gives way: what it carries takes part in the impact.
             copy(work.stages.new_v, state.v, 0)
-            state.account[at.IMPACTS] = lost
+            state.account[ix.IMPACTS] = lost
             feed.slip(model, state, work, impulse)
             solved, _ = collide(lo, rows, model, state, work)
         elif driven:
             ledger.note_impulse(state, impulse, float(state.v[model.n]))
         if not solved:
             return UNSOLVED
-        state.counter[at.EVENTS] += 1
+        state.counter[ix.EVENTS] += 1
         result = IMPACT
     leave(lo, model, state, work)
     return result
@@ -101,7 +101,7 @@ def begin_step(model: Model, state: State, work: Work) -> int:
 @kernel
 def collide(lo: int, rows: int, model: Model, state: State, work: Work) -> tuple[bool, float]:
     """Let an impact happen; whether it could be found, and the drive's impulse [N·s]."""
-    slow = model.tolerance * model.rate_scale * model.side
+    slow = model.tolerance * model.typical_rate * model.side
     v = state.v
     impulse = -momentum_along(lo, model, work, v)
     solved, attempts = False, 0
@@ -109,7 +109,7 @@ def collide(lo: int, rows: int, model: Model, state: State, work: Work) -> tuple
     while not solved and attempts < ATTEMPTS:
         solved = dynamics.project(model, state, v, work, slow)
         attempts += 1
-        state.account[at.IMPACTS] += dynamics.lost(lo, rows, work, v)
+        state.account[ix.IMPACTS] += dynamics.lost(lo, rows, work, v)
         if feed.drives(model, state):
             # Of multipliers that do the same, the least pass on to the drive what impacts do. Sums
             # over rates count the work of the others too.
@@ -117,7 +117,7 @@ def collide(lo: int, rows: int, model: Model, state: State, work: Work) -> tuple
             take_least(rows, work)
             passed = passed_on(model, rows, work)
             impulse -= passed
-            state.account[at.IMPACTS] += (told - passed) * v[model.n]
+            state.account[ix.IMPACTS] += (told - passed) * v[model.n]
     # Where rows all but repeat each other rounding may hide that nothing is left to do.
     solved = solved or not approaches(lo, rows, v, work, SHUT)
     return solved, impulse + momentum_along(lo, model, work, v)
@@ -127,7 +127,7 @@ def collide(lo: int, rows: int, model: Model, state: State, work: Work) -> tuple
 def passed_on(model: Model, rows: int, work: Work) -> float:
     """Return the impulse along the tube that contacts pass on to the drive [N·s]."""
     total = 0.0
-    for r in range(work.rows.counts[at.JOINT_STOPS], rows):
+    for r in range(work.rows.counts[ix.JOINT_STOPS], rows):
         total += work.rows.multiplier[r] * work.rows.jacobian[r, model.n]
     return total
 
@@ -148,11 +148,11 @@ def note_gaps(model: Model, state: State, work: Work) -> bool:
     There they will be kept, so that normals at corners, which turn within a far shorter way than
     `contact.TOUCH`, stay as they are.
     """
-    if work.rows.counts[at.CONTACTS] == work.rows.counts[at.JOINT_STOPS]:
+    if work.rows.counts[ix.CONTACTS] == work.rows.counts[ix.JOINT_STOPS]:
         return False
-    lo, touch = state.counter[at.LO], jacobian.TOUCH * model.side
+    lo, touch = state.counter[ix.N_HELD], jacobian.TOUCH * model.side
     place_touching(lo, model, state.q, work)
-    for r in range(work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]):
+    for r in range(work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]):
         work.rows.gap[r] = min(max(jacobian.gap_of(model, work, r), 0.0), touch)
     return True
 
@@ -165,8 +165,8 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
     Coordinates and velocities become the nearest ones at which the squares touch and stay in
     touch. Returns False if a gap is so wrong that something happened within the step.
     """
-    lo = state.counter[at.LO]
-    stops, rows = work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]
+    lo = state.counter[ix.N_HELD]
+    stops, rows = work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]
     near = NEAR * jacobian.TOUCH * model.side
     for r in range(rows):
         # What pressed at the end of the step; the rest may part.
@@ -179,7 +179,7 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
             if work.rows.passive[r] == 1:
                 q[k] = q[k - 1] + work.rows.id[r, 1] * jacobian.HALF_PI
         place_touching(lo, model, q, work)
-        work.rows.counts[at.ALL_ROWS] = rows
+        work.rows.counts[ix.ALL_ROWS] = rows
         prepare(lo, model, v, work)
         off = 0.0
         for r in range(rows):
@@ -210,10 +210,10 @@ def collect_rows(lo: int, model: Model, state: State, work: Work) -> int:
     """Rows of all that touches, stops first; returns their number, −1 if there is no room."""
     collect_stops(lo, model, state, work)
     place_touching(lo, model, state.q, work)
-    stops, touch = work.rows.counts[at.JOINT_STOPS], jacobian.TOUCH * model.side
+    stops, touch = work.rows.counts[ix.JOINT_STOPS], jacobian.TOUCH * model.side
     rows = jacobian.collect_contacts(lo, model, work, stops, touch)
-    work.rows.counts[at.CONTACTS] = rows
-    work.rows.counts[at.ALL_ROWS] = rows
+    work.rows.counts[ix.CONTACTS] = rows
+    work.rows.counts[ix.ALL_ROWS] = rows
     return rows
 
 
@@ -235,13 +235,13 @@ def collect_stops(lo: int, model: Model, state: State, work: Work) -> None:
             work.rows.id[row, 0] = k
             work.rows.id[row, 1] = sign
             row += 1
-    work.rows.counts[at.JOINT_STOPS] = row
+    work.rows.counts[ix.JOINT_STOPS] = row
 
 
 @kernel
 def strikes_stop(model: Model, state: State) -> bool:
     """Whether a joint at its stop turns towards it."""
-    lo = state.counter[at.LO]
+    lo = state.counter[ix.N_HELD]
     for k in range(first_joint(lo), model.n):
         angle = state.q[k] - state.q[k - 1]
         rate = joint_rate(lo, state.v, k)
@@ -262,7 +262,7 @@ def prepare(lo: int, model: Model, v: Array, work: Work) -> None:
 @kernel
 def leave(lo: int, model: Model, state: State, work: Work) -> None:
     """Drop the rows that are coming apart, and make the rates of kept joints exactly equal."""
-    stops, rows = work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]
+    stops, rows = work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]
     keep = 0
     for r in range(stops):
         k, sign = work.rows.id[r, 0], work.rows.id[r, 1]
@@ -271,7 +271,7 @@ def leave(lo: int, model: Model, state: State, work: Work) -> None:
         else:
             move_row(work, r, keep)
             keep += 1
-    work.rows.counts[at.JOINT_STOPS] = keep
+    work.rows.counts[ix.JOINT_STOPS] = keep
     # What is let go is remembered at the other end of the rows, behind room for friction's.
     dropped = 0
     for r in range(stops, rows):
@@ -281,9 +281,9 @@ def leave(lo: int, model: Model, state: State, work: Work) -> None:
         elif rows + 3 * model.n + dropped < work.rows.bias.size:
             move_row(work, r, work.rows.bias.size - 1 - dropped)
             dropped += 1
-    work.rows.counts[at.LET_GO] = dropped
-    work.rows.counts[at.CONTACTS] = keep
-    work.rows.counts[at.ALL_ROWS] = keep
+    work.rows.counts[ix.LET_GO] = dropped
+    work.rows.counts[ix.CONTACTS] = keep
+    work.rows.counts[ix.ALL_ROWS] = keep
     work.rows.passive[:keep] = 1
     hold_joints(lo, model, state.lock, state.q, state.v)
 
@@ -333,7 +333,7 @@ def allowance(model: Model, gap: float, time: float, size: float) -> float:
     """
     if gap >= 0.0:
         return gap / time
-    return max(PUSH_OUT * gap / time, -GENTLE * model.tolerance * model.rate_scale * size)
+    return max(PUSH_OUT * gap / time, -GENTLE * model.tolerance * model.typical_rate * size)
 
 
 @kernel
@@ -355,7 +355,7 @@ def collect_within(
                 jacobian.stop_row(lo, model, work, row, k, sign)
                 work.rows.bias[row] = allowance(model, gap, h, 1.0)
                 row += 1
-    work.rows.counts[at.JOINT_STOPS] = row
+    work.rows.counts[ix.JOINT_STOPS] = row
     boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
     fastest = 0.0
     for i in range(lo, model.n):

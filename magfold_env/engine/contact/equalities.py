@@ -1,7 +1,7 @@
 """Multipliers for w = 0 in some rows, with w = W λ + b; λ of the others is zero."""
 
 from magfold_env.engine import cholesky
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Array, IntArray, Work
 
@@ -17,7 +17,7 @@ def ridge(work: Work, r: int) -> float:
     little. Stops of joints never repeat each other. With no ridge they, and not friction, carry
     what rigidly joined components that friction holds exert on each other.
     """
-    return 0.0 if r < work.rows.counts[at.JOINT_STOPS] else RIDGE * work.rows.delassus[r, r]
+    return 0.0 if r < work.rows.counts[ix.JOINT_STOPS] else RIDGE * work.rows.delassus[r, r]
 
 
 @kernel

@@ -1,6 +1,6 @@
 """The moment, inside a step, when something new touches; and hops too small to be followed."""
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated, feed, ledger
 from magfold_env.engine.chain.momentum import momentum_along
 from magfold_env.engine.compile.jit import inlined, kernel
@@ -25,7 +25,7 @@ def margin(model: Model, state: State, q: Array, work: Work) -> float:
     Negative means that something touched before. What touches already, in the rows of the step,
     does not count.
     """
-    lo = state.counter[at.LO]
+    lo = state.counter[ix.N_HELD]
     worst = 1.0
     for k in range(constraints.first_joint(lo), model.n):
         if state.lock[k] == 0:
@@ -42,7 +42,7 @@ def may_collide(model: Model) -> bool:
 @kernel
 def square_margin(model: Model, state: State, q: Array, work: Work) -> float:
     """As `margin`, of squares alone."""
-    lo, worst = state.counter[at.LO], 1.0
+    lo, worst = state.counter[ix.N_HELD], 1.0
     constraints.place_touching(lo, model, q, work)
     for i in range(boxes.first_box(lo), model.n):
         for j in range(*boxes.partners(model, lo, i)):
@@ -68,7 +68,7 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
     Looked for at the end of the step, then at its middle and where `sweep` finds that something
     may touch in between; then located on the dense output, which costs no forces.
     """
-    lo, found, squares = state.counter[at.LO], 1.0, may_collide(model)
+    lo, found, squares = state.counter[ix.N_HELD], 1.0, may_collide(model)
     interpolate(state.q, work.stages.slope_q, step, 1.0, work.stages.q)
     at_end = margin(model, state, work.stages.q, work)
     if at_end >= 0.0:
@@ -183,7 +183,7 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
     (velocities changed) or UNSOLVED: no such velocity was found, they are left to hop, and rows
     must be filled anew.
     """
-    lo = state.counter[at.LO]
+    lo = state.counter[ix.N_HELD]
     work.rows.hopping[:] = 0
     found = False
     for k in range(constraints.first_joint(lo), model.n):
@@ -200,12 +200,12 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
     found = mark_hopping_contacts(lo, model, state, work, acceleration) or found
     if not found:
         return constraints.OK
-    dropped = work.rows.counts[at.LET_GO]
+    dropped = work.rows.counts[ix.LET_GO]
     rows = constraints.collect_rows(lo, model, state, work)
     constraints.prepare(lo, model, state.v, work)
     for r in range(rows):
         work.rows.bias[r] = rate_of(lo, work, r, state.v)
-        work.rows.equality[r] = int(r < work.rows.counts[at.JOINT_STOPS] or stays(work, r, dropped))
+        work.rows.equality[r] = int(r < work.rows.counts[ix.JOINT_STOPS] or stays(work, r, dropped))
         work.rows.passive[r] = 1
     solved, lost_then = solve_nonnegative(rows, work), 0.0
     if solved:
@@ -237,7 +237,7 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
             constraints.collect_rows(lo, model, state, work)
             constraints.leave(lo, model, state, work)
         return constraints.UNSOLVED
-    state.account[at.IMPACTS] += lost_then
+    state.account[ix.IMPACTS] += lost_then
     constraints.leave(lo, model, state, work)
     return constraints.IMPACT
 
@@ -247,12 +247,12 @@ def mark_hopping_contacts(
     lo: int, model: Model, state: State, work: Work, acceleration: Array
 ) -> bool:
     """Mark the contacts let go that will be back after an unseen hop; whether there are any."""
-    if work.rows.counts[at.LET_GO] == 0:
+    if work.rows.counts[ix.LET_GO] == 0:
         return False
     found = False
     constraints.place_touching(lo, model, state.q, work)
     articulated.centre_motion(lo, model.bodies, work.pose, state.v, work.centres)
-    for d in range(work.rows.counts[at.LET_GO]):
+    for d in range(work.rows.counts[ix.LET_GO]):
         r = work.rows.bias.size - 1 - d
         jacobian.contact_row(lo, model, work.pose, work, r, state.v)
         rate = rate_of(lo, work, r, state.v)

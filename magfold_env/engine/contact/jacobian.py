@@ -6,7 +6,7 @@ continuously when the corner slides off the end of a face, or over another corne
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.state import Array, Model, Pose, Work
@@ -49,7 +49,7 @@ def gap_of(model: Model, work: Work, r: int) -> float:
 @inlined
 def is_row(work: Work, box: int, other: int, corner: int) -> bool:
     """Whether this corner is one of the step's contacts."""
-    for r in range(work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]):
+    for r in range(work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]):
         if (
             work.rows.id[r, 0] == box
             and work.rows.id[r, 1] == other

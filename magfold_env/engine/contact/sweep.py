@@ -10,7 +10,7 @@ no longer sink in by more than may go unseen.
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.contact.boxes import seen_from
@@ -125,7 +125,7 @@ def reach(model: Model, work: Work, i: int, j: int, width: float) -> float:
 @kernel
 def may_meet(model: Model, state: State, work: Work) -> bool:
     """Whether any squares may come to touch; the boxes are placed anywhere on the way."""
-    lo = state.counter[at.LO]
+    lo = state.counter[ix.N_HELD]
     for i in range(boxes.first_box(lo), model.n):
         for j in range(*boxes.partners(model, lo, i)):
             if j < model.n:
@@ -154,7 +154,7 @@ def coordinates_at(model: Model, state: State, t: float, out: Array, work: Work)
 @kernel
 def place_at(model: Model, state: State, work: Work, t: float, slot: int) -> None:
     """Find centres and first axes of all squares that may touch, at a share ``t`` of the motion."""
-    lo, n, sweep, bodies = state.counter[at.LO], model.n, work.sweep, model.bodies
+    lo, n, sweep, bodies = state.counter[ix.N_HELD], model.n, work.sweep, model.bodies
     x, y = state.q[n] + value(sweep.path, n, t), state.q[n + 1] + value(sweep.path, n + 1, t)
     hinge_x, hinge_y = x, y
     for i in range(lo, n):
@@ -185,7 +185,7 @@ def joints_clear(
 
     A polynomial lies between the least and the largest of its Bernstein coefficients.
     """
-    lo, path = state.counter[at.LO], work.sweep.path
+    lo, path = state.counter[ix.N_HELD], work.sweep.path
     most = HALF_PI + past
     width, found = end - begin, CLEAR
     for k in range(max(lo, 1), model.n):
@@ -220,7 +220,7 @@ def squares_clear(
 
     Their places at the looks are in ``slot`` and ``last``, those at the beginning in slot 0.
     """
-    lo, found = state.counter[at.LO], CLEAR
+    lo, found = state.counter[ix.N_HELD], CLEAR
     for i in range(boxes.first_box(lo), model.n):
         for j in range(*boxes.partners(model, lo, i)):
             clear = stays_clear(model, work, i, j, end - begin, slot, last)
@@ -247,9 +247,9 @@ def stays_clear(
         way = width * (sweep.way[i] + radius * sweep.turn[i])
         near = radius + clearance + way
         u, v = from_solid(solid, x, y)
-        if abs(u) >= near + solid[at.A] or abs(v) >= near + solid[at.B]:
+        if abs(u) >= near + solid[ix.A] or abs(v) >= near + solid[ix.B]:
             return CLEAR
-        sunk = min(sunk, 2.0 * THIN * (solid[at.B] + solid[at.RADIUS]))
+        sunk = min(sunk, 2.0 * THIN * (solid[ix.B] + solid[ix.RADIUS]))
     needed, left = clearance - sunk, apart(model, work, i, j, width, slot, last)
     # What lies deeper from the beginning may not sink in farther.
     if left >= needed or left >= needed - max(clearance - apart(model, work, i, j, 0.0, 0, 0), 0.0):
@@ -303,7 +303,7 @@ def seen(work: Work, slot: int, box: int, other: int) -> tuple[float, float, flo
 @inlined
 def from_solid(solid: Array, x: float, y: float) -> tuple[float, float]:
     """Where a point is for a solid [m], along its longer side and across."""
-    return seen_from(solid[at.C], solid[at.S], x - solid[at.X], y - solid[at.Y])
+    return seen_from(solid[ix.C], solid[ix.S], x - solid[ix.X], y - solid[ix.Y])
 
 
 @kernel
@@ -316,13 +316,13 @@ def solid_apart(
     radius = 0.5 * model.bodies.length[0]
     u, v = from_solid(solid, sweep.x[slot, i], sweep.y[slot, i])
     u2, v2 = from_solid(solid, sweep.x[last, i], sweep.y[last, i])
-    c, s = seen_from(solid[at.C], solid[at.S], sweep.c[slot, i], sweep.s[slot, i])
-    c2, s2 = seen_from(solid[at.C], solid[at.S], sweep.c[last, i], sweep.s[last, i])
+    c, s = seen_from(solid[ix.C], solid[ix.S], sweep.c[slot, i], sweep.s[slot, i])
+    c2, s2 = seen_from(solid[ix.C], solid[ix.S], sweep.c[last, i], sweep.s[last, i])
     # By the solid's sides, whose distance from the square's corners bends as these do.
     swing = sweep.twist[i] + square(sweep.turn[i])
     bend = 0.125 * width * width * (sweep.bend[i] + radius * swing)
     reach, reach2 = half * (abs(c) + abs(s)), half * (abs(c2) + abs(s2))
-    a, b = solid[at.A], solid[at.B]
+    a, b = solid[ix.A], solid[ix.B]
     least = max(beside(u, reach, u2, reach2) - a, beside(v, reach, v2, reach2) - b) - bend
     # By the square's sides: of the solid, only the part within reach counts.
     near = radius + boxes.clearance(model, i, j) + 0.125 * width * width * sweep.bend[i]

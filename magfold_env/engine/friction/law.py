@@ -19,7 +19,7 @@ ALONG = 1e-20  # and sines below are
 @inlined
 def speed(model: Model, work: Work, v: Array, i: int) -> float:
     """S of component i [m/s], from the centres' velocities in ``work``."""
-    spin = model.arm * v[i]
+    spin = model.friction_radius * v[i]
     return math.sqrt(square(work.centres.vx[i]) + square(work.centres.vy[i]) + spin * spin)
 
 
@@ -46,17 +46,17 @@ def add_sliding(lo: int, model: Model, v: Array, work: Work) -> None:
     for i in range(lo, model.n):
         s = speed(model, work, v, i)
         if s > AT_REST and work.friction.slow[i] == 0:
-            f = model.grip[i] / s
+            f = model.friction_limit[i] / s
             work.loads.fx[i] -= f * work.centres.vx[i]
             work.loads.fy[i] -= f * work.centres.vy[i]
-            work.loads.torque[i] -= f * model.arm * model.arm * v[i]
+            work.loads.torque[i] -= f * model.friction_radius * model.friction_radius * v[i]
 
 
 @inlined
 def slide_of(model: Model, work: Work, v: Array, i: int) -> float:
     """How far component i would slide on if nothing but friction slowed it down [m]."""
     s = speed(model, work, v, i)
-    return s * s * model.bodies.mass[i] / (2.0 * max(model.grip[i], 1e-300))
+    return s * s * model.bodies.mass[i] / (2.0 * max(model.friction_limit[i], 1e-300))
 
 
 @inlined
@@ -82,7 +82,7 @@ def friction_rows(lo: int, model: Model, pose: Pose, work: Work, r: int, i: int)
         work.rows.jacobian[r + 1, k] = d * above_rounding(pose.cos[k])
     work.rows.jacobian[r, n] = 1.0
     work.rows.jacobian[r + 1, n + 1] = 1.0
-    work.rows.jacobian[r + 2, i] = model.arm
+    work.rows.jacobian[r + 2, i] = model.friction_radius
     work.rows.bias[r] = work.centres.ax[i]
     work.rows.bias[r + 1] = work.centres.ay[i]
     work.rows.bias[r + 2] = 0.0

@@ -54,7 +54,7 @@ def scale_rows(rows: int, count: int, work: Work, grip: Array) -> None:
         scale[r] = 1.0 / math.sqrt(delassus[r, r]) if delassus[r, r] > 0.0 else 0.0
     for r in range(rows, count, 3):
         trace = delassus[r, r] + delassus[r + 1, r + 1] + delassus[r + 2, r + 2]
-        work.friction.newton.grip[r] = grip[work.rows.id[r, 0]]
+        work.friction.newton.friction_limit[r] = grip[work.rows.id[r, 0]]
         for k in range(3):
             scale[r + k] = 1.0 / math.sqrt(trace) if trace > 0.0 else 0.0
 
@@ -92,7 +92,7 @@ def project_forces(rows: int, count: int, work: Work, force: Array) -> None:
         if work.rows.equality[r] == 0 and force[r] < 0.0:
             force[r] = 0.0
     for r in range(rows, count, 3):
-        size, radius = size_of(force, r) * newton.scale[r], newton.grip[r]
+        size, radius = size_of(force, r) * newton.scale[r], newton.friction_limit[r]
         if size > radius:
             for k in range(r, r + 3):
                 force[k] *= radius / size
@@ -108,7 +108,7 @@ def friction_slope(r: int, penalty: float, work: Work) -> float:
     for k in range(r, r + 3):
         newton.normal[k] = newton.force[k] - penalty * newton.rate[k]
     length = size_of(newton.normal, r)
-    size, radius = length * newton.scale[r], newton.grip[r]
+    size, radius = length * newton.scale[r], newton.friction_limit[r]
     outside = size > 0.0 and size >= radius
     for k in range(r, r + 3):
         newton.normal[k] = newton.normal[k] / length if outside else 0.0

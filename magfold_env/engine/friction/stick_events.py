@@ -2,7 +2,7 @@
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.tube import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
@@ -36,7 +36,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     of the state, before and after; returned is whether they were found anew. Steps must not jump
     over the moment when a component stops: ``state.clock[BRAKE]`` bounds the next one.
     """
-    lo, rows = state.counter[at.LO], work.rows.counts[at.CONTACTS]
+    lo, rows = state.counter[ix.N_HELD], work.rows.counts[ix.CONTACTS]
     find_motion(lo, model, state, work, out)
     find_braking(lo, model, state, work, out)
     copy(state.v, work.friction.before, 0)
@@ -55,10 +55,10 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
             for i in range(lo, model.n):
                 work.friction.motion[i] = GOES_ON
         copy(work.friction.before, state.v, 0)
-        work.rows.counts[at.ALL_ROWS] = rows
+        work.rows.counts[ix.ALL_ROWS] = rows
         if not some_move(lo, model, work):
             first_accelerations(model, state, work, out)
-    state.clock[at.BRAKE] = first_stop(lo, model, work)
+    state.clock[ix.BRAKE] = first_stop(lo, model, work)
     return anew
 
 
@@ -141,17 +141,17 @@ def is_creeping(model: Model, state: State, work: Work, acceleration: Array) -> 
     solve for friction cannot follow. Needs the centres' velocities in ``work``.
     """
     found, centres, loads = False, work.centres, work.loads
-    for i in range(state.counter[at.LO], model.n):
+    for i in range(state.counter[ix.N_HELD], model.n):
         slide = law.slide_of(model, work, state.v, i)
         if state.stuck[i] == 1 or not slide < CREEPING * model.tolerance * model.side:
             continue
         if not found:
-            find_motion(state.counter[at.LO], model, state, work, acceleration)
+            find_motion(state.counter[ix.N_HELD], model, state, work, acceleration)
             found = True
         ax, ay = loads.fx[i] + centres.ax[i], loads.fy[i] + centres.ay[i]
-        spin = model.arm * acceleration[i]
+        spin = model.friction_radius * acceleration[i]
         drive = math.sqrt(ax * ax + ay * ay + spin * spin)
-        if drive * model.bodies.mass[i] < GENTLE * model.grip[i]:
+        if drive * model.bodies.mass[i] < GENTLE * model.friction_limit[i]:
             return True
     return False
 
@@ -163,13 +163,13 @@ def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
     The velocity becomes the nearest one, in the metric of the mass matrix, at which they rest and
     all that touches stays in touch.
     """
-    lo = state.counter[at.LO]
+    lo = state.counter[ix.N_HELD]
     count = rows
     for i in range(lo, model.n):
         if work.friction.motion[i] != GOES_ON:
             work.rows.id[count, 0] = i
             count += 3
-    work.rows.counts[at.ALL_ROWS] = count
+    work.rows.counts[ix.ALL_ROWS] = count
     prepare(lo, model, state.v, work)
     for r in range(count):
         work.rows.bias[r] = rate_of(lo, work, r, state.v)
@@ -180,7 +180,7 @@ def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
     apply_multipliers(lo, count, work, state.v)
     for r in range(count):
         # A chain held both in the tube and by the floor may leave no such velocity.
-        is_stop = r < work.rows.counts[at.JOINT_STOPS]
+        is_stop = r < work.rows.counts[ix.JOINT_STOPS]
         if abs(rate_of(lo, work, r, state.v)) > UNMET * (1.0 if is_stop else 0.01):
             return False
     for i in range(lo, model.n):
@@ -221,5 +221,5 @@ def half_rate(model: Model, work: Work, v: Array, acceleration: Array, i: int) -
     return (
         work.centres.vx[i] * (work.loads.fx[i] + work.centres.ax[i])
         + work.centres.vy[i] * (work.loads.fy[i] + work.centres.ay[i])
-        + model.arm * model.arm * v[i] * acceleration[i]
+        + model.friction_radius * model.friction_radius * v[i] * acceleration[i]
     )

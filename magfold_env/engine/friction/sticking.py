@@ -2,7 +2,7 @@
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.tube import is_free
 from magfold_env.engine.compile.jit import inlined, kernel
@@ -26,8 +26,8 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
 
     Marks them in ``state.stuck`` and leaves only their rows for the stages to come.
     """
-    lo, n = state.counter[at.LO], model.n
-    rows = work.rows.counts[at.CONTACTS]
+    lo, n = state.counter[ix.N_HELD], model.n
+    rows = work.rows.counts[ix.CONTACTS]
     count = rows
     if model.frictional:
         law.find_velocities(lo, model, state, work)
@@ -36,7 +36,7 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
             if law.speed(model, work, state.v, i) <= law.AT_REST:
                 work.rows.id[count, 0] = i
                 count += 3
-    work.rows.counts[at.ALL_ROWS] = count
+    work.rows.counts[ix.ALL_ROWS] = count
     solved = accelerations(model, state, state.q, state.v, work, out)
     if count == rows:
         return solved
@@ -44,16 +44,16 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
         for r in range(count):
             for k in range(lo, n + 2):
                 out[k] -= work.rows.response[r, k] * work.rows.multiplier[r]
-        solved = solve_with_friction(rows, count, work, model.grip)
+        solved = solve_with_friction(rows, count, work, model.friction_limit)
         apply_multipliers(lo, count, work, out)
     keep = rows
     for r in range(rows, count, 3):
         i = work.rows.id[r, 0]
-        if acceleration_left(count, work, r) < STILL * model.grip[i] / model.bodies.mass[i]:
+        if acceleration_left(count, work, r) < STILL * model.friction_limit[i] / model.bodies.mass[i]:
             state.stuck[i] = 1
             work.rows.id[keep, 0] = i
             keep += 3
-    work.rows.counts[at.ALL_ROWS] = keep
+    work.rows.counts[ix.ALL_ROWS] = keep
     return solved
 
 
@@ -73,8 +73,8 @@ def acceleration_left(count: int, work: Work, r: int) -> float:
 def within_grip(model: Model, work: Work) -> bool:
     """Whether friction can supply all the forces that would hold the candidates."""
     lam = work.rows.multiplier
-    for r in range(work.rows.counts[at.CONTACTS], work.rows.counts[at.ALL_ROWS], 3):
-        if law.size_of(lam, r) > model.grip[work.rows.id[r, 0]]:
+    for r in range(work.rows.counts[ix.CONTACTS], work.rows.counts[ix.ALL_ROWS], 3):
+        if law.size_of(lam, r) > model.friction_limit[work.rows.id[r, 0]]:
             return False
     return True
 
@@ -87,24 +87,24 @@ def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
     much of one, where others would do. So accelerations are compared. What hardly moves within the
     step may be let go after it.
     """
-    rows, count = work.rows.counts[at.CONTACTS], work.rows.counts[at.ALL_ROWS]
+    rows, count = work.rows.counts[ix.CONTACTS], work.rows.counts[ix.ALL_ROWS]
     if count == rows or within_grip(model, work):
         return False
     change, bodies = work.friction.change, model.bodies
     for k in range(model.n + 2):
         change[k] = 0.0
     apply_multipliers(lo, count, work, change)
-    solve_with_friction(rows, count, work, model.grip)
+    solve_with_friction(rows, count, work, model.friction_limit)
     for k in range(model.n + 2):
         change[k] = -change[k]
     apply_multipliers(lo, count, work, change)
     articulated.centre_velocities(lo, bodies, work.pose, change, work.loads.fx, work.loads.fy)
-    missed = SLIPPED * model.tolerance * model.rate_scale * model.side / h
+    missed = SLIPPED * model.tolerance * model.typical_rate * model.side / h
     for i in range(lo, model.n):
         size = math.sqrt(
-            square(work.loads.fx[i]) + square(work.loads.fy[i]) + square(model.arm * change[i])
+            square(work.loads.fx[i]) + square(work.loads.fy[i]) + square(model.friction_radius * change[i])
         )
-        most = model.grip[i] / bodies.mass[i]
+        most = model.friction_limit[i] / bodies.mass[i]
         if size > max(STILL * most, min(SLACK * most, missed)):
             return True
     return False
@@ -119,7 +119,7 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
     tolerance and the base does not move by itself. In a field from outside, or where a solid may
     still be met, the whole chain must be at rest.
     """
-    lo, n = state.counter[at.LO], model.n
+    lo, n = state.counter[ix.N_HELD], model.n
     free = is_free(lo, model)
     if model.frictional:
         sticks = True
@@ -134,7 +134,7 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
     spins = spins and (n > 1 or free)
     slow = 1e-3 * model.tolerance
     turning, speeding_up = relative_motion(lo, n, spins, state.v, acceleration, slow)
-    rounding = ROUNDING * square(model.rate_scale)
+    rounding = ROUNDING * square(model.typical_rate)
     least = max(0.1 * model.tolerance, rounding)
     if turning > slow or speeding_up > least:
         return False
@@ -147,8 +147,8 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
             return False
     if not free:
         # Contacts with the walls end as the base moves on.
-        stays = lo == 0 or state.counter[at.PARKED] == 1
-        return stays or work.rows.counts[at.CONTACTS] == work.rows.counts[at.JOINT_STOPS]
+        stays = lo == 0 or state.counter[ix.PARKED] == 1
+        return stays or work.rows.counts[ix.CONTACTS] == work.rows.counts[ix.JOINT_STOPS]
     if not model.frictional:
         return True
     return stops_press(lo, model, state, work)
@@ -191,12 +191,12 @@ def stops_press(lo: int, model: Model, state: State, work: Work) -> bool:
     """
     grip = 0.0
     for i in range(lo, model.n):
-        grip += model.grip[i]
+        grip += model.friction_limit[i]
     lift = grip * model.bodies.length[0] * (model.n - lo)
     for k in range(first_joint(lo), model.n):
         if state.lock[k] == 0:
             return False
-    for r in range(work.rows.counts[at.JOINT_STOPS]):
+    for r in range(work.rows.counts[ix.JOINT_STOPS]):
         if work.rows.multiplier[r] < lift:
             return False
     return True

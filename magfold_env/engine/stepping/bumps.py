@@ -12,7 +12,7 @@ References
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import feed, ledger
 from magfold_env.engine.chain.momentum import kinetic, spread
 from magfold_env.engine.chain.tube import base_mass
@@ -26,19 +26,19 @@ FACTOR, MODULUS = 48271, 2**31 - 1
 @inlined
 def draw(state: State) -> float:
     """Return the next number, evenly from 0 to 1."""
-    state.counter[at.DICE] = FACTOR * state.counter[at.DICE] % MODULUS
-    return float(state.counter[at.DICE]) / MODULUS
+    state.counter[ix.DICE] = FACTOR * state.counter[ix.DICE] % MODULUS
+    return float(state.counter[ix.DICE]) / MODULUS
 
 
 def begin(model: Model, state: State) -> None:
     """Find when the first bump comes, if any do."""
-    state.clock[at.BUMP] = math.inf
+    state.clock[ix.BUMP] = math.inf
     if model.bump_rate > 0.0:
         number = FACTOR * model.bump_seed % MODULUS
-        state.counter[at.DICE] = number
+        state.counter[ix.DICE] = number
         first = 2.0 * (number / MODULUS) / model.bump_rate
         if first <= model.bump_duration:
-            state.clock[at.BUMP] = first
+            state.clock[ix.BUMP] = first
 
 
 @kernel
@@ -49,10 +49,10 @@ def bump(model: Model, state: State, work: Work) -> None:
     """
     s, c = sincos(2.0 * math.pi * draw(state))
     x, y = model.bump_speed * c, model.bump_speed * s
-    state.clock[at.BUMP] += 2.0 * draw(state) / model.bump_rate
-    if state.clock[at.BUMP] > model.bump_duration:
-        state.clock[at.BUMP] = math.inf
-    lo, n = state.counter[at.LO], model.n
+    state.clock[ix.BUMP] += 2.0 * draw(state) / model.bump_rate
+    if state.clock[ix.BUMP] > model.bump_duration:
+        state.clock[ix.BUMP] = math.inf
+    lo, n = state.counter[ix.N_HELD], model.n
     if lo == n:
         return
     energy, along = kinetic(lo, model, state, work)
@@ -65,5 +65,5 @@ def bump(model: Model, state: State, work: Work) -> None:
         for i in range(lo, n):
             impulse -= model.bodies.mass[i] * x
         ledger.note_impulse(state, impulse, float(state.v[n]))
-    state.account[at.BUMPED] += new_energy - energy - impulse * state.v[n]
-    state.counter[at.FRESH] = 1
+    state.account[ix.BUMPED] += new_energy - energy - impulse * state.v[n]
+    state.counter[ix.FRESH] = 1

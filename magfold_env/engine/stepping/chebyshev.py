@@ -12,7 +12,7 @@ References
 
 import numpy as np
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain.feed import drives, needed_force
 from magfold_env.engine.chain.tube import coordinates
 from magfold_env.engine.compile.jit import inlined, kernel
@@ -78,8 +78,8 @@ def friction_rate(lo: int, model: Model, state: State, work: Work) -> float:
     for i in range(lo, model.n):
         speed = law.speed(model, work, state.v, i)
         if state.stuck[i] == 0 and speed > law.AT_REST:
-            least = min(bodies.mass[i], bodies.inertia[i] / (model.arm * model.arm))
-            fastest = max(fastest, model.grip[i] / (speed * least))
+            least = min(bodies.mass[i], bodies.inertia[i] / (model.friction_radius * model.friction_radius))
+            fastest = max(fastest, model.friction_limit[i] / (speed * least))
     return fastest
 
 
@@ -93,11 +93,11 @@ def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float)
     count = 2
     while count < MOST_STAGES and 0.65 * (count * count - 1.0) < ROOM * h * rate:
         count += 1
-    for k in range(state.counter[at.LO]):
+    for k in range(state.counter[ix.N_HELD]):
         slope_v[5, k] = 0.0
         slope_v[6, k] = 0.0
     # The drive's impulse goes along as one more coordinate, its force as that one's slope.
-    lo, drive, driven = state.counter[at.LO], work.stages.drive, drives(model, state)
+    lo, drive, driven = state.counter[ix.N_HELD], work.stages.drive, drives(model, state)
     drive[2], drive[1] = 0.0, h * SCHEME[count, 1, 3] * drive[0]
     # Rows 1 and 2 hold the last stage and the one before it, row 5 the accelerations there.
     for k in range(end):

@@ -5,7 +5,7 @@ that keep every touching pair from approaching (Gauss's principle). `project` is
 velocities: Moreau's inelastic impact.
 """
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.recursion import swing
 from magfold_env.engine.chain.tube import base_mass, place_all
@@ -45,8 +45,8 @@ def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None
         work.loads.fx[i] += m * (model.gravity_x - work.centres.ax[i])
         work.loads.fy[i] += m * (model.gravity_y - work.centres.ay[i])
     articulated.generalise(lo, bodies, pose, work.loads, work.chain.force)
-    if work.chain.base[at.CARRIED] > 0.0:
-        work.chain.force[n] += work.chain.base[at.DRIVE] + work.chain.base[at.PULL]
+    if work.chain.base[ix.CARRIED] > 0.0:
+        work.chain.force[n] += work.chain.base[ix.DRIVE] + work.chain.base[ix.PULL]
 
 
 @kernel
@@ -63,7 +63,7 @@ def find_pull(first: int, lo: int, model: Model, work: Work) -> None:
         pull += model.bodies.mass[i] * model.gravity_x
         if model.field.present and i >= first:
             pull += outer_field.in_field(model, work.pose, work.nodes, i, False)[1]
-    work.chain.base[at.PULL] = pull
+    work.chain.base[ix.PULL] = pull
 
 
 @inlined
@@ -91,8 +91,8 @@ def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> b
     The components between them then move as rigid bodies, and no constraint has to be solved
     for. Returns whether every stop presses, which is the condition; the multipliers say how much.
     """
-    unconstrained(state.counter[at.LO], model, work, state.lock, out)
-    for r in range(work.rows.counts[at.JOINT_STOPS]):
+    unconstrained(state.counter[ix.N_HELD], model, work, state.lock, out)
+    for r in range(work.rows.counts[ix.JOINT_STOPS]):
         k, sign = work.rows.id[r, 0], work.rows.id[r, 1]
         work.rows.multiplier[r] = -sign * work.chain.hold[k]
         if work.rows.multiplier[r] < 0.0:
@@ -122,8 +122,8 @@ def respond(lo: int, model: Model, work: Work, count: int) -> None:
 @kernel
 def fill_rows(lo: int, model: Model, v: Array, work: Work) -> None:
     """Jacobians, biases and responses of the stops, contacts and friction in ``work.rows.id``."""
-    stops, rows = work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]
-    count = work.rows.counts[at.ALL_ROWS]
+    stops, rows = work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]
+    count = work.rows.counts[ix.ALL_ROWS]
     for r in range(stops):
         jacobian.stop_row(lo, model, work, r, work.rows.id[r, 0], work.rows.id[r, 1])
     if rows > stops:
@@ -160,7 +160,7 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
 
     Components marked in ``state.stuck`` stay at rest.
     """
-    state.counter[at.EVALUATIONS] += 1
+    state.counter[ix.EVALUATIONS] += 1
     if model.pinned and not (model.magnetic or model.frictional or model.contact):
         swing(model, q, v, work, out)
         return True
@@ -170,19 +170,19 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
 @kernel
 def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out: Array) -> bool:
     """As `accelerations`, of any chain."""
-    lo = state.counter[at.LO]
+    lo = state.counter[ix.N_HELD]
     if model.frictional:
         # Rounding moves what is held, and must not be taken for sliding.
         for i in range(lo, model.n):
             work.friction.slow[i] = state.stuck[i]
     smooth_forces(lo, model, q, v, work)
-    is_free = work.rows.counts[at.ALL_ROWS] == work.rows.counts[at.JOINT_STOPS]
-    work.rows.counts[at.SOLVED] = work.rows.counts[at.ALL_ROWS]
+    is_free = work.rows.counts[ix.ALL_ROWS] == work.rows.counts[ix.JOINT_STOPS]
+    work.rows.counts[ix.SOLVED] = work.rows.counts[ix.ALL_ROWS]
     if is_free and rigid_accelerations(model, state, work, out):
         return True
     unconstrained(lo, model, work, work.chain.unlocked, out)
     fill_rows(lo, model, v, work)
-    rows, count = work.rows.counts[at.CONTACTS], work.rows.counts[at.ALL_ROWS]
+    rows, count = work.rows.counts[ix.CONTACTS], work.rows.counts[ix.ALL_ROWS]
     for r in range(count):
         work.rows.bias[r] += rate_of(lo, work, r, out)
         work.rows.equality[r] = 1 if r >= rows else 0
@@ -212,8 +212,8 @@ def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bo
     "Nearest" is in the metric of the mass matrix. Corners that would come apart slower
     than ``slow`` [m/s] are kept together, which ends rocking. Needs the pose.
     """
-    lo = state.counter[at.LO]
-    rows = work.rows.counts[at.CONTACTS]
+    lo = state.counter[ix.N_HELD]
+    rows = work.rows.counts[ix.CONTACTS]
     if rows == 0:
         return True
     articulated.centre_motion(lo, model.bodies, work.pose, v, work.centres)
@@ -225,7 +225,7 @@ def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bo
         work.rows.passive[r] = 1
     solved = solve_nonnegative(rows, work)
     again = False
-    for r in range(work.rows.counts[at.JOINT_STOPS], rows):
+    for r in range(work.rows.counts[ix.JOINT_STOPS], rows):
         after = work.rows.bias[r]
         for c in range(rows):
             after += work.rows.delassus[r, c] * work.rows.multiplier[c]

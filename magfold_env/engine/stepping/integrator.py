@@ -12,7 +12,7 @@ Every stage of a step returns an outcome; below 0 the integration goes on.
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import feed, ledger
 from magfold_env.engine.chain.momentum import keep_if_left_alone, kinetic_of
@@ -64,10 +64,10 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
     call again to go on. While the tube feeds, a chain at rest relative to it is moved on to
     ``until`` at once. REACHED before that time says that the drive gave way and begins anew.
     """
-    while state.clock[at.TIME] < until:
+    while state.clock[ix.TIME] < until:
         if outcomes.out_of_work(model, state):
             return outcomes.CAPPED
-        if state.counter[at.EVALUATIONS] >= turn or not has_room(record, state, LONGEST_STEP):
+        if state.counter[ix.EVALUATIONS] >= turn or not has_room(record, state, LONGEST_STEP):
             return outcomes.PAUSED
         outcome = find_contacts(model, state, work)
         if outcome < 0:
@@ -97,19 +97,19 @@ def find_contacts(model: Model, state: State, work: Work) -> int:
     if begun == constraints.UNSOLVED:
         return outcomes.NO_SOLUTION
     # What only comes to lie on another, without an impact, is pushed by it all the same.
-    anew = begun != constraints.OK or state.counter[at.MOREAU_LEFT] > 0
+    anew = begun != constraints.OK or state.counter[ix.MOREAU_LEFT] > 0
     anew = anew or signature(work) != before
-    if anew or (model.frictional and any_held(state.counter[at.LO], state)):
-        state.counter[at.FRESH] = 1
+    if anew or (model.frictional and any_held(state.counter[ix.N_HELD], state)):
+        state.counter[ix.FRESH] = 1
     return outcomes.ACCEPTED
 
 
 @inlined
 def signature(work: Work) -> int:
     """Return a number that another set of contacts all but surely changes."""
-    found = work.rows.counts[at.CONTACTS]
-    for r in range(work.rows.counts[at.CONTACTS]):
-        for k in range(2 if r < work.rows.counts[at.JOINT_STOPS] else 3):
+    found = work.rows.counts[ix.CONTACTS]
+    for r in range(work.rows.counts[ix.CONTACTS]):
+        for k in range(2 if r < work.rows.counts[ix.JOINT_STOPS] else 3):
             # Cut off where the next product would overflow.
             found = (31 * found + work.rows.id[r, k]) & LOW_BITS
     return found
@@ -131,10 +131,10 @@ def find_accelerations(model: Model, state: State, work: Work) -> int:
     Unless FRESH says otherwise they are those of the last step's end.
     """
     acceleration = work.stages.slope_v[0]
-    if state.counter[at.FRESH] == 1 and not end_hops(model, state, work, acceleration):
+    if state.counter[ix.FRESH] == 1 and not end_hops(model, state, work, acceleration):
         return outcomes.NO_SOLUTION
     if model.frictional and stop_slow(model, state, work, acceleration):
-        state.counter[at.FRESH] = 1
+        state.counter[ix.FRESH] = 1
     copy(state.v, work.stages.slope_q[0], 0)
     return outcomes.ACCEPTED
 
@@ -159,10 +159,10 @@ def keep_driving(model: Model, state: State, work: Work) -> int:
     """Whether the drive goes on as it does; REACHED if it begins anew."""
     if not is_partly_out(model, state):
         return outcomes.ACCEPTED
-    anew = state.counter[at.FRESH] == 1
+    anew = state.counter[ix.FRESH] == 1
     if not feed.drives_on(model, state, work, work.stages.slope_v[0], anew):
         return outcomes.REACHED
-    if state.counter[at.SLIPPING] != 0 and ledger.patience_left(model, state) <= 0.0:
+    if state.counter[ix.SLIPPING] != 0 and ledger.patience_left(model, state) <= 0.0:
         return outcomes.LOCKED if math.isinf(model.force_limit) else outcomes.JAMMED
     return outcomes.ACCEPTED
 
@@ -173,13 +173,13 @@ def keep_driving(model: Model, state: State, work: Work) -> int:
 @inlined
 def stays_at_rest(model: Model, state: State, work: Work) -> bool:
     """Whether nothing will move again, but for the base that a tube feeds."""
-    if state.clock[at.BUMP] < state.clock[at.END]:
+    if state.clock[ix.BUMP] < state.clock[ix.END]:
         return False
     if is_partly_out(model, state):
         # What rests relative to its base may run into what does not move.
         speed = state.v[model.n]
-        meets = speed < 0.0 or (speed > 0.0 and model.obstacles.shape[0] > at.WALLS)
-        if meets or state.counter[at.SLIPPING] != 0:
+        meets = speed < 0.0 or (speed > 0.0 and model.obstacles.shape[0] > ix.WALLS)
+        if meets or state.counter[ix.SLIPPING] != 0:
             return False
     return is_at_rest(model, state, work, work.stages.slope_v[0])
 
@@ -188,18 +188,18 @@ def stays_at_rest(model: Model, state: State, work: Work) -> bool:
 def rest(model: Model, state: State, work: Work, record: Record, until: float) -> int:
     """End the run of a chain at rest; one that a tube feeds goes on with it, as far as asked."""
     n = model.n
-    if is_free(state.counter[at.LO], model) or not model.tube or state.counter[at.PARKED] == 1:
+    if is_free(state.counter[ix.N_HELD], model) or not model.tube or state.counter[ix.PARKED] == 1:
         return outcomes.RESTED
     force = 0.0
     if feed.drives(model, state):
         force = feed.borne(model, state, float(work.stages.drive[0]))
     if not record_rest(record, state, until, force):
         return outcomes.PAUSED
-    time = until - state.clock[at.TIME]
+    time = until - state.clock[ix.TIME]
     ledger.pass_time(state, until, force * time)
     feed.note_step(state, work, force * time, state.v[n] * time)
     state.q[n] += state.v[n] * time
-    state.clock[at.TIME] = until
+    state.clock[ix.TIME] = until
     return outcomes.REACHED
 
 
@@ -209,10 +209,10 @@ def rest(model: Model, state: State, work: Work, record: Record, until: float) -
 @inlined
 def step(model: Model, state: State, work: Work, record: Record, until: float) -> int:
     """Take one step from the state, whose accelerations are in ``work.stages.slope_v[0]``."""
-    rattling = state.counter[at.MOREAU_LEFT] > 0
+    rattling = state.counter[ix.MOREAU_LEFT] > 0
     if rattling or (model.frictional and is_creeping(model, state, work, work.stages.slope_v[0])):
         outcome = moreau_step(model, state, work, record, until, rattling)
-        state.counter[at.MOREAU_LEFT] -= int(rattling)
+        state.counter[ix.MOREAU_LEFT] -= int(rattling)
         return outcome
     return smooth_step(model, state, work, record, until)
 
@@ -227,16 +227,16 @@ def note_outcome(model: Model, state: State, outcome: int) -> int:
     if not is_finite(state.v):
         return outcomes.NOT_FINITE
     if model.tube:
-        limit = model.light_rate + (abs(state.v[n]) + abs(state.v[n + 1])) / model.side
-        for k in range(state.counter[at.LO], n):
+        limit = model.fastest_rate + (abs(state.v[n]) + abs(state.v[n + 1])) / model.side
+        for k in range(state.counter[ix.N_HELD], n):
             if abs(state.v[k]) > RUNAWAY * limit:
                 return outcomes.RAN_AWAY
-    state.counter[at.FRESH] = int(outcome != outcomes.ACCEPTED)
+    state.counter[ix.FRESH] = int(outcome != outcomes.ACCEPTED)
     if outcome != outcomes.ACCEPTED:
-        state.clock[at.LAST_STEP] = 0.0
+        state.clock[ix.LAST_STEP] = 0.0
     if outcome == outcomes.RATTLED:
-        state.counter[at.MOREAU_LEFT] = PATIENCE
-    if outcome < 0 and is_partly_out(model, state) and state.counter[at.FEEDING] == 0:
+        state.counter[ix.MOREAU_LEFT] = PATIENCE
+    if outcome < 0 and is_partly_out(model, state) and state.counter[ix.FEEDING] == 0:
         return outcomes.REACHED
     return outcome
 
@@ -246,10 +246,10 @@ def smooth_step(model: Model, state: State, work: Work, record: Record, until: f
     """Take one Runge-Kutta step, as far as something new touches."""
     rate = 0.0
     if model.frictional:
-        rate = chebyshev.friction_rate(state.counter[at.LO], model, state, work)
-    limit = min(longest_step(model, state, work), until - state.clock[at.TIME])
+        rate = chebyshev.friction_rate(state.counter[ix.N_HELD], model, state, work)
+    limit = min(longest_step(model, state, work), until - state.clock[ix.TIME])
     touching = constraints.note_gaps(model, state, work)
-    state.counter[at.STEPS] += 1
+    state.counter[ix.STEPS] += 1
     outcome, h, error, growth = attempt_step(model, state, work, limit, rate)
     if outcome != outcomes.ACCEPTED:
         return outcome
@@ -289,12 +289,12 @@ def attempt_step(
     """
     growth = LARGEST_GROWTH
     while True:
-        h = min(state.clock[at.STEP], limit)
+        h = min(state.clock[ix.STEP], limit)
         if h < SHORTEST_STEP and h < limit:
-            if work.rows.counts[at.CONTACTS] == work.rows.counts[at.JOINT_STOPS]:
+            if work.rows.counts[ix.CONTACTS] == work.rows.counts[ix.JOINT_STOPS]:
                 return outcomes.UNDERFLOW, h, 0.0, growth
             # A contact that presses in one stage and not in the next, edge on edge.
-            state.clock[at.STEP] = HOPELESS_STEP
+            state.clock[ix.STEP] = HOPELESS_STEP
             return outcomes.RATTLED, h, 0.0, growth
         smooth = takes_smooth(state, h, rate)
         if smooth:
@@ -303,11 +303,11 @@ def attempt_step(
             taken, order = stages(model, state, work, h), ORDER
         error = step_error(model, state, work) if taken else math.inf
         if error <= 1.0:
-            if not torn_loose(state.counter[at.LO], model, work, h):
+            if not torn_loose(state.counter[ix.N_HELD], model, work, h):
                 return outcomes.ACCEPTED, h, error, growth
             if h <= BREAK_AWAY:
                 return outcomes.RATTLED, h, error, growth
-            growth, state.clock[at.STEP] = 1.0, 0.5 * h
+            growth, state.clock[ix.STEP] = 1.0, 0.5 * h
             continue
         if math.isfinite(error):
             growth, shorter = 1.0, h * max(0.2, 0.9 * inverse_root(error, order))
@@ -316,8 +316,8 @@ def attempt_step(
         else:
             shorter = (0.1 if taken else 0.25) * h
         if smooth and shorter * rate <= MILD:
-            state.counter[at.STIFF] = -OTHERS
-        state.clock[at.STEP] = shorter
+            state.counter[ix.STIFF] = -OTHERS
+        state.clock[ix.STEP] = shorter
 
 
 @kernel
@@ -332,7 +332,7 @@ def keep_touching(model: Model, state: State, work: Work) -> float:
     copy(stages.new_v, stages.v, 0)
     if not constraints.keep_contacts(model, state, work, stages.new_q, stages.new_v):
         return -1.0
-    lo = state.counter[at.LO]
+    lo = state.counter[ix.N_HELD]
     before = kinetic_of(lo, model, work, stages.new_q, stages.v)
     after = kinetic_of(lo, model, work, stages.new_q, stages.new_v)
     for k in range(state.q.size):
@@ -341,7 +341,7 @@ def keep_touching(model: Model, state: State, work: Work) -> float:
         scale = 1.0 if k < model.n else model.side
         if not abs(stages.q[k]) <= FARTHEST * model.tolerance * scale:
             return -1.0
-    state.account[at.IMPACTS] += before - after
+    state.account[ix.IMPACTS] += before - after
     return step_error(model, state, work)
 
 
@@ -354,7 +354,7 @@ def accept_step(
 
     What happened within it is recorded and booked.
     """
-    lo, new_q, new_v = state.counter[at.LO], work.stages.new_q, work.stages.new_v
+    lo, new_q, new_v = state.counter[ix.N_HELD], work.stages.new_q, work.stages.new_v
     keep_if_left_alone(model, state, work, new_q, new_v, fraction * h)
     record_step(model, state, work, record, h, fraction)
     if is_partly_out(model, state):
@@ -363,8 +363,8 @@ def accept_step(
         feed.note_step(state, work, impulse, way)
     copy(new_q, state.q, lo)
     copy(new_v, state.v, lo)
-    last = h >= until - state.clock[at.TIME] and fraction == 1.0
-    state.clock[at.TIME] = until if last else state.clock[at.TIME] + fraction * h
+    last = h >= until - state.clock[ix.TIME] and fraction == 1.0
+    state.clock[ix.TIME] = until if last else state.clock[ix.TIME] + fraction * h
     if model.frictional:
         for i in range(lo, model.n):
             if state.stuck[i] == 1:
@@ -378,11 +378,11 @@ def is_rattle(model: Model, state: State, fraction: float, time: float) -> bool:
 
     What touched may have been parted again, to keep others in touch, and so without end.
     """
-    if fraction == 1.0 or time * model.light_rate > INSTANT * model.tolerance:
-        state.counter[at.QUICK_TOUCHES] = 0
+    if fraction == 1.0 or time * model.fastest_rate > INSTANT * model.tolerance:
+        state.counter[ix.QUICK_TOUCHES] = 0
         return False
-    state.counter[at.QUICK_TOUCHES] += 1
-    if state.counter[at.QUICK_TOUCHES] < TOUCHES:
+    state.counter[ix.QUICK_TOUCHES] += 1
+    if state.counter[ix.QUICK_TOUCHES] < TOUCHES:
         return False
-    state.counter[at.QUICK_TOUCHES] = 0
+    state.counter[ix.QUICK_TOUCHES] = 0
     return True

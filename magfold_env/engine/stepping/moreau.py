@@ -11,7 +11,7 @@ from all this: only forces from outside change it.
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import articulated, feed, ledger
 from magfold_env.engine.chain.momentum import (
@@ -63,13 +63,13 @@ def moreau_step(
     Where something ``rattles`` the velocity counts as the new one from the beginning, else as
     changing evenly.
     """
-    lo, n, moreau = state.counter[at.LO], model.n, work.moreau
+    lo, n, moreau = state.counter[ix.N_HELD], model.n, work.moreau
     if model.frictional and mark_slow(lo, model, state, work):
         dynamics.smooth_forces(lo, model, state.q, state.v, work)
-        state.counter[at.EVALUATIONS] += 1
+        state.counter[ix.EVALUATIONS] += 1
     dynamics.unconstrained(lo, model, work, work.chain.unlocked, moreau.smooth)
-    state.counter[at.STEPS] += 1
-    remaining = until - state.clock[at.TIME]
+    state.counter[ix.STEPS] += 1
+    remaining = until - state.clock[ix.TIME]
     outcome, h, next_step = attempt_step(model, state, work, remaining, rattles)
     driven = feed.drives(model, state)
     if outcome == outcomes.NO_SOLUTION and driven and state.v[n] != 0.0:
@@ -84,19 +84,19 @@ def moreau_step(
         # More than the drive can give.
         feed.slip(model, state, work, impulse)
         return outcomes.TOUCHED
-    state.clock[at.STEP] = next_step
-    state.account[at.IMPACTS] += lost
+    state.clock[ix.STEP] = next_step
+    state.account[ix.IMPACTS] += lost
     record_line(record, state, h, moreau.new_q, moreau.new_v, impulse)
     if is_partly_out(model, state):
-        ledger.pass_time(state, state.clock[at.TIME] + h, impulse)
+        ledger.pass_time(state, state.clock[ix.TIME] + h, impulse)
         feed.note_step(state, work, impulse, moreau.new_q[n] - state.q[n])
     copy(moreau.new_q, state.q, lo)
     copy(moreau.new_v, state.v, lo)
-    state.clock[at.TIME] = until if h >= remaining else state.clock[at.TIME] + h
+    state.clock[ix.TIME] = until if h >= remaining else state.clock[ix.TIME] + h
     # A joint that lands on its stop keeps its speed until the next step's impact takes it.
     open_joints(lo, model, state)
     for i in range(lo, n):
-        if work.friction.slow[i] == 1 and abs(state.v[i]) * model.arm < ROUNDING:
+        if work.friction.slow[i] == 1 and abs(state.v[i]) * model.friction_radius < ROUNDING:
             state.v[i] = 0.0
     hold_joints(lo, model, state.lock, state.q, state.v)
     return outcomes.TOUCHED
@@ -112,14 +112,14 @@ def attempt_step(
     impact, which changes it at once, would ask for; and until forces change little, where poles all
     but meet. Returns ACCEPTED or how else it ended, its length [s], and that of the next one [s].
     """
-    lo, moreau = state.counter[at.LO], work.moreau
-    fastest = model.light_rate
+    lo, moreau = state.counter[ix.N_HELD], work.moreau
+    fastest = model.fastest_rate
     for k in range(lo, model.n):
         fastest = max(fastest, abs(state.v[k]))
-    finest = min(FINEST * model.tolerance / model.light_rate, TURN / fastest)
+    finest = min(FINEST * model.tolerance / model.fastest_rate, TURN / fastest)
     # Friction turns around when a component stops: no step goes far beyond.
-    stop = max(state.clock[at.BRAKE], 0.1 * finest)
-    h = min(max(GROWTH * state.clock[at.STEP], finest), COARSEST, stop)
+    stop = max(state.clock[ix.BRAKE], 0.1 * finest)
+    h = min(max(GROWTH * state.clock[ix.STEP], finest), COARSEST, stop)
     near_stop = NEAR_STOP
     while True:
         h = min(h, remaining)
@@ -163,9 +163,9 @@ def until_caught_up(model: Model, state: State, new_v: Array) -> float:
     """Share of a step after which a drive that slips has the base at the speed asked for; or 1."""
     if not (is_partly_out(model, state) and feed.slips(state)):
         return 1.0
-    missing = state.feed[at.ASKED] - state.v[model.n]
+    missing = state.feed[ix.ASKED] - state.v[model.n]
     share = missing / (new_v[model.n] - state.v[model.n])
-    return share if state.counter[at.SLIPPING] * missing > 0.0 and 0.0 < share < 1.0 else 1.0
+    return share if state.counter[ix.SLIPPING] * missing > 0.0 and 0.0 < share < 1.0 else 1.0
 
 
 @inlined
@@ -175,7 +175,7 @@ def changes(model: Model, state: State, work: Work, h: float) -> tuple[float, fl
     In radians, and in sides of a square.
     """
     moreau, moved, bent = work.moreau, 0.0, 0.0
-    for k in range(state.counter[at.LO], model.n + 2):
+    for k in range(state.counter[ix.N_HELD], model.n + 2):
         turn = 0.5 * h * abs(moreau.new_v[k] - state.v[k])
         moved = max(moved, turn if k < model.n else turn / model.side)
         turn = 0.5 * h * h * abs(moreau.middle_smooth[k] - moreau.smooth[k])
@@ -189,7 +189,7 @@ def go_to_end(model: Model, state: State, work: Work, h: float, old: float) -> f
 
     No joint passes its stop. Returns how far the worst of them would have passed it [rad].
     """
-    moreau, lo = work.moreau, state.counter[at.LO]
+    moreau, lo = work.moreau, state.counter[ix.N_HELD]
     copy(moreau.middle_q, moreau.new_q, 0)
     for k in range(lo, model.n + 2):
         moreau.new_q[k] += 0.5 * h * (moreau.new_v[k] + old * (state.v[k] - moreau.new_v[k]))
@@ -208,7 +208,7 @@ def passes_by(model: Model, state: State, work: Work) -> bool:
     """Whether a step that is found meets squares or solids whose gaps it does not know of."""
     if not (model.contact and events.may_collide(model)):
         return False
-    lo, new_q = state.counter[at.LO], work.moreau.new_q
+    lo, new_q = state.counter[ix.N_HELD], work.moreau.new_q
     place_touching(lo, model, new_q, work)
     sweep.follow_line(lo, model, state.q, new_q, work)
     squares = sweep.may_meet(model, state, work)
@@ -231,7 +231,7 @@ def mark_slow(lo: int, model: Model, state: State, work: Work) -> bool:
         found = found or slow
         if not slow:
             brake = min(brake, work.friction.braking[i])
-    state.clock[at.BRAKE] = brake
+    state.clock[ix.BRAKE] = brake
     return found
 
 
@@ -245,7 +245,7 @@ def velocity_after(
     within ``near_stop`` [rad] of a stop are kept from passing it, whatever their rates. Returns
     False if the velocity could not be found. Needs the smooth accelerations of the state.
     """
-    lo, n, moreau = state.counter[at.LO], model.n, work.moreau
+    lo, n, moreau = state.counter[ix.N_HELD], model.n, work.moreau
     # A repeated step finds the middle's pose and inertias; put the state's back.
     place_all(lo, model, state.q, work.pose)
     articulated.factor(lo, model.bodies, work.pose, work.chain.unlocked, work.chain)
@@ -256,7 +256,7 @@ def velocity_after(
     for k in range(lo, n + 2):
         moreau.middle_q[k] += 0.5 * h * (moreau.new_v[k] + old * (state.v[k] - moreau.new_v[k]))
         moreau.middle_v[k] = 0.5 * (state.v[k] + moreau.new_v[k])
-    state.counter[at.EVALUATIONS] += 1
+    state.counter[ix.EVALUATIONS] += 1
     middle = moreau.middle_smooth
     dynamics.smooth_accelerations(lo, model, moreau.middle_q, moreau.middle_v, work, middle)
     push_x, push_y, twist = outer_force(lo, model, work)
@@ -280,7 +280,7 @@ def constrain(
     ``left`` is the time that the gaps have to last, ``near_stop`` as in `velocity_after`. Needs
     pose and inertias of ``q``. Returns False if it could not be found.
     """
-    lo, n = state.counter[at.LO], model.n
+    lo, n = state.counter[ix.N_HELD], model.n
     v = work.moreau.new_v
     copy(state.v, v, 0)
     for k in range(lo, n + 2):
@@ -289,8 +289,8 @@ def constrain(
     if rows < 0:
         return False
     count = rows
-    work.rows.counts[at.CONTACTS] = rows
-    work.rows.counts[at.ALL_ROWS] = 0
+    work.rows.counts[ix.CONTACTS] = rows
+    work.rows.counts[ix.ALL_ROWS] = 0
     if model.frictional:
         articulated.centripetal(
             lo, model.bodies, work.pose, state.v, work.centres.ax, work.centres.ay
@@ -318,7 +318,7 @@ def constrain(
         solved = solve(rows, count, work, model)
     for r in range(count):
         work.rows.multiplier[r] *= unit
-    work.rows.counts[at.SOLVED] = count
+    work.rows.counts[ix.SOLVED] = count
     dynamics.apply_multipliers(lo, count, work, v)
     return solved
 
@@ -330,7 +330,7 @@ def take_account(model: Model, state: State, work: Work, h: float) -> tuple[floa
     By the balance of momentum and that of energy between its ends. Where velocities jump, sums of
     impulses times rates would leave an error of first order: masses are those of the middle.
     """
-    lo, n, rows, moreau = state.counter[at.LO], model.n, work.rows, work.moreau
+    lo, n, rows, moreau = state.counter[ix.N_HELD], model.n, work.rows, work.moreau
     lost = kinetic_of(lo, model, work, state.q, state.v)
     along = momentum_along(lo, model, work, state.v)
     lost -= kinetic_of(lo, model, work, moreau.new_q, moreau.new_v)
@@ -339,15 +339,15 @@ def take_account(model: Model, state: State, work: Work, h: float) -> tuple[floa
     for k in range(lo, n + 2):
         mean[k] = (moreau.new_q[k] - state.q[k]) / h
         lost += h * moreau.force[k] * mean[k]
-    for r in range(rows.counts[at.CONTACTS], rows.counts[at.SOLVED]):
+    for r in range(rows.counts[ix.CONTACTS], rows.counts[ix.SOLVED]):
         lost += rows.multiplier[r] * dynamics.rate_of(lo, work, r, mean)
     if not is_partly_out(model, state):
         return 0.0, lost
-    pull = h * work.chain.base[at.PULL]
-    impulse = h * work.chain.base[at.DRIVE]
+    pull = h * work.chain.base[ix.PULL]
+    impulse = h * work.chain.base[ix.DRIVE]
     if not feed.slips(state):
         impulse = along - h * moreau.force[n] - pull
-        for r in range(rows.counts[at.JOINT_STOPS], rows.counts[at.SOLVED]):
+        for r in range(rows.counts[ix.JOINT_STOPS], rows.counts[ix.SOLVED]):
             impulse -= rows.multiplier[r] * rows.jacobian[r, n]
     return impulse, lost + (impulse + pull) * mean[n]
 
@@ -356,7 +356,7 @@ def take_account(model: Model, state: State, work: Work, h: float) -> tuple[floa
 def solve(rows: int, count: int, work: Work, model: Model) -> bool:
     """Find the multipliers of ``rows`` gaps, and of friction in the rows after them."""
     if count > rows:
-        return solve_with_friction(rows, count, work, model.grip)
+        return solve_with_friction(rows, count, work, model.friction_limit)
     return solve_nonnegative(count, work)
 
 
@@ -378,7 +378,7 @@ def too_violent(
         energy += bodies.inertia[i] * v[i] * v[i]
         mass += bodies.mass[i]
     fastest = 0.0
-    for r in range(work.rows.counts[at.JOINT_STOPS], rows):
+    for r in range(work.rows.counts[ix.JOINT_STOPS], rows):
         fastest = max(fastest, dynamics.rate_of(lo, work, r, v) - unit * work.rows.bias[r])
     change = 0.0
     for r in range(count):

@@ -7,7 +7,7 @@ Component 1 is pinned.
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import kernel
@@ -31,14 +31,14 @@ def paper_advance(
     """
     n = model.n
     # new_q keeps the headings of the last look, new_v[0] its time.
-    if state.counter[at.STEPS] == 0:
+    if state.counter[ix.STEPS] == 0:
         copy(state.q, work.stages.new_q, 0)
         work.stages.new_v[0] = 0.0
     turn = outcomes.end_of_turn(model, state)
-    while state.clock[at.TIME] < until:
+    while state.clock[ix.TIME] < until:
         if outcomes.out_of_work(model, state):
             return outcomes.CAPPED
-        if state.counter[at.EVALUATIONS] >= turn or not record_instant(record, state):
+        if state.counter[ix.EVALUATIONS] >= turn or not record_instant(record, state):
             return outcomes.PAUSED
         evaluate(model, state, work)
         for i in range(n):
@@ -48,18 +48,18 @@ def paper_advance(
             state.v[i] = rate
             state.q[i] += dt * rate
         snapped = snap(n, state)
-        state.counter[at.STEPS] += 1
-        state.clock[at.TIME] = state.counter[at.STEPS] * dt
+        state.counter[ix.STEPS] += 1
+        state.clock[ix.TIME] = state.counter[ix.STEPS] * dt
         if snapped == n - 1 and n > 1:
             return outcomes.RESTED
-        if state.clock[at.TIME] - work.stages.new_v[0] >= QUIET_TIME:
+        if state.clock[ix.TIME] - work.stages.new_v[0] >= QUIET_TIME:
             turned = 0.0
             for i in range(n):
                 turned = max(turned, abs(state.q[i] - work.stages.new_q[i]))
             if turned < QUIET_ANGLE:
                 return outcomes.RESTED
             copy(state.q, work.stages.new_q, 0)
-            work.stages.new_v[0] = state.clock[at.TIME]
+            work.stages.new_v[0] = state.clock[ix.TIME]
     return outcomes.REACHED
 
 
@@ -67,7 +67,7 @@ def paper_advance(
 def evaluate(model: Model, state: State, work: Work) -> None:
     """Find the angular accelerations of equation 39, with friction after equation 41."""
     bodies, pose = model.bodies, work.pose
-    state.counter[at.EVALUATIONS] += 1
+    state.counter[ix.EVALUATIONS] += 1
     articulated.place(0, bodies, state.q, pose)
     articulated.centre_motion(0, bodies, pose, state.v, work.centres)
     for i in range(model.n):
@@ -78,8 +78,8 @@ def evaluate(model: Model, state: State, work: Work) -> None:
         vx, vy = work.centres.vx[i], work.centres.vy[i]
         speed = math.sqrt(vx * vx + vy * vy)
         if speed > 0.0:
-            work.loads.fx[i] -= model.grip[i] * work.centres.vx[i] / speed
-            work.loads.fy[i] -= model.grip[i] * work.centres.vy[i] / speed
+            work.loads.fx[i] -= model.friction_limit[i] * work.centres.vx[i] / speed
+            work.loads.fy[i] -= model.friction_limit[i] * work.centres.vy[i] / speed
     if model.magnetic:
         add_magnet_forces(0, model, pose, work.nodes, work.loads)
     chain, force = work.chain, work.chain.force

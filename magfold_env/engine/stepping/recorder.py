@@ -1,6 +1,6 @@
 """Frames at equal intervals, from the dense output: they cost no forces and change nothing."""
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.state import Array, Model, Record, State, Work, copy
 from magfold_env.engine.stepping.stages import drive_impulse, interpolate
@@ -11,24 +11,24 @@ def has_room(record: Record, state: State, longest_step: float) -> bool:
     """Whether the frames of one more step fit."""
     if record.interval <= 0.0:
         return True
-    return state.counter[at.FRAMES] + longest_step / record.interval + 2.0 < record.time.size
+    return state.counter[ix.FRAMES] + longest_step / record.interval + 2.0 < record.time.size
 
 
 @inlined
 def is_due(record: Record, state: State, until: float) -> bool:
     """Whether there is a frame to be taken by a time [s]."""
-    return record.interval > 0.0 and state.clock[at.FRAME_TIME] <= until
+    return record.interval > 0.0 and state.clock[ix.FRAME_TIME] <= until
 
 
 @inlined
 def next_frame(record: Record, state: State, time: float, gained: float) -> int:
     """Begin a frame at a time [s], until which the drive gave so much more [N·s]; its number."""
-    f = state.counter[at.FRAMES]
+    f = state.counter[ix.FRAMES]
     record.time[f] = time
-    record.lo[f] = state.counter[at.LO]
-    record.impulse[f] = state.account[at.IMPULSE] + gained
-    state.counter[at.FRAMES] = f + 1
-    state.clock[at.FRAME_TIME] += record.interval
+    record.lo[f] = state.counter[ix.N_HELD]
+    record.impulse[f] = state.account[ix.IMPULSE] + gained
+    state.counter[ix.FRAMES] = f + 1
+    state.clock[ix.FRAME_TIME] += record.interval
     return f
 
 
@@ -37,9 +37,9 @@ def record_step(
     model: Model, state: State, work: Work, record: Record, step: float, fraction: float
 ) -> None:
     """Take the frames that fall into the accepted part of a step."""
-    begin = state.clock[at.TIME]
+    begin = state.clock[ix.TIME]
     while is_due(record, state, begin + fraction * step):
-        time = state.clock[at.FRAME_TIME]
+        time = state.clock[ix.FRAME_TIME]
         share = (time - begin) / step
         f = next_frame(record, state, time, drive_impulse(model, state, work, step, share))
         interpolate(state.q, work.stages.slope_q, step, share, record.q[f])
@@ -54,10 +54,10 @@ def record_rest(record: Record, state: State, until: float, force: float) -> boo
     """
     n = state.q.size - 2
     while is_due(record, state, until):
-        if state.counter[at.FRAMES] >= record.time.size:
+        if state.counter[ix.FRAMES] >= record.time.size:
             return False
-        time = state.clock[at.FRAME_TIME]
-        passed = time - state.clock[at.TIME]
+        time = state.clock[ix.FRAME_TIME]
+        passed = time - state.clock[ix.TIME]
         f = next_frame(record, state, time, force * passed)
         copy(state.q, record.q[f], 0)
         copy(state.v, record.v[f], 0)
@@ -73,9 +73,9 @@ def record_line(
 
     ``impulse`` is that of the drive within it [N·s].
     """
-    begin = state.clock[at.TIME]
+    begin = state.clock[ix.TIME]
     while is_due(record, state, begin + step):
-        time = state.clock[at.FRAME_TIME]
+        time = state.clock[ix.FRAME_TIME]
         share = (time - begin) / step
         f = next_frame(record, state, time, share * impulse)
         copy(velocity, record.v[f], 0)
@@ -86,9 +86,9 @@ def record_line(
 @kernel
 def record_instant(record: Record, state: State) -> bool:
     """Take a frame of the state if one is due; False if it does not fit."""
-    time = float(state.clock[at.TIME])
+    time = float(state.clock[ix.TIME])
     if is_due(record, state, time):
-        if state.counter[at.FRAMES] >= record.time.size:
+        if state.counter[ix.FRAMES] >= record.time.size:
             return False
         f = next_frame(record, state, time, 0.0)
         copy(state.q, record.q[f], 0)

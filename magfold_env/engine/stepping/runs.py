@@ -2,7 +2,7 @@
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import feed
 from magfold_env.engine.chain.tube import place_all
 from magfold_env.engine.compile.by_pointer import call_float, call_int, calls_by_address, take
@@ -27,21 +27,21 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
     """
     turn = end_of_turn(model, state)
     while True:
-        lo, bump = state.counter[at.LO], state.clock[at.BUMP]
-        if lo <= state.counter[at.KEEP] or state.clock[at.TIME] >= until:
+        lo, bump = state.counter[ix.N_HELD], state.clock[ix.BUMP]
+        if lo <= state.counter[ix.KEEP] or state.clock[ix.TIME] >= until:
             return REACHED
-        if state.counter[at.EVALUATIONS] >= turn:
+        if state.counter[ix.EVALUATIONS] >= turn:
             return PAUSED
-        if lo > 0 and state.counter[at.FEEDING] == 0:
+        if lo > 0 and state.counter[ix.FEEDING] == 0:
             feed.begin(model, state, work)
-        parked = state.counter[at.PARKED] == 1
-        if lo > 0 and not parked and until == math.inf and state.feed[at.ASKED] == 0.0:
+        parked = state.counter[ix.PARKED] == 1
+        if lo > 0 and not parked and until == math.inf and state.feed[ix.ASKED] == 0.0:
             # The drive stands still for good: what is outside has its time to settle.
             parked = True
-            state.counter[at.PARKED] = 1
-            state.clock[at.END] = state.clock[at.TIME] + model.duration
+            state.counter[ix.PARKED] = 1
+            state.clock[ix.END] = state.clock[ix.TIME] + model.duration
         fed = lo > 0 and not parked
-        stop = min(state.clock[at.MARK] if fed else state.clock[at.END], bump, until)
+        stop = min(state.clock[ix.MARK] if fed else state.clock[ix.END], bump, until)
         if lo < model.n:
             outcome = advance(model, state, work, record, stop, turn)
             if outcome != REACHED:
@@ -53,23 +53,23 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
             feed.carry_on(model, state, work, stop)
         else:
             return PAUSED
-        if state.clock[at.TIME] >= bump:
+        if state.clock[ix.TIME] >= bump:
             bumps.bump(model, state, work)
         if lo > 0:
             arrived = feed.is_at_mark(state)
-            state.counter[at.FEEDING] = 0
+            state.counter[ix.FEEDING] = 0
             if arrived:
                 feed.pass_mark(model, state, work)
-                if state.counter[at.LO] == 0:
-                    state.clock[at.END] = state.clock[at.TIME] + model.duration
-        if not fed and state.clock[at.TIME] >= state.clock[at.END]:
+                if state.counter[ix.N_HELD] == 0:
+                    state.clock[ix.END] = state.clock[ix.TIME] + model.duration
+        if not fed and state.clock[ix.TIME] >= state.clock[ix.END]:
             return TIMED_OUT
 
 
 @kernel
 def energy(model: Model, state: State, work: Work, x: float) -> float:
     """Magnetic energy of the components whose magnets act [J], an outer field's included."""
-    first = place_all(state.counter[at.LO], model, state.q, work.pose)
+    first = place_all(state.counter[ix.N_HELD], model, state.q, work.pose)
     return magnet_energy(first, model, work)
 
 

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated, ledger
 from magfold_env.engine.chain.feed import borne, drives, needed_force, slips
 from magfold_env.engine.chain.tube import coordinates, is_partly_out, whole_mass
@@ -59,7 +59,7 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
 
     The estimated errors of the end are left in ``work.stages.q`` and ``work.stages.v``.
     """
-    lo, end, driven = state.counter[at.LO], coordinates(model), drives(model, state)
+    lo, end, driven = state.counter[ix.N_HELD], coordinates(model), drives(model, state)
     # What the tube holds does not turn. Loops over all components are faster than over the others.
     for s in range(STAGES):
         for k in range(lo):
@@ -84,12 +84,12 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
             eq += ERROR[s] * work.stages.slope_q[s, k]
             ev += ERROR[s] * work.stages.slope_v[s, k]
         work.stages.q[k], work.stages.v[k] = h * eq, h * ev
-    if driven and work.rows.counts[at.SOLVED] > work.rows.counts[at.JOINT_STOPS]:
+    if driven and work.rows.counts[ix.SOLVED] > work.rows.counts[ix.JOINT_STOPS]:
         # A chain that the tube guides moves alike whatever the force: its work counts as well.
         off = 0.0
         for s in range(STAGES):
             off += ERROR[s] * work.stages.drive[s]
-        share = state.v[model.n] / (model.rate_scale * model.bodies.length[0])
+        share = state.v[model.n] / (model.typical_rate * model.bodies.length[0])
         work.stages.v[model.n] = h * off * share / whole_mass(model)
     return True
 
@@ -105,15 +105,15 @@ def step_error(model: Model, state: State, work: Work) -> float:
     worst, total = 0.0, 0.0
     for k in range(coordinates(model)):
         scale = 1.0 if k < n else model.bodies.length[0]
-        rate = model.rate_scale * scale
+        rate = model.typical_rate * scale
         eq = abs(stages.q[k]) / (LOCAL * model.tolerance * scale)
         ev = abs(stages.v[k]) / (LOCAL * model.tolerance * max(SLOW * rate, abs(stages.new_v[k])))
         total += eq + ev
         worst = max(worst, eq, ev)
     if not math.isfinite(total):
         return math.nan
-    if model.light_rate > UNEVEN * model.rate_scale:
-        worst = max(worst, kinetic_error(state.counter[at.LO], model, work))
+    if model.fastest_rate > UNEVEN * model.typical_rate:
+        worst = max(worst, kinetic_error(state.counter[ix.N_HELD], model, work))
     return worst
 
 
@@ -134,7 +134,7 @@ def kinetic_error(lo: int, model: Model, work: Work) -> float:
             work.stages.new_v[i]
         )
         mass += m / n
-    slow = SLOW * model.rate_scale * bodies.length[0]
+    slow = SLOW * model.typical_rate * bodies.length[0]
     return math.sqrt(error / max(energy, mass * slow * slow)) / (LOCAL * model.tolerance)
 
 
@@ -164,7 +164,7 @@ def drive_impulse(model: Model, state: State, work: Work, step: float, fraction:
     if not is_partly_out(model, state):
         return 0.0
     if slips(state):
-        return step * fraction * work.chain.base[at.DRIVE]
+        return step * fraction * work.chain.base[ix.DRIVE]
     total = 0.0
     for s in range(STAGES):
         total += dense_weight(s, fraction) * borne(model, state, work.stages.drive[s])
@@ -176,7 +176,7 @@ def close_milliseconds(
     model: Model, state: State, work: Work, step: float, fraction: float
 ) -> None:
     """Take the drive's mean force in all milliseconds that end in a ``fraction`` of the step."""
-    begin, impulse = float(state.clock[at.TIME]), float(state.account[at.IMPULSE])
+    begin, impulse = float(state.clock[ix.TIME]), float(state.account[ix.IMPULSE])
     end = ledger.next_millisecond(state)
     while end <= begin + fraction * step:
         share = (end - begin) / step

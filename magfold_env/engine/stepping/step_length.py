@@ -5,7 +5,7 @@ And which scheme it takes: where friction is stiff, Chebyshev's.
 
 import math
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import feed, ledger
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, jacobian
@@ -37,13 +37,13 @@ def longest_step(model: Model, state: State, work: Work) -> float:
     Not far beyond a joint's stop, the end of a face on which a corner slides, or the moment when
     friction stops a component: what happens there would only have the step repeated.
     """
-    lo, h = state.counter[at.LO], LONGEST_STEP
+    lo, h = state.counter[ix.N_HELD], LONGEST_STEP
     if model.contact:
         h = min(h, time_past_stop(lo, model, state, work))
         h = min(h, PAST_EDGE + time_to_edge(lo, model, work, state.v))
     if model.frictional:
-        h = min(h, max(state.clock[at.BRAKE], SHORTEST_BRAKE))
-    if state.counter[at.SLIPPING] != 0 and lo > 0:
+        h = min(h, max(state.clock[ix.BRAKE], SHORTEST_BRAKE))
+    if state.counter[ix.SLIPPING] != 0 and lo > 0:
         h = min(h, feed.time_to_change(model, state, work.stages.slope_v[0]))
         if math.isinf(model.force_limit):
             h = min(h, max(ledger.patience_left(model, state), feed.SOONEST))
@@ -53,7 +53,7 @@ def longest_step(model: Model, state: State, work: Work) -> float:
 @inlined
 def takes_smooth(state: State, h: float, rate: float) -> bool:
     """Whether a step is Chebyshev's: explicit ones would be unstable, or cost more."""
-    return state.counter[at.STIFF] > 0 and h * rate > MILD
+    return state.counter[ix.STIFF] > 0 and h * rate > MILD
 
 
 @inlined
@@ -62,20 +62,20 @@ def plan_next(
 ) -> None:
     """Choose the length and the scheme of the next step."""
     smooth = takes_smooth(state, h, rate)
-    if state.counter[at.STIFF] < 0:
-        state.counter[at.STIFF] += 1
+    if state.counter[ix.STIFF] < 0:
+        state.counter[ix.STIFF] += 1
     elif not smooth:
-        state.counter[at.STIFF] = int(h * rate > STIFF)
+        state.counter[ix.STIFF] = int(h * rate > STIFF)
     if fraction < 1.0:
         growth = 1.0
     elif error > EASY:
         growth = min(growth, next_growth(state, h, error, smooth))
     # A step cut short by an event or by the time limit says nothing against a longer one.
-    state.clock[at.STEP] = max(
-        h * growth, 0.5 * state.clock[at.STEP] if h < state.clock[at.STEP] else SHORTEST_STEP
+    state.clock[ix.STEP] = max(
+        h * growth, 0.5 * state.clock[ix.STEP] if h < state.clock[ix.STEP] else SHORTEST_STEP
     )
-    state.clock[at.LAST_STEP] = 0.0 if smooth else h
-    state.clock[at.LAST_ERROR] = max(error, EASY)
+    state.clock[ix.LAST_STEP] = 0.0 if smooth else h
+    state.clock[ix.LAST_ERROR] = max(error, EASY)
 
 
 @inlined
@@ -89,9 +89,9 @@ def next_growth(state: State, h: float, error: float, smooth: bool) -> float:
     if smooth:
         return CAUTION * inverse_root(error, chebyshev.ORDER)
     growth = CAUTION * inverse_root(error, stages.ORDER)
-    before = state.clock[at.LAST_STEP]
+    before = state.clock[ix.LAST_STEP]
     if before > 0.0:
-        trend = inverse_root(error / state.clock[at.LAST_ERROR], stages.ORDER)
+        trend = inverse_root(error / state.clock[ix.LAST_ERROR], stages.ORDER)
         growth = min(growth, growth * trend * h / before)
     return max(growth, LEAST_GROWTH)
 
@@ -113,7 +113,7 @@ def time_past_stop(lo: int, model: Model, state: State, work: Work) -> float:
             gap = jacobian.HALF_PI - sign * angle
             time, speed = time_across(gap, sign * rate, sign * acceleration)
             if time < LONGEST_STEP:
-                soonest = min(soonest, LONGER * time, time + model.past_stop / speed)
+                soonest = min(soonest, LONGER * time, time + model.stop_overshoot / speed)
     return max(soonest, LONGER * SOONEST_STOP)
 
 
@@ -125,7 +125,7 @@ def time_to_edge(lo: int, model: Model, work: Work, v: Array) -> float:
     slides. Needs `place_boxes` and centre velocities.
     """
     soonest = math.inf
-    for r in range(work.rows.counts[at.JOINT_STOPS], work.rows.counts[at.CONTACTS]):
+    for r in range(work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]):
         box, other, k = int(work.rows.id[r, 0]), int(work.rows.id[r, 1]), int(work.rows.id[r, 2])
         ox, oy = boxes.corner(work, other, k)
         x = work.boxes.x[other] + ox - work.boxes.x[box]

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine import outcomes
 from magfold_env.engine.compile.by_pointer import pointer
 from magfold_env.engine.compile.jit import kernel
@@ -334,7 +334,7 @@ class DynamicChains:
             y = np.array([obstacle.position[1] for obstacle in scene.obstacles])
             places = spreads.obstacle_places(y, unit[:, self._first : self._first + 2])
             first = chains.obstacles.shape[1] - y.size
-            chains.obstacles[rows, first:, at.Y] = places
+            chains.obstacles[rows, first:, ix.Y] = places
         normal = np.full(len(rows), scene.gravity.normal)
         pull = np.full((len(rows), 2), scene.gravity.in_plane)
         if spreads.tilt > 0.0:

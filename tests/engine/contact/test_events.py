@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.contact import constraints, events
 from magfold_env.engine.friction.law import find_velocities
 from magfold_env.engine.workspace import new_state, new_work
@@ -53,7 +53,7 @@ def test_a_hop_too_small_to_see_is_left_out(joint, tolerance):
     assert events.end_hops(model, state, work, acceleration) == constraints.IMPACT
     assert state.lock[joint] == 1
     assert state.v[joint] == state.v[joint - 1]
-    assert work.rows.counts[at.JOINT_STOPS] == 1
+    assert work.rows.counts[ix.JOINT_STOPS] == 1
     # The joint is held from within the chain, and by a projection.
     np.testing.assert_allclose(momentum(model, state, work), before, rtol=1e-12)
     assert energy(model, state, work) < power
@@ -82,7 +82,7 @@ def test_a_gap_may_close_within_the_time_and_no_further(time):
 
 
 def test_overlaps_open_slowly_and_no_faster_than_errors_of_rates_allow():
-    slow = constraints.GENTLE * MODEL.tolerance * MODEL.rate_scale
+    slow = constraints.GENTLE * MODEL.tolerance * MODEL.typical_rate
     assert constraints.allowance(MODEL, -1e-12, 1e-2, MODEL.side) == pytest.approx(
         -constraints.PUSH_OUT * 1e-10
     )

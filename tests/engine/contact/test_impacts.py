@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 from magfold_bench.laws.random_scenes import random_word
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.chain.tube import place_all
 from magfold_env.engine.contact import boxes
 from magfold_env.engine.stepping import dynamics
@@ -70,7 +70,7 @@ class Impact:
         at_stop = np.flatnonzero(rng.random(n - 1) < share)
         for row, joint in enumerate(at_stop):
             rows.id[row, :2] = joint + 1, 1 if joints[joint] > 0.0 else -1
-        rows.counts[at.JOINT_STOPS] = self.stops = row = len(at_stop)
+        rows.counts[ix.JOINT_STOPS] = self.stops = row = len(at_stop)
         for _ in range(int(rng.integers(0, MOST_CONTACTS + 1))):
             # Rows are linear: for the projection it does not matter how wide the gaps are.
             i = int(rng.integers(0, n - boxes.APART)) if n > boxes.APART else 0

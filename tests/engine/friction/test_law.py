@@ -54,7 +54,7 @@ class Floor:
         """Jacobian (n, 3, n + 2) of (vx, vy, c ω)."""
         rows = np.zeros((self.n, 3, self.n + 2))
         rows[:, :2] = reference.velocity_map(self.state.q, SIDE)
-        rows[np.arange(self.n), 2, np.arange(self.n)] = self.model.arm
+        rows[np.arange(self.n), 2, np.arange(self.n)] = self.model.friction_radius
         return rows
 
 
@@ -66,7 +66,7 @@ def test_arm_is_the_mean_distance_from_the_centre_of_a_square():
     x = (np.arange(2000) + 0.5) / 2000 - 0.5
     mean = np.hypot(x[:, None], x[None, :]).mean()
     model = pack(Scene(sequence=("NNNN",)))
-    assert model.arm / SIDE == pytest.approx(mean, abs=1e-4)
+    assert model.friction_radius / SIDE == pytest.approx(mean, abs=1e-4)
 
 
 @given(seed=seeds, n=st.integers(1, 8))
@@ -100,7 +100,7 @@ def test_sliding_friction_takes_its_grip_times_the_speed(seed, n):
         + work.loads.torque * v[:n]
     )
     np.testing.assert_allclose(power, -MU * floor.scene.masses * G * size, rtol=1e-12)
-    force = np.stack([work.loads.fx, work.loads.fy, work.loads.torque / floor.model.arm], axis=1)
+    force = np.stack([work.loads.fx, work.loads.fy, work.loads.torque / floor.model.friction_radius], axis=1)
     # Associated law: of all forces in the ellipsoid it takes the most, straight against (v, c ω).
     expected = -MU * floor.scene.masses[:, None] * G * speeds / size[:, None]
     np.testing.assert_allclose(force, expected, rtol=1e-10, atol=1e-15)
@@ -122,7 +122,7 @@ def test_rounding_does_not_make_slide_what_is_held(seed, n, share):
     at_rest = floor.work.chain.force.copy()
     drift = 1e-9 * random_velocity(rng, n)
     assert accelerations(floor.model, floor.state, floor.state.q, drift, floor.work, out)
-    scale = [*[floor.model.grip[0] * SIDE] * n, floor.model.grip[0], floor.model.grip[0]]
+    scale = [*[floor.model.friction_limit[0] * SIDE] * n, floor.model.friction_limit[0], floor.model.friction_limit[0]]
     np.testing.assert_allclose((floor.work.chain.force - at_rest) / scale, 0.0, rtol=0, atol=1e-6)
 
 

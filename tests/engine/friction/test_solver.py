@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from magfold_bench.laws.random_scenes import random_scene
-from magfold_env.engine import entries as at
+from magfold_env.engine import indices as ix
 from magfold_env.engine.contact.constraints import begin_step
 from magfold_env.engine.friction.solver import (
     scale_rows,
@@ -27,7 +27,7 @@ class Problem:
 
     def __init__(self, rows, start, normals, grip, equality=()):
         count = len(rows)
-        self.rows, self.start, self.normals, self.grip = rows, start, normals, grip
+        self.rows, self.start, self.normals, self.friction_limit = rows, start, normals, grip
         # A chain with n components has n + 2 coordinates, and W no larger rank.
         n = max(rows.shape[1] - 2, (count - 15) // 6 + 1, 2)
         self.work = work = new_work(pack(Scene(sequence=("NNNN",) * n, magnets=None)))
@@ -37,11 +37,11 @@ class Problem:
         work.rows.id[normals:count, 0] = np.repeat(np.arange((count - normals) // 3), 3)
 
     def solve(self):
-        return solve_with_friction(self.normals, len(self.rows), self.work, self.grip)
+        return solve_with_friction(self.normals, len(self.rows), self.work, self.friction_limit)
 
     def solve_by_multipliers(self):
         rows, count = self.normals, len(self.rows)
-        scale_rows(rows, count, self.work, self.grip)
+        scale_rows(rows, count, self.work, self.friction_limit)
         scale = self.work.friction.newton.scale[:count]
         largest = np.abs(self.work.rows.bias[:count] * scale).max()
         return solve_by_multipliers(rows, count, self.work, largest, 0.0)
@@ -98,7 +98,7 @@ def assert_coulomb(force, slip, radius, allowed):
 def test_forces_satisfy_their_conditions(solve, seed):
     problem = draw(np.random.default_rng(seed))
     assert solve(problem)
-    assert_optimal(problem.work, problem.normals, len(problem.rows), problem.grip)
+    assert_optimal(problem.work, problem.normals, len(problem.rows), problem.friction_limit)
 
 
 def test_grip_that_just_suffices_holds():
@@ -127,5 +127,5 @@ def test_chains_at_rest_whose_forces_relaxation_does_not_find(seed):
     model, state, work = session._model, session._state, session._work
     begin_step(model, state, work)
     assert first_accelerations(model, state, work, np.zeros(model.n + 2))
-    normals = int(work.rows.counts[at.CONTACTS])
-    assert_optimal(work, normals, normals + 3 * model.n, model.grip)
+    normals = int(work.rows.counts[ix.CONTACTS])
+    assert_optimal(work, normals, normals + 3 * model.n, model.friction_limit)

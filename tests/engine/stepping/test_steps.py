@@ -80,7 +80,7 @@ def test_errors_are_measured_by_the_kinetic_energy(seed, n):
         0, model.bodies, work.pose, work.stages.new_v, work.centres.vx, work.centres.vy
     )
     matrix = reference.mass_matrix(state.q, scene.casing.side, scene.masses, scene.inertias)
-    slow = stages.SLOW * model.rate_scale * scene.casing.diagonal
+    slow = stages.SLOW * model.typical_rate * scene.casing.diagonal
     usual = max(work.stages.new_v @ matrix @ work.stages.new_v, scene.masses.mean() * slow**2)
     expected = np.sqrt(off @ matrix @ off / usual) / (stages.LOCAL * model.tolerance)
     assert stages.kinetic_error(0, model, work) == pytest.approx(expected, rel=1e-6)

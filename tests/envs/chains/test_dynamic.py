@@ -56,11 +56,11 @@ def test_draws_are_those_of_the_scene(case: dict[str, Any]) -> None:
             model, chains = pack(scene), drawn.engine
             np.testing.assert_array_equal(chains.mass[row], model.bodies.mass)
             np.testing.assert_array_equal(chains.inertia[row], model.bodies.inertia)
-            np.testing.assert_array_equal(chains.grip[row], model.grip)
+            np.testing.assert_array_equal(chains.friction_limit[row], model.friction_limit)
             np.testing.assert_array_equal(chains.obstacles[row], model.obstacles)
             assert [each[row] for each in chains.gravity] == [model.gravity_x, model.gravity_y]
-            assert chains.rate_scale[row] == model.rate_scale
-            assert chains.light_rate[row] == model.light_rate
+            assert chains.typical_rate[row] == model.typical_rate
+            assert chains.fastest_rate[row] == model.fastest_rate
             np.testing.assert_array_equal(drawn.strengths[row], scene.magnets.charges(6))
             np.testing.assert_array_equal(drawn.factors[row], scene.speeds / REFERENCE_SPEED)
             state = Session(scene)._state
@@ -74,7 +74,7 @@ def test_what_chains_share_is_what_packing_a_drawn_scene_gives() -> None:
     drawn = DynamicChains([mf.load_scene("tube-feed").replace(spreads=EVERY, obstacles=WALLS)], 1)
     (template,), (model,) = drawn.templates, drawn.engine.models
     other = pack(template.draw(np.random.default_rng(5)))
-    own = {"bodies", "charge", "grip", "obstacles", "rate_scale", "light_rate"}
+    own = {"bodies", "charge", "friction_limit", "obstacles", "typical_rate", "fastest_rate"}
     own |= {"gravity_x", "gravity_y"}
     for name in set(model._fields) - own:
         np.testing.assert_equal(getattr(model, name), getattr(other, name), err_msg=name)

@@ -8,7 +8,7 @@
 # base from being pulled inward. STIFF is 1 while steps are Chebyshev's, and negative while so many
 # others must come before. DICE is where the random numbers of bumps are, MILLISECONDS how many
 # whole ones the drive's force has been averaged over.
-LO, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, MOREAU_LEFT, SECOND_STEPS = range(8)
+N_HELD, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, MOREAU_LEFT, SECOND_STEPS = range(8)
 QUICK_TOUCHES, KEEP, FEEDING, STIFF, PARKED, SLIPPING, DICE, MILLISECONDS = range(8, 16)
 
 # `State.clock`. BRAKE is how long the next step may be before a component stops, LAST_STEP 0 if
