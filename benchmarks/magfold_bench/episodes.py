@@ -105,12 +105,7 @@ def step_vector(env: Vector, actions: Iterable[Any]) -> None:
 def play_single(env: Single, seed: int, actions: NDArray[Any]) -> None:
     """Play one after another the episodes that `play_vector` plays in parallel.
 
-    Parameters
-    ----------
-    seed
-        Seed of the first episode, from which the others count up.
-    actions
-        Shape (steps, episodes, …).
+    Their seeds count up from ``seed``; actions have the shape (steps, episodes, …).
     """
     for k in range(actions.shape[1]):
         env.reset(seed=seed + k)

@@ -15,18 +15,13 @@ from magfold_env.engine.state import Model
 from magfold_env.scene import Scene
 from magfold_env.simulation.session import Session
 
+Floats = npt.NDArray[np.float64]
+
 
 class SteppedSession(Session):
-    """A session that stops after steps of the integrator and continues unchanged.
+    """A session of a concrete scene that stops every ``stride`` steps, and continues unchanged.
 
-    Parameters
-    ----------
-    scene
-        The scene to simulate, which must be concrete.
-    look
-        Called with the session after each of these stops.
-    stride
-        Number of steps between two stops.
+    ``look`` is called with the session at each stop.
     """
 
     def __init__(
@@ -51,10 +46,6 @@ class SteppedSession(Session):
         self._state.v[self.n :] = base_velocity
         self._state.counter[at.FRESH] = 1
 
-    def run(self) -> None:
-        """Feed and settle, as `simulate` does."""
-        self.settle()
-
     def _run(self, until: float) -> int:
         counter, clock = self._state.counter, self._state.clock
         while True:
@@ -71,9 +62,6 @@ class SteppedSession(Session):
             stopped = self.steps >= before + self._stride and self.steps < self._whole.max_steps
             if outcome != CAPPED or not stopped:
                 return outcome
-
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -128,21 +116,9 @@ class Motion:
 
 
 def follow(scene: Scene, stride: int = 1) -> tuple[Motion, SteppedSession]:
-    """Simulate a concrete scene and store every state.
+    """Simulate a concrete scene and store a state every ``stride`` steps.
 
-    Parameters
-    ----------
-    scene
-        The scene to simulate.
-    stride
-        Number of steps between two stored states.
-
-    Returns
-    -------
-    motion : Motion
-        The motion, including start and end.
-    session : SteppedSession
-        The session at its end.
+    Return the motion, including start and end, and the session at its end.
     """
     rows: list[Floats] = []
     released: list[int] = []
@@ -156,7 +132,7 @@ def follow(scene: Scene, stride: int = 1) -> tuple[Motion, SteppedSession]:
 
     session = SteppedSession(scene, look, stride)
     look(session)
-    session.run()
+    session.settle()
     look(session)
     table = np.array(rows)
     sound = np.isfinite(table).all(axis=1)

@@ -9,9 +9,9 @@ import numpy as np
 from magfold_bench import bare_pendulum, scaling, tables
 from magfold_bench.laws import integrators, mechanics
 from magfold_bench.paper import quoted
-from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction, pivot
+from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
 from magfold_bench.presentation import Lines
-from magfold_bench.tables import Progress, Row, Table, select
+from magfold_bench.tables import Progress, Row, Table, pivot, select
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import FloatArray
