@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -120,38 +120,23 @@ def follow(scene: Scene, stride: int = 1) -> tuple[Motion, SteppedSession]:
 
     Return the motion, including start and end, and the session at its end.
     """
-    rows: list[Floats] = []
-    released: list[int] = []
+    rows: list[tuple[npt.NDArray[Any], ...]] = []
 
     def look(session: SteppedSession) -> None:
-        seen = (session.angles, session.rates, session.base, session.base_velocity)
         account = session.account
-        sums = (account.feed + account.bumps + account.loading, account.impacts)
-        rows.append(np.concatenate([[session.time, session.potential()], sums, *seen]))
-        released.append(session.released)
+        work = account.feed + account.bumps + account.loading
+        place = (session.angles, session.rates, session.base, session.base_velocity)
+        sums = (session.potential(), work, account.impacts, session.released)
+        rows.append(tuple(np.array(each) for each in (session.time, *place, *sums)))
 
     session = SteppedSession(scene, look, stride)
     look(session)
     session.settle()
     look(session)
-    table = np.array(rows)
-    sound = np.isfinite(table).all(axis=1)
-    count = len(table) if sound.all() else int(sound.argmin())
-    n = scene.n
-    moment, potential, work, impacts, angles, rates, base, velocity = np.split(
-        table[:count], np.cumsum([1, 1, 1, 1, n, n, 2]), axis=1
+    columns = [np.stack(column) for column in zip(*rows, strict=True)]
+    sound = np.logical_and.reduce(
+        [np.isfinite(column.reshape(len(rows), -1)).all(axis=1) for column in columns]
     )
-    motion = Motion(
-        scene=scene,
-        time=moment[:, 0],
-        angles=angles,
-        rates=rates,
-        base=base,
-        base_velocity=velocity,
-        potential=potential[:, 0],
-        work=work[:, 0],
-        impacts=impacts[:, 0],
-        released=np.array(released[:count], dtype=np.int64),
-        finite=bool(sound.all()),
-    )
-    return motion, session
+    count = len(rows) if sound.all() else int(sound.argmin())
+    states = (column[:count] for column in columns)
+    return Motion(scene, *states, finite=bool(sound.all())), session
