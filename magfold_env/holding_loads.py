@@ -310,7 +310,10 @@ class _Balance:
         units = np.diag([1.0, 1.0, forces.model.friction_radius]).tolist()
         rubbing = [_wrench(fold.scene.n, {i: unit}) for i in rubs.tolist() for unit in units]
         columns = [self._scaled(wrench) for wrench in (*either_way, *pushing, *rubbing)]
-        self._size, self._grip = 3 * int(self._moves.sum()), forces.friction_limit[rubs] / self._unit
+        self._size, self._grip = (
+            3 * int(self._moves.sum()),
+            forces.friction_limit[rubs] / self._unit,
+        )
         self._pushing = len(either_way) + np.arange(len(pushing))
         self._rubbing = len(either_way) + len(pushing) + np.arange(3 * len(rubs))
         self._cones = [

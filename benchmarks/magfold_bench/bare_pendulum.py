@@ -16,8 +16,13 @@ from magfold_env.engine.compile.by_pointer import by_pointer, reference
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import inverse_root
 from magfold_env.engine.state import Array, Bodies, copy
-from magfold_env.engine.stepping.integrator import CAUTION, EASY, LARGEST_GROWTH, LONGEST_STEP
 from magfold_env.engine.stepping.stages import ERROR, LOCAL, ORDER, SLOW, STAGES, WEIGHT
+from magfold_env.engine.stepping.step_length import (
+    CAUTION,
+    EASY,
+    LARGEST_GROWTH,
+    LONGEST_STEP,
+)
 from magfold_env.scene import Scene
 from magfold_env.shapes import headings
 from magfold_env.simulation.pack import pack
@@ -119,13 +124,7 @@ def step_error(p: Pendulum, h: float) -> float:
 
 
 def pendulum(scene: Scene) -> Pendulum:
-    """Return the pendulum of a scene in its initial state.
-
-    Raises
-    ------
-    ValueError
-        If the scene has more than a drawn, pinned chain in gravity.
-    """
+    """Return the pendulum of a scene, a drawn, pinned chain in gravity, in its initial state."""
     bare = scene.mount == "pinned" and scene.magnets is None and not scene.contact
     if not bare or scene.frictions.any() or scene.start_angles is None:
         raise ValueError("scene: must be a drawn, pinned chain without magnets, friction, contact")

@@ -6,12 +6,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
+from rich.markup import escape
 
-from magfold_bench.paper.command import paper
 from magfold_bench.presentation import Summary, descriptions
-from magfold_bench.stress.command import stress
+from magfold_bench.tables import rich_table
 from magfold_env.cli import options
+from magfold_env.scene import errors, load_scene
 
 bench = options.application(no_args_is_help=True)
 
@@ -71,6 +73,82 @@ def _add(name: str, summary: Summary) -> None:
     ) -> None:
         with options.errors_in_one_line():
             import_module("magfold_bench.parts").run(name, only or [], quick, out)
+
+
+def stress(
+    *,
+    cases: Annotated[int, typer.Option(help="Scenes to try.")] = 1000,
+    seed: options.DrawSeed = 0,
+    only: Annotated[
+        list[str] | None, typer.Option(help="A kind of scenes, see the table; may repeat.")
+    ] = None,
+    workers: Annotated[int, typer.Option(help="Processes.")] = 1,
+    minutes: Annotated[
+        float | None, typer.Option(help="Begin no more after this time; no limit if left out.")
+    ] = None,
+    out: options.Results = Path("runs/stress"),
+    rerun: Annotated[
+        Path | None,
+        typer.Option(help="Judge the scene in this file, as --seed draws it, and nothing else."),
+    ] = None,
+) -> None:
+    """Try to break the simulation by random and extreme scenes; exit code 1 if a law is broken."""
+    from magfold_bench.stress import campaign, laws, report  # noqa: PLC0415 - for this command only
+
+    with options.errors_in_one_line():
+        options.check_folder("--out", out)
+        if rerun is not None and not rerun.is_file():
+            raise ValueError(f"--rerun: {str(rerun)!r} is not allowed; must be the file of a scene")
+        if rerun is not None:
+            errors.refuse(errors.unless_whole("seed", seed, 0))
+            scene = load_scene(rerun).draw(np.random.default_rng(seed))
+            verdict = laws.check(scene)
+            options.wide_console().print(report.verdict_table(rerun.name, verdict))
+            kept = not verdict.broken
+        else:
+            with options.progress_of(cases) as tell:
+                tally = campaign.run(
+                    cases, seed, only or [], workers=workers, minutes=minutes, out=out,
+                    progress=lambda tally: tell(tally.cases, f"{len(tally.failures)} break a law"),
+                )  # fmt: skip
+            for table in (report.kinds_table(tally), report.laws_table(tally)):
+                options.wide_console().print(table)
+            options.say_written(report.write(tally, out))
+            if tally.failures:
+                typer.echo(f"failing scenes: {out / 'failures'}")
+            kept = not tally.failures
+    if not kept:
+        raise typer.Exit(1)
+
+
+def paper(
+    *,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="table-1, figure-7, figure-11, figure-12, figures-13-14, figure-15, figure-16, "
+            "figure-18 or figure-19; may repeat."
+        ),
+    ] = None,
+    quick: options.Quick = False,
+    out: options.Results = Path("runs/paper"),
+) -> None:
+    """Reproduce the paper's figures and tables on one page, with the agreement of each."""
+    with options.errors_in_one_line():
+        options.need_render()
+        from magfold_bench.paper import run as runs  # noqa: PLC0415 - for this command only
+
+        with options.progress_of(1.0) as progress:
+            done = runs.run(only or [], quick, out, progress)
+        console = options.wide_console()
+        for each in done:
+            for claim in each.claims:
+                if claim.holds is False:
+                    text = f"• {each.part.name}: {claim.stated} Here: {claim.found}"
+                    console.print(escape(text), highlight=False)
+        console.print(rich_table(runs.overview(done)))
+        options.say_written(out / runs.PAGE, out / runs.NUMBERS)
+        typer.echo(f"pictures and tables of numbers: {out}")
 
 
 for _name, _summary in descriptions().items():

@@ -7,7 +7,7 @@ hundred times as long as others. On one core, processor time counts; with thread
 """
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 from itertools import count, product
 from typing import Any, NamedTuple
@@ -89,28 +89,10 @@ def vector(count: int, threads: int = 1, **options: Any) -> Vector:
     return gymnasium.make_vec(TUBE_FEED, num_envs=count, **kind, **options)
 
 
-def drawn_actions(env: Single | Vector, steps: int, seed: int) -> list[Any]:
-    """Return random actions; for a vector, each contains one for every environment."""
-    space: Any = env.action_space  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
-    space.seed(seed)
-    return [space.sample() for _ in range(steps)]
-
-
-def step_vector(env: Vector, actions: Iterable[Any]) -> None:
-    """Step through the actions."""
-    for action in actions:
-        env.step(action)
-
-
 def play_single(env: Single, seed: int, actions: NDArray[Any]) -> None:
     """Play one after another the episodes that `play_vector` plays in parallel.
 
-    Parameters
-    ----------
-    seed
-        Seed of the first episode, from which the others count up.
-    actions
-        Shape (steps, episodes, …).
+    Their seeds count up from ``seed``; actions have the shape (steps, episodes, …).
     """
     for k in range(actions.shape[1]):
         env.reset(seed=seed + k)
@@ -123,15 +105,8 @@ def play_single(env: Single, seed: int, actions: NDArray[Any]) -> None:
 def play_vector(env: Vector, seed: int, actions: NDArray[Any]) -> None:
     """Play an episode on every environment; arguments are those of `play_single`."""
     env.reset(seed=seed)
-    step_vector(env, actions)
-
-
-def log_uniform(rng: np.random.Generator, steps: int, episodes: int) -> NDArray[np.float32]:
-    """Return random ``box`` actions for tube-feed episodes, shape (steps, episodes, 5).
-
-    Every magnet is N or S with equal chance, and speeds are log-uniform over their whole range.
-    """
-    return rng.uniform(-1.0, 1.0, (steps, episodes, 5)).astype(np.float32)
+    for action in actions:
+        env.step(action)
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
@@ -170,13 +145,14 @@ def _task(n: int, way: Way, envs: int) -> timing.Task:
     if way.form == SINGLE:
         play = partial(play_single, single(**options))
     else:
-        together = vector(envs, way.threads, **options)
-        play = partial(play_vector, together)
+        play = partial(play_vector, vector(envs, way.threads, **options))
     rounds = count()
 
     def prepare() -> Callable[[], None]:
         k = next(rounds)
-        actions = log_uniform(np.random.default_rng([SEED, n, k]), n, envs)
+        # Every magnet is N or S with equal chance, and speeds are log-uniform.
+        drawn = np.random.default_rng([SEED, n, k]).uniform(-1.0, 1.0, (n, envs, 5))
+        actions = drawn.astype(np.float32)
         return lambda: play(SEED + k * envs, actions)
 
     return prepare

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from magfold_bench.laws.exact_magnets import magnets_of
 from magfold_bench.laws.experiment import COMPONENTS, MODES, SPEED
 from magfold_bench.laws.random_scenes import random_sequence
 from magfold_bench.tables import Measurement, Progress, Row, Table, each_case
@@ -75,40 +76,27 @@ def _tilted(scene: Scene, rng: np.random.Generator) -> Scene:
     return scene.replace(gravity={"normal": normal, "in_plane": along})
 
 
-def _rougher(scene: Scene, rng: np.random.Generator) -> Scene:
-    return scene.replace(friction=1.2 * scene.frictions)
-
-
-def _patchy(scene: Scene, rng: np.random.Generator) -> Scene:
-    return scene.replace(friction=scene.frictions * rng.uniform(0.8, 1.2, scene.n))
-
-
-def _deeper(scene: Scene, rng: np.random.Generator) -> Scene:
-    assert scene.magnets is not None
-    return scene.replace(magnets={"inset": np.asarray(scene.magnets.inset) + 1e-4})
-
-
-def _released_anew(scene: Scene, rng: np.random.Generator) -> Scene:
-    return scene.replace(start_angles=None, start_offsets=None).draw(rng)
-
-
-def _more_exact(scene: Scene, rng: np.random.Generator) -> Scene:
-    return scene.replace(solver={"tolerance": 0.1 * scene.solver.tolerance})
-
-
 def _drawn(**spreads: float) -> Change:
     return lambda scene, rng: scene.replace(spreads=spreads).draw(rng)
 
 
 CHANGES: dict[str, Change] = {
     "floor tilted by 1°": _tilted,
-    "friction 20 % higher": _rougher,
-    "friction of each component ±20 %": _patchy,
+    "friction 20 % higher": lambda scene, _: scene.replace(friction=1.2 * scene.frictions),
+    "friction of each component ±20 %": lambda scene, rng: scene.replace(
+        friction=scene.frictions * rng.uniform(0.8, 1.2, scene.n)
+    ),
     "each magnet ±5 %": _drawn(magnet=0.05),
     "all magnets alike ±5 %": _drawn(remanence=0.05),
-    "inset 0.1 mm deeper": _deeper,
+    "inset 0.1 mm deeper": lambda scene, _: scene.replace(
+        magnets={"inset": np.asarray(magnets_of(scene).inset) + 1e-4}
+    ),
     "mass of each component ±5 %": _drawn(mass=0.05),
     "side ±1 %": _drawn(side=0.01),
-    "start drawn anew, within ±0.03 rad": _released_anew,
-    "solver ten times as exact": _more_exact,
+    "start drawn anew, within ±0.03 rad": lambda scene, rng: scene.replace(
+        start_angles=None, start_offsets=None
+    ).draw(rng),
+    "solver ten times as exact": lambda scene, _: scene.replace(
+        solver={"tolerance": 0.1 * scene.solver.tolerance}
+    ),
 }

@@ -2,7 +2,7 @@
 
 For an idle machine, in a checkout. Without a FILE the page is built first. Prints, each with what
 it may be at most: when the page is ready, a fold of six components by the page's own clock, a click
-on a face to the frame that shows it, the frames of a film that plays, and the page's size.
+on a face to the frame that shows it, and the page's size.
 """
 
 import gzip
@@ -49,21 +49,6 @@ FACE = """(() => {
   const box = faces[Math.floor(faces.length * Math.random())].getBoundingClientRect();
   return [box.x + box.width / 2, box.y + box.height / 2];
 })()"""
-SLOW = """(() => {
-  const sequence = Array.from({ length: 12 }, randomFaces);
-  laboratory.change({ mount: "tube", sequence, feed: { ...laboratory.scene.feed, speed: 1e-3 } });
-})()"""
-PLAY = """(() => {
-  window.times = [];
-  laboratory.player.seek(0);
-  laboratory.player.play();
-  const step = (time) => {
-    times.push(time);
-    if (laboratory.player.playing) requestAnimationFrame(step);
-    else window.played = true;
-  };
-  requestAnimationFrame(step);
-})()"""
 
 
 def opened(page: chromium.Page, file: Path) -> float:
@@ -105,12 +90,6 @@ def main() -> None:
             show(f"fold, {mount}", [page.value(fold) for _ in range(REPEATS)], allowed)
         page.value(LISTEN)
         show("click to its frame", [clicked(page) for _ in range(REPEATS)], "100")
-        page.value(PLAY)
-        page.until("window.played")
-        show("between frames of a film", np.diff(page.value("times")), "16.7: 60 a second")
-        page.value(SLOW)
-        times = [clicked(page) for _ in range(REPEATS)]
-        show("click to its frame while 12 components fold slowly", times, "100")
 
 
 if __name__ == "__main__":

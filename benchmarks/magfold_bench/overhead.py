@@ -10,12 +10,12 @@ import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from types import ModuleType
-from typing import Any, get_args
+from typing import Any, cast, get_args
 
 import numpy as np
 
 from magfold_bench import tables, timing
-from magfold_bench.episodes import Vector, drawn_actions, step_vector, vector
+from magfold_bench.episodes import Vector, vector
 from magfold_bench.presentation import Lines
 from magfold_bench.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.engine.state import Array
@@ -94,7 +94,7 @@ def measure(fidelity: Fidelity, counts: tuple[int, ...], rounds: int, tick: Tick
     envs = {count: vector(count, components=COMPONENTS, fidelity=fidelity) for count in counts}
 
     def first_step(env: Vector) -> timing.Task:
-        (action,) = drawn_actions(env, 1, SEED)
+        (action,) = drawn_actions(env, 1)
 
         def prepare() -> Callable[[], object]:
             env.reset()
@@ -119,11 +119,19 @@ def measure(fidelity: Fidelity, counts: tuple[int, ...], rounds: int, tick: Tick
     return rows
 
 
+def drawn_actions(env: Vector, steps: int) -> list[Any]:
+    """Return random actions, each with one for every environment."""
+    space = cast("Any", env).action_space
+    space.seed(SEED)
+    return [space.sample() for _ in range(steps)]
+
+
 def outside_kernels(env: Vector, rounds: int) -> Array:
     """Return the time of each step of an episode [s] outside the kernels, shape (rounds, steps)."""
-    actions = drawn_actions(env, COMPONENTS, SEED)
+    actions = drawn_actions(env, COMPONENTS)
     env.reset(seed=SEED)
-    step_vector(env, actions)  # compiles
+    for action in actions:
+        env.step(action)  # compiles
     clock = KernelClock()
     samples = np.zeros((rounds, COMPONENTS))
     with clock.running():

@@ -24,7 +24,9 @@ from magfold_bench.laws import experiment
 from magfold_bench.magnets import accuracy, peers
 from magfold_bench.tables import Measurement, Progress, Row
 from magfold_env.cli import options
+from magfold_env.files import write_text
 from magfold_env.reporting import machine, plotting
+from magfold_env.reporting.tables import to_csv
 
 
 @dataclass(frozen=True)
@@ -66,33 +68,11 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
 
 
 def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
-    """Measure parts of a benchmark, print, and write tables and diagrams.
+    """Measure parts of a benchmark, all if none is named, print, and write tables and diagrams.
 
-    Parameters
-    ----------
-    name
-        Name of the benchmark and of its JSON file.
-    only
-        Names of the parts to measure; all if empty.
-    quick
-        Whether to measure less, with fewer repeats, as a trial whose results are not quotable.
-    out
-        Folder for CSV, JSON and PNG files, created if needed; None writes nothing.
-
-    Raises
-    ------
-    ValueError
-        If a part is not known.
-    ImportError
-        If diagrams are requested and matplotlib is not installed.
+    CSV, JSON and PNG files are written into the folder ``out``, unless it is None.
     """
-    parts = BENCHMARKS[name]
-    unknown = [each for each in only if each not in parts]
-    if unknown:
-        raise ValueError(
-            f"--only: {unknown[0]!r} is not allowed; must be one of {', '.join(parts)}"
-        )
-    chosen = {each: parts[each] for each in only or parts}
+    chosen = tables.chosen(BENCHMARKS[name], only)
     if out is not None:
         plotting.figure_class()  # before the long work, if it is missing
         out.mkdir(parents=True, exist_ok=True)
@@ -100,11 +80,10 @@ def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
     measured = {each: measure(each, part, quick) for each, part in chosen.items()}
     tables.show(options.wide_console(), system, measured)
     if out is not None:
-        written = tables.write(out, name, system, measured)
-        written += [
-            path for each, part in chosen.items() for path in draw(each, part, measured[each], out)
-        ]
-        options.say_written(*written)
+        found = ((each, part, measured[each]) for each, part in chosen.items())
+        written = [path for each in found for path in write(*each, out)]
+        write_text(out / f"{name}.json", tables.to_json(system, measured))
+        options.say_written(*written, out / f"{name}.json")
 
 
 def measure(name: str, part: Part, quick: bool) -> Measurement:
@@ -113,10 +92,13 @@ def measure(name: str, part: Part, quick: bool) -> Measurement:
         return part.measure(quick, lambda share, what: tell(share, f"{name}: {what}"))
 
 
-def draw(name: str, part: Part, found: Measurement, folder: Path) -> list[Path]:
-    """Draw a part's diagram, if it has one, and return the files written."""
-    if part.draw is None or not found.rows:
+def write(name: str, part: Part, found: Measurement, folder: Path) -> list[Path]:
+    """Write a part's rows and its diagram, if it has them, and return the files."""
+    if not found.rows:
         return []
-    path = folder / f"{name}.png"
-    plotting.save_figure(part.draw(found.rows), path)
-    return [path]
+    written = [folder / f"{name}.csv"]
+    write_text(written[0], to_csv(found.rows))
+    if part.draw is not None:
+        written.append(folder / f"{name}.png")
+        plotting.save_figure(part.draw(found.rows), written[1])
+    return written

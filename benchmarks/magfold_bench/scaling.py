@@ -158,10 +158,7 @@ def lanes(problem: ChainProblem) -> Contender:
 
 
 def dense(problem: ChainProblem) -> Contender:
-    """Solve the paper's eq.
-
-    39 directly; parts that do not depend on the state are computed earlier.
-    """
+    """Solve the paper's equation 39 directly; parts that no state changes are computed earlier."""
     bodies = problem.bodies
     arms = levers(bodies.reach, bodies.length)
     coupling = arms.T @ (bodies.mass[:, None] * arms)
@@ -256,15 +253,8 @@ LONGEST = {PINOCCHIO: 450, MUJOCO: 1000, DENSE: 1000}
 def measure(quick: bool, progress: Progress) -> list[Row]:
     """Time every contender at every length, or at fewer lengths if ``quick``.
 
-    Returns
-    -------
-    list of Row
-        One row per contender and length; peers that are not installed have none.
-
-    Raises
-    ------
-    ArithmeticError
-        If two contenders disagree about the accelerations.
+    Return one row per contender and length; peers that are not installed have none. Contenders that
+    disagree about the accelerations raise an ArithmeticError.
     """
     lengths, rounds = (QUICK_LENGTHS, 5) if quick else (LENGTHS, 15)
     absent = missing()
@@ -327,15 +317,10 @@ def run(quick: bool, progress: Progress) -> Measurement:
     Peers that are not installed have no rows, and a finding says that they are absent.
     """
     rows = measure(quick, progress)
-    blank = dict.fromkeys(tables.distinct(rows, "contender"), "")
-    lines: dict[int, Row] = {}
-    for row in rows:
-        line = lines.setdefault(int(row["n"]), {"n": row["n"], **blank})
-        line[str(row["contender"])] = f"{float(row['time [µs]']):.3g}"
-    found = _findings(rows)
-    found += [f"{name} is absent" for name in missing()]
+    lines = tables.pivot(rows, "n", "contender", "time [µs]", "")
+    found = _findings(rows) + [f"{name} is absent" for name in missing()]
     title = "Accelerations of a pinned chain: µs an evaluation and chain"
-    return Measurement(rows, [Table(title, list(lines.values()))], found)
+    return Measurement(rows, [Table(title, lines)], found)
 
 
 def _findings(rows: list[Row]) -> list[str]:

@@ -83,8 +83,9 @@ class Result(NamedTuple):
 
     def to_json(self) -> dict[str, Any]:
         """Return everything; numbers that are not finite become null."""
-        shown = [{"title": each.title, "rows": _plain(each.rows)} for each in self.found.tables]
-        found = {"rows": _plain(self.found.rows), "tables": shown, "findings": self.found.findings}
+        plain, found = tables.plain, self.found
+        shown = [{"title": each.title, "rows": plain(each.rows)} for each in found.tables]
+        found = {"rows": plain(found.rows), "tables": shown, "findings": found.findings}
         return {"name": self.name, "seconds": self.seconds, "pace": list(self.pace), **found}
 
     @classmethod
@@ -94,10 +95,6 @@ class Result(NamedTuple):
         found = Measurement(_rows(data["rows"]), shown, data["findings"])
         before, after = data["pace"]
         return cls(data["name"], found, data["seconds"], (before, after))
-
-
-def _plain(rows: list[Row]) -> list[dict[str, Any]]:
-    return [{name: tables.plain(cell) for name, cell in row.items()} for row in rows]
 
 
 def _rows(rows: list[dict[str, Any]]) -> list[Row]:
@@ -127,21 +124,9 @@ def identify() -> dict[str, str]:
 def run(effort: Effort, out: Path) -> bool:
     """Measure all parts that are not in the folder yet; return whether all succeeded.
 
-    Parameters
-    ----------
-    effort
-        Whether to measure everything, or less.
-    out
-        Folder of the page, of one folder per benchmark with CSV and PNG files, of everything as
-        JSON, and of the finished parts, from which an interrupted run continues.
-
-    Raises
-    ------
-    CheckpointError
-        If the folder contains parts of another commit, machine or effort, or damaged ones, or is in
-        use.
-    ImportError
-        If matplotlib is not installed.
+    The folder contains the page, everything as JSON, one folder per benchmark with CSV and PNG
+    files, and the finished parts, from which an interrupted run continues. Parts of another commit,
+    machine or effort are refused.
     """
     plotting.figure_class()
     console, identity = options.wide_console(), identify()
@@ -177,9 +162,7 @@ def _measure(entry: Entry, effort: Effort, folder: Path) -> Result:
     found = parts.measure(entry.title, entry.part, effort == "quick")
     seconds = time.perf_counter() - begun
     folder.mkdir(exist_ok=True)
-    if found.rows:
-        write_text(folder / f"{entry.name}.csv", tables.to_csv(found.rows))
-    parts.draw(entry.name, entry.part, found, folder)
+    parts.write(entry.name, entry.part, found, folder)
     return Result(entry.title, found, seconds, (before, measure_pace().median))
 
 

@@ -4,7 +4,6 @@ import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,8 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table as RichTable
 
-from magfold_env.files import write_text
-from magfold_env.reporting.tables import Cell, Row, Table, cell_text, to_csv
+from magfold_env.reporting.tables import Cell, Row, Table, cell_text
 
 Progress = Callable[[float, str], None]
 """Receives the finished share of a part, 0 to 1, and the present step."""
@@ -69,6 +67,17 @@ def select(rows: Sequence[Row], cells: Mapping[str, Any] | None = None, **more: 
     return [row for row in rows if all(row[name] == cell for name, cell in wanted.items())]
 
 
+def pivot(rows: Sequence[Row], line: str, column: str, value: str, missing: str) -> list[Row]:
+    """Return a row for each value of one column, with a cell for each value of another."""
+    names = distinct(rows, column)
+    shown: list[Row] = []
+    for key in distinct(rows, line):
+        found = {str(row[column]): row[value] for row in select(rows, **{line: key})}
+        head = str(key) if isinstance(key, int) else f"{key:.3g}"
+        shown.append({line: head, **{name: found.get(name, missing) for name in names}})
+    return shown
+
+
 def without_quartiles(rows: Sequence[Row], *hidden: str) -> list[Row]:
     """Return rows without their quartiles, and without some more columns."""
     return [
@@ -100,6 +109,14 @@ def verdict(held: object) -> str:
 # --- the console and files --------------------------------------------------------------------
 
 
+def chosen(parts: Mapping[str, Case], only: Sequence[str]) -> dict[str, Case]:
+    """Return the parts of these names, in their own order; all if there is none."""
+    for name in only:
+        if name not in parts:
+            raise ValueError(f"--only: {name!r} is not allowed; must be one of {', '.join(parts)}")
+    return {name: part for name, part in parts.items() if not only or name in only}
+
+
 def show(console: Console, machine: Mapping[str, str], measured: Mapping[str, Measurement]) -> None:
     """Print the tables, then what follows from them."""
     for each in measured.values():
@@ -126,43 +143,24 @@ def rich_table(table: Table) -> RichTable:
     return shown
 
 
-def write(
-    folder: Path, name: str, machine: Mapping[str, str], measured: Mapping[str, Measurement]
-) -> list[Path]:
-    """Write a CSV file a part and one JSON file, ``name``, with everything; return the files."""
-    written: list[Path] = []
-    for part, each in measured.items():
-        if each.rows:
-            path = folder / f"{part}.csv"
-            write_text(path, to_csv(each.rows))
-            written.append(path)
-    path = folder / f"{name}.json"
-    write_text(path, to_json(machine, measured))
-    return [*written, path]
-
-
 def to_json(machine: Mapping[str, str], measured: Mapping[str, Measurement]) -> str:
     """Return everything as JSON text; numbers that JSON cannot hold are null."""
-    data = {
-        "machine": dict(machine),
-        "parts": {
-            part: {
-                "findings": each.findings,
-                "rows": [{name: plain(cell) for name, cell in row.items()} for row in each.rows],
-            }
-            for part, each in measured.items()
-        },
+    parts = {
+        part: {"findings": each.findings, "rows": plain(each.rows)}
+        for part, each in measured.items()
     }
+    data = {"machine": dict(machine), "parts": parts}
     return json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def plain(cell: Cell) -> Cell | None:
-    """Return a cell as JSON has it, null where it is no number.
+def plain(rows: Sequence[Row]) -> list[dict[str, Cell | None]]:
+    """Return rows as JSON has them, null where a cell is no number."""
+    return [{name: _plain(cell) for name, cell in row.items()} for row in rows]
 
-    NumPy's integers are numbers too, but none that JSON knows.
-    """
+
+def _plain(cell: Cell) -> Cell | None:
     if isinstance(cell, str):
         return cell
     if not isinstance(cell, float):
-        return int(cell)
+        return int(cell)  # NumPy's integers are numbers that JSON does not know
     return float(cell) if math.isfinite(cell) else None

@@ -81,15 +81,7 @@ def spread_of(samples: npt.NDArray[np.float64]) -> Spread:
 
 
 def ratio(slow: Timing, fast: Timing) -> Spread:
-    """Return the ratio of the times of ``slow`` and ``fast`` within each round.
-
-    Raises
-    ------
-    ValueError
-        If the two were not measured in the same rounds.
-    """
-    if slow.samples.shape != fast.samples.shape:
-        raise ValueError("timings of different numbers of rounds have no ratio")
+    """Return the ratio of the times of ``slow`` and ``fast`` within each round."""
     return spread_of(slow.samples / fast.samples)
 
 
@@ -105,21 +97,12 @@ def take_turns(
     clock: Callable[[], float] = time.thread_time,
     tick: Callable[[float], None] | None = None,
 ) -> dict[Key, Timing]:
-    """Time tasks in turns.
+    """Time tasks in turns, and take a sample of each in every round.
 
-    Parameters
-    ----------
-    tasks
-        Tasks to time. Each runs twice before the first round: to compile and fill caches, then to
-        find the number of calls per sample.
-    rounds
-        Number of samples of each task.
-    shortest
-        Shortest time of a sample [s]; shorter calls are repeated, and the sample is their mean.
-    clock
-        Clock in seconds; for work on several threads use `time.perf_counter`.
-    tick
-        Called with the finished share of the work, 0 to 1.
+    Each runs twice before the first round: to compile and fill caches, then to find the number of
+    calls per sample. Calls shorter than ``shortest`` [s] are repeated; the sample is their mean.
+    The clock is in seconds; work on several threads needs `time.perf_counter`. ``tick`` is called
+    with the finished share of the work, 0 to 1.
     """
     calls: dict[Key, int] = {}
     for name, task in tasks.items():

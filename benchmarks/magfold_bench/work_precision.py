@@ -103,17 +103,12 @@ def named_scenes() -> dict[str, Scene]:
     return scenes
 
 
-def settings_of(
-    scene: Scene,
-    tolerances: Sequence[float],
-    accuracies: Sequence[float],
-    time_steps: Sequence[float],
-) -> list[Setting]:
+def settings_of(scene: Scene, effort: Effort) -> list[Setting]:
     """Return every combination that a scene allows; the paper's solver needs it pinned."""
-    chosen = accuracies if has_accuracy(scene) else (None,)
-    found = [Setting("adaptive", t, accuracy) for accuracy in chosen for t in tolerances]
+    chosen = effort.accuracies if has_accuracy(scene) else (None,)
+    found = [Setting("adaptive", t, accuracy) for accuracy in chosen for t in effort.tolerances]
     if scene.mount == "pinned":
-        found += [Setting("paper", step, accuracy) for accuracy in chosen for step in time_steps]
+        found += [Setting("paper", h, accuracy) for accuracy in chosen for h in effort.time_steps]
     return found
 
 
@@ -138,10 +133,6 @@ class Reference(NamedTuple):
     def error_on_the_way(self, run: Fold) -> float:
         """Largest difference of a joint's angle at any time [rad], as far as it is known."""
         return max(runs.difference(run, self.fold), self.known, NUDGE)
-
-    def final_error(self, run: Fold) -> float:
-        """Largest difference of a joint's angle at the end [rad]."""
-        return max(runs.final_difference(run, self.fold), NUDGE)
 
 
 def reference(scene: Scene, tolerance: float, accuracy: float) -> Reference:
@@ -177,8 +168,7 @@ def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[R
     known = [reference(start, *effort.reference) for start in starts]
     clear = [each for each in known if not (each.sensitive or each.unsure)] or known
     tick(0.3)
-    grid = (effort.tolerances, effort.accuracies, effort.time_steps)
-    settings = settings_of(scene, *grid)
+    settings = settings_of(scene, effort)
     found = {setting: _errors(setting, clear) for setting in settings}
     tick(0.6)
     tasks = {
@@ -212,7 +202,7 @@ def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
     folds = [recorded(setting.on(each.scene)) for each in references]
     pairs = list(zip(folds, references, strict=True))
     way = [each.error_on_the_way(run) for run, each in pairs]
-    end = [each.final_error(run) for run, each in pairs]
+    end = [max(runs.final_difference(run, each.fold), NUDGE) for run, each in pairs]
     return {
         WAY: float(np.median(way)),
         END: float(np.median(end)),

@@ -147,7 +147,10 @@ class Chains:
         """Set the drawn numbers of some cleared chains."""
         self.mass[rows], self.inertia[rows] = numbers.mass, numbers.inertia
         self.friction_limit[rows] = numbers.friction_limit
-        self.typical_rate[rows], self.fastest_rate[rows] = numbers.typical_rate, numbers.fastest_rate
+        self.typical_rate[rows], self.fastest_rate[rows] = (
+            numbers.typical_rate,
+            numbers.fastest_rate,
+        )
         for gravity, along in zip(self.gravity, numbers.pull.T, strict=True):
             gravity[rows] = along
 

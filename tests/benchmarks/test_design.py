@@ -14,13 +14,11 @@ from magfold_env.shapes import folded_words
 
 
 @pytest.mark.medium
-@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_targets_are_judged_beside_the_minimiser(
-    count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(design, "folded_words", lambda n: folded_words(n)[:count])
-    if count == 1:
-        monkeypatch.setattr(design, "SELECTION", 2)
+    monkeypatch.setattr(design, "folded_words", lambda n: folded_words(n)[:1])
+    monkeypatch.setattr(design, "SELECTION", 2)
     command = ["bench", "design", "--quick", "--only", "targets", "--out", str(tmp_path)]
     result = CliRunner().invoke(app.app, command)
     assert result.exit_code == 0, result.output

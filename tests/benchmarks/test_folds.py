@@ -1,11 +1,16 @@
-"""`bench dynamics --only folds`: which folds are timed, and what is said of them."""
+"""Whole folds: which are timed, and that they need no more evaluations than they did."""
 
 import numpy as np
+import pytest
 
 from magfold_bench import folds
-from magfold_bench.folds import DEFAULT, Effort
-from magfold_bench.runs import KINDS
+from magfold_bench.folds import DEFAULT, Effort, scene_of
+from magfold_bench.runs import KINDS, ended
 from magfold_env.fold import FoldStatus
+
+SEEDS = range(4)
+KNOWN = {"free, no friction": 1833, "free, friction 0.35": 2448, "tube, 0.1 m/s": 5104}
+"""Evaluations at the default tolerance, of the folds of these seeds together."""
 
 
 def test_folds_that_are_timed_end_where_the_reference_does(monkeypatch):
@@ -20,3 +25,8 @@ def test_folds_that_are_timed_end_where_the_reference_does(monkeypatch):
         assert float(r["evaluations"]) > float(r["steps"]) > 0.0
         assert 0.0 < float(r["time [ms]"]) < np.inf
     assert len(part.tables) == len(part.findings) == len(KINDS)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_folds_need_no_more_evaluations(kind: str) -> None:
+    assert sum(ended(scene_of(kind, seed)).evaluations for seed in SEEDS) < 1.2 * KNOWN[kind]

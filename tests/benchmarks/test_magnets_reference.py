@@ -81,27 +81,6 @@ def test_magpylib_converges_to_the_reference(pair, seed):
     assert fine < 5e-3
 
 
-def test_two_unequal_faces_meet_a_sum_over_point_charges():
-    """Both rectangles as Gauss nodes in both directions: Coulomb's law and nothing else."""
-    size, source = np.array([[0.004, 0.007]]), np.array([[0.006, 0.003]])
-    offset, turn = np.array([[0.001, 0.003]]), np.array([0.4])
-    pull, moment = exact_magnets.rectangle_pull(offset, turn, size, source, 40, 20)
-
-    def charges(size, centre, angle):
-        node, weight = np.polynomial.legendre.leggauss(40)
-        s, z = np.meshgrid(node * size[0] / 2, node * size[1] / 2, indexing="ij")
-        places = np.stack([centre[0] + np.cos(angle) * s, centre[1] + np.sin(angle) * s, z], -1)
-        return places.reshape(-1, 3), np.outer(weight, weight).ravel() / 4
-
-    here, q = charges(size[0], offset[0], turn[0])
-    there, p = charges(source[0], np.zeros(2), 0.0)
-    apart = here[:, None] - there
-    forces = np.einsum("k,l,kld->kd", q, p, apart / np.linalg.norm(apart, axis=2)[..., None] ** 3)
-    arm = here - np.append(offset[0], 0.0)
-    np.testing.assert_allclose(pull[0], forces.sum(axis=0)[:2], rtol=1e-9)
-    assert moment[0] == pytest.approx(np.cross(arm, forces).sum(axis=0)[2], rel=1e-9)
-
-
 def test_the_flush_force_is_the_strongest_faces():
     scene, _ = unequal(4)
     assert scene.magnets is not None
@@ -122,11 +101,3 @@ def test_empty_faces_are_not_there():
     force, torque = exact_magnets.forces(none, *pose)
     assert not force.any()
     assert not torque.any()
-    # Letter by letter: forces are bilinear in the charges of two components.
-    whole = exact_magnets.forces(scene.replace(sequence=("NS--", "SSNS")), *pose)
-    parts = [
-        exact_magnets.forces(scene.replace(sequence=(faces, "SSNS")), *pose)
-        for faces in ("N---", "-S--")
-    ]
-    for k in range(2):
-        np.testing.assert_allclose(whole[k], parts[0][k] + parts[1][k], rtol=1e-12)

@@ -2,10 +2,7 @@
 
 import pytest
 
-from magfold_bench.timing import (
-    ratio,
-    take_turns,
-)
+from magfold_bench.timing import ratio, take_turns
 
 
 class Clock:

@@ -91,7 +91,7 @@ def momentum_errors(seed, tolerance, *, contact):
     session = thrown(seed, tolerance, contact=contact)
     scene, before = session.scene, session.momenta
     size = float(np.sqrt(2.0 * session.kinetic * scene.masses.sum()))
-    session.run()
+    session.settle()
     after = session.momenta
     length = scene.n * scene.casing.diagonal
     linear = float(np.hypot(*(after[0] - before[0]))) / size
@@ -245,7 +245,7 @@ def creep(seed):
     scene = random_scene(seed)
     scene = scene.replace(friction=np.maximum(scene.frictions, LEAST_FRICTION))
     session = FreeSession(scene)
-    session.run()
+    session.settle()
     if session.status not in {FoldStatus.FOLDED, FoldStatus.MISFOLDED}:
         return None
     angles, base = session.angles, session.base

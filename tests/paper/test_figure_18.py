@@ -10,63 +10,46 @@ from magfold_bench.tables import Row
 from magfold_env.minimiser import Mode
 from magfold_env.reporting.intervals import share
 from magfold_env.shapes import centres, headings, word_to_angles
-from tests.paper.measured import outcomes
+from tests.paper.measured import FITTING, Ends, outcomes
 
-Ends = dict[tuple[int, str], list[tuple[str, str, int]]]
-
-AGREEING: Ends = {
-    (1, "free"): [("LRLLR", "folded", 80), ("LRLLL", "folded", 20)],
-    (1, "forward"): [("LRRLL", "folded", 90), ("LRSLL", "misfolded", 10)],
-    (1, "backward"): [("LRLLL", "folded", 45), ("LRLLR", "folded", 40), ("RRLLL", "folded", 15)],
-    (2, "free"): [("LRLRL", "folded", 100)],
-    (2, "forward"): [("LRLRL", "folded", 60), ("LRLLL", "folded", 40)],
-    (2, "backward"): [("LRLRL", "folded", 35), ("LRLLL", "folded", 33), ("LRRLL", "folded", 32)],
-    (3, "free"): [("LRLLL", "folded", 80), ("LRLSS", "misfolded", 20)],
-    (3, "forward"): [("LRLLL", "folded", 60), ("LRLSL", "misfolded", 40)],
-    (3, "backward"): [("LRLLL", "folded", 100)],
-}
 SAID = (
     "1 free", "1 forward", "2 free", "2 forward", "split 1", "split 2", "named", "3 free",
     "3 forward", "3 backward", "misfolds", "modes",
 )  # fmt: skip
 
 
-def bars(ends: Ends) -> list[Row]:
+def judged(every: dict[int, Ends]) -> dict[str, str]:
     rows: list[Row] = []
-    for (sequence, mode), outcome in ends.items():
-        for word, status, count in outcome:
-            found = share(count, 100)
-            row: Row = {"sequence": sequence, "mode": mode, "runs": 100, "word": word}
-            row |= {"status": status, "probability": found.rate}
-            rows.append(row | {"low": found.low, "high": found.high})
-    return rows
-
-
-def judged(ends: Ends) -> dict[str, str]:
-    return dict(zip(SAID, outcomes(figure_18.judge(bars(ends), "")), strict=True))
+    for sequence, ends in every.items():
+        for mode, counts in ends.items():
+            for word, count in counts.items():
+                found = share(count, sum(counts.values()))
+                row: Row = {"sequence": sequence, "mode": mode, "word": word}
+                row |= {"status": "misfolded" if "S" in word else "folded"}
+                rows.append(row | {"probability": found.rate, "low": found.low, "high": found.high})
+    return dict(zip(SAID, outcomes(figure_18.judge(rows, "")), strict=True))
 
 
 def test_the_papers_words_agree_with_themselves() -> None:
-    assert judged(AGREEING) == dict.fromkeys(SAID, "agrees")
+    assert judged(FITTING) == dict.fromkeys(SAID, "agrees")
 
 
 @pytest.mark.parametrize(
-    ("case", "ends", "claim"),
+    ("number", "mode", "counts", "claim"),
     [
-        ((1, "free"), [("LRLLL", "folded", 60), ("LRLLR", "folded", 40)], "1 free"),
-        ((1, "forward"), [("LRSLR", "misfolded", 100)], "1 forward"),
-        ((2, "forward"), [("LRRLL", "folded", 90), ("LRLRL", "folded", 10)], "2 forward"),
-        ((1, "backward"), [("LRLLL", "folded", 90), ("LRLLR", "folded", 10)], "split 1"),
-        ((1, "backward"), [("RRLLL", "folded", 50), ("RRLLR", "folded", 50)], "named"),
-        ((2, "backward"), [("LRLLL", "folded", 100)], "split 2"),
-        ((3, "backward"), [("RRLLL", "folded", 100)], "3 backward"),
-        ((3, "backward"), [("LRLLL", "folded", 40), ("LRLSS", "misfolded", 60)], "3 backward"),
+        (1, "free", {"LRLLL": 60, "LRLLR": 40}, "1 free"),
+        (1, "forward", {"LRSLR": 100}, "1 forward"),
+        (2, "forward", {"LRRLL": 90, "LRLRL": 10}, "2 forward"),
+        (1, "backward", {"LRLLL": 90, "LRLLR": 10}, "split 1"),
+        (1, "backward", {"RRLLL": 50, "RRLLR": 50}, "named"),
+        (2, "backward", {"LRLLL": 100}, "split 2"),
+        (3, "backward", {"RRLLL": 100}, "3 backward"),
+        (3, "backward", {"LRLLL": 40, "LRLSS": 60}, "3 backward"),
     ],
 )
-def test_other_shares_disagree(
-    case: tuple[int, str], ends: list[tuple[str, str, int]], claim: str
-) -> None:
-    assert judged({**AGREEING, case: ends})[claim] == "disagrees"
+def test_other_shares_disagree(number: int, mode: Mode, counts: dict[str, int], claim: str) -> None:
+    ends = {**FITTING, number: {**FITTING[number], mode: counts}}
+    assert judged(ends)[claim] == "disagrees"
 
 
 def test_no_turn_makes_the_movement_less() -> None:

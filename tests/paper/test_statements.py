@@ -6,31 +6,13 @@ from magfold_bench.paper.statements import HOLDS, RELEASES, Released
 from magfold_env.ensembles.releases import Ensemble, Run
 from magfold_env.minimiser import Mode
 from magfold_env.scene import load_scene
+from tests.paper.measured import FITTING, Ends
 
 SCENE = load_scene("paper/sequence-1")
 NAMES = {
     1: {"S1A": "LRLLL", "S1B": "RRLLL", "S1C": "LRLLR", "S1E": "LRRRL"},
     2: {"S2A": "LRLLL", "S2B": "LRLRL", "S2C": "LRRLL"},
     3: {"S3A": "LRLLL"},
-}
-Ends = dict[Mode, dict[str, int]]
-
-FITTING: dict[int, Ends] = {
-    1: {
-        "free": {"LRLLR": 80, "LRLLL": 10, "LRSLL": 10},
-        "forward": {"LRLLR": 60, "LRLLL": 20, "RRLLL": 20},
-        "backward": {"LRLLR": 50, "LRLLL": 45, "RRLLL": 5},
-    },
-    2: {
-        "free": {"LRLRL": 100},
-        "forward": {"LRLRL": 60, "LRLLL": 40},
-        "backward": {"LRLRL": 35, "LRLLL": 33, "LRRLL": 32},
-    },
-    3: {
-        "free": {"LRLLL": 80, "LRLSS": 20},
-        "forward": {"LRLLL": 60, "LRLSL": 40},
-        "backward": {"LRLLL": 100},
-    },
 }
 
 

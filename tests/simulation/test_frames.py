@@ -28,7 +28,7 @@ def _steps(scene: mf.Scene) -> tuple[mf.Trajectory, np.ndarray]:
         seen = (s.time, s.angles, s.base, s.rates, s.released, s.base_velocity, 0.0, s.energy())
         rows.append(seen)
 
-    SteppedSession(scene, look, stride=3).run()
+    SteppedSession(scene, look, stride=3).settle()
     *motion, energy = (np.array(column) for column in zip(*rows, strict=True))
     return mf.Trajectory(*motion), energy
 

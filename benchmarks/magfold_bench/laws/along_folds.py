@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -15,18 +15,13 @@ from magfold_env.engine.state import Model
 from magfold_env.scene import Scene
 from magfold_env.simulation.session import Session
 
+Floats = npt.NDArray[np.float64]
+
 
 class SteppedSession(Session):
-    """A session that stops after steps of the integrator and continues unchanged.
+    """A session of a concrete scene that stops every ``stride`` steps, and continues unchanged.
 
-    Parameters
-    ----------
-    scene
-        The scene to simulate, which must be concrete.
-    look
-        Called with the session after each of these stops.
-    stride
-        Number of steps between two stops.
+    ``look`` is called with the session at each stop.
     """
 
     def __init__(
@@ -51,10 +46,6 @@ class SteppedSession(Session):
         self._state.v[self.n :] = base_velocity
         self._state.counter[ix.FRESH] = 1
 
-    def run(self) -> None:
-        """Feed and settle, as `simulate` does."""
-        self.settle()
-
     def _run(self, until: float) -> int:
         counter, clock = self._state.counter, self._state.clock
         while True:
@@ -71,9 +62,6 @@ class SteppedSession(Session):
             stopped = self.steps >= before + self._stride and self.steps < self._whole.max_steps
             if outcome != CAPPED or not stopped:
                 return outcome
-
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -128,54 +116,27 @@ class Motion:
 
 
 def follow(scene: Scene, stride: int = 1) -> tuple[Motion, SteppedSession]:
-    """Simulate a concrete scene and store every state.
+    """Simulate a concrete scene and store a state every ``stride`` steps.
 
-    Parameters
-    ----------
-    scene
-        The scene to simulate.
-    stride
-        Number of steps between two stored states.
-
-    Returns
-    -------
-    motion : Motion
-        The motion, including start and end.
-    session : SteppedSession
-        The session at its end.
+    Return the motion, including start and end, and the session at its end.
     """
-    rows: list[Floats] = []
-    released: list[int] = []
+    rows: list[tuple[npt.NDArray[Any], ...]] = []
 
     def look(session: SteppedSession) -> None:
-        seen = (session.angles, session.rates, session.base, session.base_velocity)
         account = session.account
-        sums = (account.feed + account.bumps + account.loading, account.impacts)
-        rows.append(np.concatenate([[session.time, session.potential()], sums, *seen]))
-        released.append(session.released)
+        work = account.feed + account.bumps + account.loading
+        place = (session.angles, session.rates, session.base, session.base_velocity)
+        sums = (session.potential(), work, account.impacts, session.released)
+        rows.append(tuple(np.array(each) for each in (session.time, *place, *sums)))
 
     session = SteppedSession(scene, look, stride)
     look(session)
-    session.run()
+    session.settle()
     look(session)
-    table = np.array(rows)
-    sound = np.isfinite(table).all(axis=1)
-    count = len(table) if sound.all() else int(sound.argmin())
-    n = scene.n
-    moment, potential, work, impacts, angles, rates, base, velocity = np.split(
-        table[:count], np.cumsum([1, 1, 1, 1, n, n, 2]), axis=1
+    columns = [np.stack(column) for column in zip(*rows, strict=True)]
+    sound = np.logical_and.reduce(
+        [np.isfinite(column.reshape(len(rows), -1)).all(axis=1) for column in columns]
     )
-    motion = Motion(
-        scene=scene,
-        time=moment[:, 0],
-        angles=angles,
-        rates=rates,
-        base=base,
-        base_velocity=velocity,
-        potential=potential[:, 0],
-        work=work[:, 0],
-        impacts=impacts[:, 0],
-        released=np.array(released[:count], dtype=np.int64),
-        finite=bool(sound.all()),
-    )
-    return motion, session
+    count = len(rows) if sound.all() else int(sound.argmin())
+    states = (column[:count] for column in columns)
+    return Motion(scene, *states, finite=bool(sound.all())), session

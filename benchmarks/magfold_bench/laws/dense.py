@@ -72,8 +72,6 @@ class Inside:
     side."""
     speed: float = 0.0
     """Speed of the fastest point of a casing near a solid [m/s]."""
-    looks: int = 0
-    """Number of inspected states."""
 
 
 class Judge:
@@ -98,7 +96,6 @@ class Judge:
         places = centres(states.angles, side, states.base)
         kept = self._moved(states.angles, places)
         states, places = states.of(kept), places[kept]
-        worst.looks += len(kept)
         seen = (states.angles, states.base, states.released)
         if scene.mount == "tube":
             worst.beyond_bore = max(

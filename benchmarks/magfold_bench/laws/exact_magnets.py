@@ -37,13 +37,7 @@ class Faces(NamedTuple):
 
 
 def faces_of(scene: Scene, places: Array, headings: Array) -> Faces:
-    """Return the pole faces of casings with centres ``places`` (n, 2) [m] and headings (n,).
-
-    Raises
-    ------
-    ValueError
-        If the scene has no magnets.
-    """
+    """Return the pole faces of casings with centres ``places`` (n, 2) [m] and headings (n,)."""
     magnets = magnets_of(scene)
     angle = headings[:, None] + FACE_NORMALS
     normal = np.stack([np.cos(angle), np.sin(angle)], axis=2)
@@ -61,29 +55,15 @@ def faces_of(scene: Scene, places: Array, headings: Array) -> Faces:
 
 
 def magnets_of(scene: Scene) -> Magnets:
-    """Return the magnets of a scene.
-
-    Raises
-    ------
-    ValueError
-        If it has none.
-    """
-    if scene.magnets is None:
-        raise ValueError("magnets: the scene has none")
+    """Return the magnets of a scene, which must have some."""
+    assert scene.magnets is not None
     return scene.magnets
 
 
 def forces(scene: Scene, places: Array, headings: Array) -> tuple[Array, Array]:
     """Return the forces (n, 2) [N] on casings and the torques (n,) about their centres [N·m].
 
-    Parameters
-    ----------
-    scene
-        The scene with poles, casings and magnets; it does not set the places of the casings.
-    places : (n, 2) array
-        Centres [m].
-    headings : (n,) array
-        Headings [rad].
+    The casings have centres ``places`` (n, 2) [m] and headings (n,) [rad].
     """
     faces, n = faces_of(scene, places, headings), len(headings)
     # The halves of all pairs of faces of different casings.

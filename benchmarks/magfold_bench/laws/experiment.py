@@ -97,13 +97,6 @@ def run(quick: bool, progress: Progress, kind: Kind = "") -> Measurement:
     return Measurement(rows, [Table("The paper's experiment, simulated", table)])
 
 
-def bar_of(row: Row) -> Bar:
-    """Return the bar of a row."""
-    joints = tuple(float(angle) for angle in str(row["joint angles (rad)"]).split())
-    rate, low, high = (float(row[name]) for name in ("probability", "low", "high"))
-    return Bar(str(row["word"]), str(row["status"]), rate, low, high, joints)
-
-
 def draw_experiment(rows: list[Row]) -> Any:
     """Return the bars of the nine ensembles, one row per sequence: the paper's Figure 18."""
     from magfold_env.render.charts import bar_chart  # noqa: PLC0415 - an extra
@@ -111,5 +104,8 @@ def draw_experiment(rows: list[Row]) -> Any:
     panels: dict[str, list[Bar]] = {}
     for row in rows:
         name = f"sequence {row['sequence']}, {row['mode']}: {row['runs']} releases"
-        panels.setdefault(name, []).append(bar_of(row))
+        joints = tuple(float(angle) for angle in str(row["joint angles (rad)"]).split())
+        rate, low, high = (float(row[name]) for name in ("probability", "low", "high"))
+        bar = Bar(str(row["word"]), str(row["status"]), rate, low, high, joints)
+        panels.setdefault(name, []).append(bar)
     return bar_chart(panels)

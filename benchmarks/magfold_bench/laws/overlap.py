@@ -65,16 +65,9 @@ def depths(scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.
     """Return the depths of overlaps between casings and with fixed bodies.
 
     The tube guides the components that it holds, so solids concern only the others. The tube's
-    walls are between these and all held components except the two next to the mouth.
-
-    Parameters
-    ----------
-    angles
-        Headings of m states [rad], shape (m, n).
-    base
-        Outer hinge of component 1 [m], shape (m, 2).
-    released
-        Number of components out of the tube, shape (m,).
+    walls are between these and all held components except the two next to the mouth. Arguments are
+    of m states: headings (m, n) [rad], the outer hinge of component 1 (m, 2) [m], and the number of
+    components out of the tube (m,).
     """
     solids = obstacles(scene)
     found = Depths(np.zeros(len(angles)), np.zeros((len(angles), len(solids))))
@@ -163,18 +156,8 @@ def separation(one: Boxes, other: Boxes, wanted: float = np.inf) -> Floats:
 def squares_apart(places: Floats, headings: Floats, side: float, apart: int = 1) -> float:
     """Return the least separation of two sharp squares of a chain [m]; < 0 where two overlap.
 
-    It is the largest separation along an edge's normal.
-
-    Parameters
-    ----------
-    places
-        Centres [m], shape (n, 2).
-    headings
-        Shape (n,) [rad].
-    side
-        Of the squares [m].
-    apart
-        Smallest distance of the two squares along the chain, in components.
+    It is the largest separation along an edge's normal. The squares have centres (n, 2) [m],
+    headings (n,) [rad] and a side [m]; pairs are at least ``apart`` components from each other.
     """
     squares = Boxes(places, headings + TO_FACE, np.full((len(headings), 2), 0.5 * side))
     one, other = np.triu_indices(len(headings), apart)

@@ -1,13 +1,12 @@
 """Compute the shipped baselines: ``python -m magfold_bench.lists.baselines``."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from multiprocessing import get_context
+from operator import call
 from typing import Any
 
 import typer
-from rich.progress import Progress
+from rich.progress import track
 
 from magfold_env.envs.anchor import AnchorEnv
 from magfold_env.envs.baselines.baseline import (
@@ -25,6 +24,7 @@ from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.targets import resolve_targets
 from magfold_env.envs.tray import TrayEnv
 from magfold_env.envs.unknown_floor import UnknownFloorEnv
+from magfold_env.parallel import Workers, finished
 from magfold_env.scene import load_scene
 
 SHIPPED: tuple[tuple[str, Randomisation], ...] = (
@@ -43,33 +43,29 @@ Job = Callable[[], Baseline]
 
 def main(workers: int = 2, only: str = "") -> None:
     """Compute and write the baselines of the default scenes whose names begin with ``only``."""
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
-    with Progress() as progress, pool:
 
-        def save(name: str, key: str, jobs: Sequence[Job]) -> None:
-            task = progress.add_task(name, total=len(jobs))
-            baselines: list[Baseline] = []
-            for job in [pool.submit(job) for job in jobs]:
-                baselines.append(job.result())
-                progress.advance(task)
-            path = save_shipped(name, key, baselines)
-            mean = sum(baseline.score for baseline in baselines) / len(baselines)
-            progress.console.print(f"{path}: mean b {mean:.3f}")
+    def save(name: str, key: str, jobs: Sequence[Job]) -> None:
+        results = finished(call, jobs, Workers(workers, "processes"))
+        made = dict(track(results, name, total=len(jobs)))
+        baselines = [made[place] for place in range(len(jobs))]
+        path = save_shipped(name, key, baselines)
+        mean = sum(each.score for each in baselines) / len(baselines)
+        typer.echo(f"{path}: mean b {mean:.3f}")
 
-        for name, randomisation in SHIPPED:
-            if name.startswith(only):
-                scene = randomised(load_scene(name), randomisation)
-                sequences = designs(scene)
-                jobs = [
-                    partial(evaluate_design, scene, target, sequences[target])
-                    for target in resolve_targets(None, scene.n)
-                ]
-                save(f"{name}-{randomisation}", baseline_key(scene), jobs)
-        for track in TRACKS:
-            if track.default_scene.startswith(only):
-                store = _store(track)
-                jobs = [partial(_of_task, track, task) for task in store.names]
-                save(track.default_scene, store.key, jobs)
+    for name, randomisation in SHIPPED:
+        if name.startswith(only):
+            scene = randomised(load_scene(name), randomisation)
+            sequences = designs(scene)
+            jobs = [
+                partial(evaluate_design, scene, target, sequences[target])
+                for target in resolve_targets(None, scene.n)
+            ]
+            save(f"{name}-{randomisation}", baseline_key(scene), jobs)
+    for kind in TRACKS:
+        if kind.default_scene.startswith(only):
+            store = _store(kind)
+            jobs = [partial(_of_task, kind, task) for task in store.names]
+            save(kind.default_scene, store.key, jobs)
 
 
 def _of_task(track: type[CameraTrackEnv], task: str) -> Baseline:

@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
-from magfold_bench.lists.faces import random_faces
 from magfold_env.envs.baselines.baseline import CANDIDATE_SPEEDS, draw_generator
 from magfold_env.envs.chains.arrays import FOLDED
 from magfold_env.envs.lumen import LumenEnv
+from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.envs.tasks.draws import episode_seeds, randomised
 from magfold_env.envs.tasks.feed_tasks import FeedTask
 from magfold_env.envs.unknown_floor import FloorEpisodes
@@ -48,6 +48,11 @@ NARROW_TUBE = {"bore": None, "loading": "preloaded", "force_limit": 1.0}
 """The feed used to select the shipped chains; the track's tube has been widened since."""
 
 Found = tuple[float, FeedTask]
+
+
+def random_faces(rng: np.random.Generator, size: int | tuple[int, int]) -> Any:
+    """Return the faces of random components, nested in a given shape."""
+    return np.array(PATTERNS)[rng.integers(len(PATTERNS), size=size)].tolist()
 
 
 def find_two_folds(seed: int = 0) -> Iterator[Found]:

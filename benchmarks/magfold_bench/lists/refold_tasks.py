@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from gymnasium.utils import seeding
 
-from magfold_bench.lists.faces import random_faces
+from magfold_bench.lists.feed_tasks import random_faces
 from magfold_env.envs.baselines.legs import Following
 from magfold_env.envs.baselines.three_speeds import PULLS, PUSHES, Speeds, push_pull_push
 from magfold_env.envs.chains.arrays import FOLDED, Bools, Ints

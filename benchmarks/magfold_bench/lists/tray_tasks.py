@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from rich.progress import track
 
-from magfold_bench.lists.faces import random_faces
+from magfold_bench.lists.feed_tasks import random_faces
 from magfold_env.envs.anchor import AnchorEnv, AnchorEpisodes
 from magfold_env.envs.baselines.tray_order import TrayDesigns, always
 from magfold_env.envs.chains.arrays import Floats, Ints

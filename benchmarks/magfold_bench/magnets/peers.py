@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from importlib.util import find_spec
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,6 +38,11 @@ OVER = f"time / {ENGINE}"
 BOUNDS = (5e-2, 1e-2, 1e-3, 1e-4, 1e-5)
 WANTED = 1000.0
 SEED = 3
+OFF_STOP = 1e-6  # [rad]
+SHAPES: dict[str, Callable[[int], Array]] = {
+    "unfolded": samples.unfolded,
+    "folded": lambda n: samples.folded(n) + OFF_STOP * (np.arange(n) % 2),
+}
 NO_RATIO = timing.Spread(math.nan, math.nan, math.nan)
 
 # Cells of a magnet, nearly cubes, by number of components; then samples of every timing.
@@ -53,14 +59,7 @@ def installed() -> bool:
 class Peer:
     """Casings as collections of cuboid magnets, each uniformly magnetised along its thickness.
 
-    Parameters
-    ----------
-    scene
-        Poles, casings and magnets.
-    places : (n, 2) array
-        Centres [m].
-    headings : (n,) array
-        Headings [rad].
+    The casings have centres (n, 2) [m] and headings (n,) [rad].
     """
 
     def __init__(self, scene: Scene, places: Array, headings: Array) -> None:
@@ -147,7 +146,8 @@ def run(quick: bool, progress: Progress) -> Measurement:
         return Measurement(findings=[text])
     meshes, rounds = QUICK if quick else FULL
     rows: list[Row] = []
-    for (n, shape), tick in samples.each_chain(progress, meshes):
+    cases = list(product(meshes, SHAPES))
+    for (n, shape), tick in tables.each_case(progress, cases, "n = {0[0]}, {0[1]}".format):
         rows.extend(measure(n, shape, meshes[n], rounds, tick))
     return Measurement(rows, [_table(rows)], _findings(rows))
 
@@ -155,7 +155,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 def measure(n: int, shape: str, meshes: tuple[Mesh, ...], rounds: int, tick: Tick) -> list[Row]:
     """Return one row per contender for a chain of random poles in one shape."""
     scene = samples.random_scene(np.random.default_rng(SEED), n)
-    headings = samples.shapes(n)[shape]
+    headings = SHAPES[shape](n)
     sample = samples.sample_of([scene], [(centres(headings, scene.casing.side), headings)])
     peer = Peer(sample.scenes[0], sample.places[0], sample.headings[0])
     with peer.one_thread():

@@ -6,10 +6,9 @@ One compiled loop evaluates the states, so that the cost of calls is negligible.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 
 import numpy as np
 
@@ -17,7 +16,6 @@ from magfold_bench import timing
 from magfold_bench.laws import exact_magnets
 from magfold_bench.laws.overlap import squares_apart
 from magfold_bench.laws.random_scenes import random_sequence
-from magfold_bench.tables import Progress, Tick, each_case
 from magfold_env.engine.compile.jit import allocating_kernel
 from magfold_env.engine.magnets.pairs import add_forces
 from magfold_env.engine.state import Array, Loads, Nodes, Pose
@@ -29,8 +27,6 @@ from magfold_env.shapes import headings as joint_headings
 from magfold_env.simulation.pack import charges, quadrature_of
 from magfold_env.simulation.quadrature import choose_rule
 
-UNFOLDED, FOLDED = "unfolded", "folded"
-OFF_STOP = 1e-6  # [rad]
 FOLDED_SHARES = (0.05, 0.4, 0.8, 0.98, 1.0)  # of the joints' right angles
 ROUNDING = 1e-9  # of a side: casings that touch do not overlap
 FARTHEST = 0.1  # [m] gap of a random pair
@@ -101,19 +97,6 @@ def folded(n: int) -> Array:
     return np.unwrap(np.array(quarters[:n]) * (math.pi / 2.0))
 
 
-def shapes(n: int) -> dict[str, Array]:
-    """Return headings (n,) [rad] by the name of the shape."""
-    return {UNFOLDED: unfolded(n), FOLDED: folded(n) + OFF_STOP * (np.arange(n) % 2)}
-
-
-def each_chain(
-    progress: Progress, lengths: Iterable[int]
-) -> Iterator[tuple[tuple[int, str], Tick]]:
-    """Yield chains of some lengths, unfolded and folded, each with a function for its progress."""
-    cases = list(product(lengths, (UNFOLDED, FOLDED)))
-    return each_case(progress, cases, lambda case: f"n = {case[0]}, {case[1]}")
-
-
 @dataclass(frozen=True, eq=False)
 class Sample:
     """A fixed number of casings in several states, with their exact forces."""
@@ -154,16 +137,10 @@ def sample_of(scenes: Sequence[Scene], poses: Sequence[tuple[Array, Array]]) -> 
 def sum_forces(
     times: int, magnets: Packed, charge: Array, poses: Pose, nodes: Nodes, out: Loads
 ) -> None:
-    """Sum over the nodes of casings anywhere.
+    """Sum over the nodes of casings anywhere, repeatedly.
 
-    Parameters
-    ----------
-    times
-        Number of repetitions.
-    charge : (states, n, 4) array
-        Of the outer pole faces [A·m].
-    poses
-        Of the casings, each array of shape (states, n).
+    ``charge`` of the outer pole faces has the shape (states, n, 4) [A·m], each array of the poses
+    and of the result (states, n).
     """
     for _ in range(times):
         for k in range(charge.shape[0]):
@@ -177,21 +154,14 @@ def sum_forces(
 
 
 class Sums:
-    """The engine's sums over the nodes of one kind of magnets, in all states of a sample.
-
-    Parameters
-    ----------
-    sample
-        The states.
-    magnets
-        Magnets that replace those of the scenes.
-    """
+    """The engine's sums over nodes in all states of a sample, with magnets in place of its own."""
 
     def __init__(self, sample: Sample, magnets: Magnets) -> None:
         casing, shape = sample.scenes[0].casing, sample.headings.shape
         packed = quadrature_of(casing, magnets, choose_rule(magnets))
         charge = np.array([charges(scene) for scene in sample.scenes])
-        poses = pose_of(sample.places, sample.headings)
+        x, y = (np.ascontiguousarray(sample.places[..., axis]) for axis in range(2))
+        poses = Pose(np.cos(sample.headings), np.sin(sample.headings), x, y)
         self._given = packed, charge, poses, new_nodes(packed, shape[1])
         self._out = Loads(*(np.zeros(shape) for _ in range(3)))
         self._size = sample.size
@@ -216,9 +186,3 @@ class Sums:
 
     def _evaluate(self, times: int) -> None:
         sum_forces(times, *self._given, self._out)
-
-
-def pose_of(places: Array, headings: Array) -> Pose:
-    """Return poses of casings, each array of the shape of ``headings``."""
-    x, y = (np.ascontiguousarray(places[..., axis]) for axis in range(2))
-    return Pose(np.cos(headings), np.sin(headings), x, y)

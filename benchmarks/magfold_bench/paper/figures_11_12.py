@@ -60,6 +60,13 @@ def _tables(measured: Measured, *left_out: str) -> list[Table]:
     ]
 
 
+def _for_each_charge(
+    judge: Callable[[str, list[Row]], list[Claim]], measured: Measured
+) -> list[Claim]:
+    cases = motions.by_charge(measured["means"])
+    return [claim for name, rows in cases.items() for claim in judge(name, rows)]
+
+
 def _over_time_plot(name: str, measured: Measured, line: str) -> Plot:
     """Draw the error over time, one panel per strength of magnets."""
     title = "The paper's solver: squared error of the angles"
@@ -103,13 +110,8 @@ def steps(quick: bool, progress: Progress) -> Measured:
     return {"over-time": over_time, "means": means}
 
 
-def steps_claims(measured: Measured) -> list[Claim]:
-    """Judge the chosen step, until joints snap and on the whole."""
-    cases = motions.by_charge(measured["means"])
-    return [claim for name, rows in cases.items() for claim in _steps_claims(name, rows)]
-
-
-def _steps_claims(name: str, rows: list[Row]) -> list[Claim]:
+def steps_claims(name: str, rows: list[Row]) -> list[Claim]:
+    """Judge the chosen step for one charge, until joints snap and on the whole."""
     (chosen,) = select(rows, {"steps a frame": quoted.COMPUTATIONS})
     stated = f"{quoted.COMPUTATIONS} time steps a frame of the film are fine enough to go on with"
     own, ours, smooth = (math.sqrt(float(chosen[EARLY + key])) for key in (OWN, ERROR, SMOOTH))
@@ -166,7 +168,7 @@ FIGURE_11 = Reproduction(
     "of the same model. Mass and sizes are assumed.",
     measure=steps,
     tables=lambda measured: _tables(measured, "Δt [ms]"),
-    claims=steps_claims,
+    claims=lambda measured: _for_each_charge(steps_claims, measured),
     plots=steps_plots,
     inputs=motions.INPUTS,
 )
@@ -256,15 +258,11 @@ def _points_force(magnets: Packed, gap: float, nodes: Nodes) -> float:
     return level_sum(magnets, 0, faces, False, nodes)[2]
 
 
-def rows_at(rows: list[Row], gap: float) -> list[Row]:
-    """Return the rows of the gap that is nearest to one [m]."""
-    nearest = min((float(row["gap [mm]"]) for row in rows), key=lambda g: abs(g - 1e3 * gap))
-    return [row for row in rows if row["gap [mm]"] == nearest]
-
-
 def _forces(measured: Measured) -> dict[int, float]:
     """Return the force of touching casings over the exact one, by the number of charges."""
-    near = rows_at(measured["forces"], GAP)
+    rows = measured["forces"]
+    at = min((float(row["gap [mm]"]) for row in rows), key=lambda gap: abs(gap - 1e3 * GAP))
+    near = select(rows, {"gap [mm]": at})
     return {int(row["h"]): float(row["magnets / exact"]) for row in near}
 
 
@@ -278,8 +276,6 @@ def points_tables(measured: Measured) -> list[Table]:
 def points_claims(measured: Measured) -> list[Claim]:
     """Judge whether three charges do as well as thirty, and whether either is right."""
     few, many = quoted.CHARGES, quoted.MANY_CHARGES
-    cases = motions.by_charge(measured["means"])
-    made = [claim for name, rows in cases.items() for claim in _points_claims(name, rows)]
     at = _forces(measured)
     force = Claim(
         f"h = {few} stands for the magnets well enough to go on with.",
@@ -289,7 +285,7 @@ def points_claims(measured: Measured) -> list[Claim]:
         "More charges on a line converge, but not to the force of a magnet, which is as high as it "
         "is wide: a line's field is stronger near it.",
     )
-    return [*made, force]
+    return [*_for_each_charge(_points_claims, measured), force]
 
 
 def _points_claims(name: str, rows: list[Row]) -> list[Claim]:

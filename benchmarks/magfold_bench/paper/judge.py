@@ -13,10 +13,11 @@ import typer
 from magfold_bench.laws.experiment import MODES, by_hand
 from magfold_bench.paper.figure_18 import NEARLY, movement
 from magfold_bench.paper.statements import CHAINS, ENERGIES, HOLDS, RELEASES, Released, clear
-from magfold_bench.tables import Row, to_csv
+from magfold_bench.tables import Row
 from magfold_env.designer.suites import load_suite
 from magfold_env.ensembles.releases import Ensemble, ensemble
 from magfold_env.minimiser import Mode, minimise
+from magfold_env.reporting.tables import to_csv
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import mirror
 

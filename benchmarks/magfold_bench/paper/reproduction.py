@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, Self
 
-from magfold_bench.tables import Progress, Row, Table, distinct, select
+from magfold_bench.tables import Progress, Row, Table
 from magfold_env.reporting.page import Tone, Verdict
 from magfold_env.reporting.plotting import save_figure
 
@@ -105,14 +105,3 @@ class Reproduction:
         """Return the claims, each with its assumptions."""
         made = self.claims(measured)
         return [claim._replace(inputs=claim.inputs or self.inputs) for claim in made]
-
-
-def pivot(rows: list[Row], line: str, column: str, value: str, missing: str) -> list[Row]:
-    """Return a row for each value of one column, with a cell for each value of another."""
-    names = distinct(rows, column)
-    shown: list[Row] = []
-    for key in distinct(rows, line):
-        found = {str(row[column]): row[value] for row in select(rows, **{line: key})}
-        head = str(key) if isinstance(key, int) else f"{key:.3g}"
-        shown.append({line: head, **{name: found.get(name, missing) for name in names}})
-    return shown

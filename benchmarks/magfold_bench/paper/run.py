@@ -11,9 +11,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
+from magfold_bench import tables
 from magfold_bench.paper import energies, figure_18, figures_11_12, figures_13_14, pendulum
 from magfold_bench.paper.reproduction import Claim, Measured, Outcome, Reproduction, Subject
-from magfold_bench.tables import Progress, Row, Table, to_csv
+from magfold_bench.tables import Progress, Row, Table
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.files import physics_digest, write_text
 from magfold_env.reporting import machine
@@ -27,6 +28,7 @@ from magfold_env.reporting.page import (
     Section,
     write_page,
 )
+from magfold_env.reporting.tables import to_csv
 
 PAGE, NUMBERS = "paper.html", "paper.json"
 
@@ -58,61 +60,35 @@ class Done(NamedTuple):
         return self.part.verdicts(self.measured)
 
 
-def choose(only: Sequence[str]) -> list[Reproduction]:
-    """Return the parts of these names, in the paper's order; all if there is none.
-
-    Raises
-    ------
-    ValueError
-        If there is no such part.
-    """
-    for name in only:
-        if name not in PARTS:
-            raise ValueError(f"--only: {name!r} is not allowed; must be one of {', '.join(PARTS)}")
-    return [part for name, part in PARTS.items() if not only or name in only]
-
-
 def run(only: Sequence[str], quick: bool, out: Path, progress: Progress) -> list[Done]:
     """Measure the named parts, or all, write the files, and return the content of the page.
 
-    A folder's finished parts are not measured again, and are on the page.
-
-    Raises
-    ------
-    ValueError
-        If there is no such part, or the folder contains parts that another version measured.
+    A folder's finished parts are not measured again, and are on the page. Parts that another
+    version measured are refused.
     """
-    chosen = choose(only)
+    chosen = tables.chosen(PARTS, only)
     out.mkdir(parents=True, exist_ok=True)
     state = out / "state" / ("quick" if quick else "full")
     key = {"quick": quick, "physics": physics_digest(), "magfold_env": version("magfold_env")}
     with Checkpoint(state, key) as kept:
-        # What is finished.
         done = {name: _done(PARTS[name], record, out) for name, record in kept.load()}
-        todo = [part for part in chosen if part.name not in done]
-        if not todo:
-            return _write(done, quick, out)
-        written: list[Done] = []
+        todo = [part for name, part in chosen.items() if name not in done]
+        written = _write(done, quick, out) if done else []
         for k, part in enumerate(todo):
 
             def tell(share: float, what: str, k: int = k, name: str = part.name) -> None:
                 progress((k + min(share, 1.0)) / len(todo), f"{name}: {what}")
 
             tell(0.0, "begins")
-            record = _measure(part, quick, tell)
+            system, begun = machine.describe(), time.perf_counter()
+            measured = part.measure(quick, tell)
+            seconds = time.perf_counter() - begun
+            record = {"machine": system, "seconds": seconds, "measured": measured}
             kept.add([part.name, record])
             kept.save()
             done[part.name] = _done(part, record, out)
             written = _write(done, quick, out)
         return written
-
-
-def _measure(part: Reproduction, quick: bool, tell: Progress) -> dict[str, Any]:
-    """Measure a part, with the machine and the duration."""
-    system = machine.describe()
-    begun = time.perf_counter()
-    measured = part.measure(quick, tell)
-    return {"machine": system, "seconds": time.perf_counter() - begun, "measured": measured}
 
 
 def _done(part: Reproduction, record: dict[str, Any], out: Path) -> Done:

@@ -35,7 +35,8 @@ class Released(NamedTuple):
     def folded(self, mode: Mode) -> dict[str, float]:
         """Return the share of releases that end in each full fold."""
         outcomes = self.ends[mode].outcomes
-        return {w: found.rate for (w, status), found in outcomes.items() if _is_fold(status)}
+        full = FoldStatus.FOLDED
+        return {w: found.rate for (w, status), found in outcomes.items() if status is full}
 
     def rate(self, mode: Mode, name: str) -> float:
         """Return the share of releases that end in a state."""
@@ -46,10 +47,6 @@ class Released(NamedTuple):
         made = self.ends[mode]
         stopped = Counter[str](made.word[made.status != FoldStatus.FOLDED.value].tolist())
         return {word: count / len(made) for word, count in stopped.items()}
-
-
-def _is_fold(status: FoldStatus) -> bool:
-    return status is FoldStatus.FOLDED
 
 
 class Statement(NamedTuple):

@@ -43,13 +43,7 @@ def names(number: int) -> dict[str, str]:
 
 
 def word_of(name: str) -> str:
-    """Return the word that the paper calls S1A, S2B or the like.
-
-    Raises
-    ------
-    KeyError
-        If there is no state of this name.
-    """
+    """Return the word that the paper calls S1A, S2B or the like."""
     return {each: word for word, each in names(int(name[1])).items()}[name]
 
 

@@ -16,7 +16,7 @@ from magfold_bench.stress.verdict import Tally, Verdict
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.files import physics_digest, sources_digest
 from magfold_env.parallel import Workers, finished
-from magfold_env.scene import Problem, Scene, SceneError, save_scene
+from magfold_env.scene import Scene, errors, save_scene
 
 BLOCK = 20
 """Number of cases that a worker gets and stores at once."""
@@ -72,35 +72,16 @@ def run(
     out: Path | None = None,
     progress: Progress | None = None,
 ) -> Tally:
-    """Try cases and count their results.
+    """Try cases of the kinds ``only``, or of all that have a share, and count their results.
 
-    Parameters
-    ----------
-    cases
-        How many.
-    seed
-        Of all draws.
-    only
-        Names of the kinds to draw from; all that have a share if empty.
-    workers
-        Processes.
-    minutes
-        After which no more are begun; None for none.
-    out
-        Folder of the state, and of the scenes of failing cases; None keeps nothing.
-    progress
-        Called with the tally so far.
-
-    Raises
-    ------
-    SceneError
-        If an argument is not allowed.
-    CheckpointError
-        If the folder contains the state of another campaign or a damaged one, or is in use.
+    No more are begun after some minutes. The folder ``out`` contains the state, from which an
+    interrupted campaign continues, and the scenes of failing cases. ``progress`` is called with the
+    tally so far.
     """
     _check(cases, seed, only, workers, minutes)
     chosen = list(only) or [name for name, kind in KINDS.items() if kind.share]
-    blocks = _blocks(cases, seed, chosen)
+    every = list(islice(ordered(seed, chosen), cases))
+    blocks = [every[k : k + BLOCK] for k in range(0, cases, BLOCK)]
     tally, done = Tally(), set[int]()
     until = None if minutes is None else time.monotonic() + 60.0 * minutes
     processes = Workers(workers, "processes")
@@ -152,11 +133,6 @@ def ordered(seed: int, kinds: Sequence[str]) -> Iterator[Case]:
         numbers[name] += 1
 
 
-def _blocks(cases: int, seed: int, kinds: Sequence[str]) -> list[list[Case]]:
-    every = list(islice(ordered(seed, kinds), cases))
-    return [every[k : k + BLOCK] for k in range(0, cases, BLOCK)]
-
-
 def _key(seed: int, kinds: Sequence[str]) -> dict[str, object]:
     return {
         "kind": "stress",
@@ -177,17 +153,10 @@ def _save_failures(tally: Tally, folder: Path) -> None:
 
 
 def _check(cases: int, seed: int, only: Sequence[str], workers: int, minutes: float | None) -> None:
-    problems = [
-        Problem(key, value, f"must be at least {least}")
-        for key, value, least in (("cases", cases, 1), ("seed", seed, 0), ("workers", workers, 1))
-        if value < least
-    ]
-    if minutes is not None and not minutes > 0.0:
-        problems.append(Problem("minutes", minutes, "must be greater than 0"))
-    problems += [
-        Problem("only", name, f"must be one of {', '.join(KINDS)}")
-        for name in only
-        if name not in KINDS
-    ]
-    if problems:
-        raise SceneError(problems)
+    problems = errors.unless_whole("cases", cases, 1) + errors.unless_whole("seed", seed, 0)
+    problems += errors.unless_whole("workers", workers, 1)
+    if minutes is not None:
+        problems += errors.unless_positive("minutes", minutes)
+    for name in only:
+        problems += errors.unless_one_of("only", name, KINDS)
+    errors.refuse(problems)

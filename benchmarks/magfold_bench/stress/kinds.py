@@ -44,13 +44,7 @@ Changes = dict[str, Any]
 
 
 class Source:
-    """Draws numbers and choices uniformly from a generator; a subclass may draw differently.
-
-    Parameters
-    ----------
-    key
-        Seed: each key has its own stream of draws.
-    """
+    """Draws numbers and choices uniformly; each key, the seed, has its own stream of draws."""
 
     def __init__(self, *key: int) -> None:
         self._rng = np.random.default_rng(key)

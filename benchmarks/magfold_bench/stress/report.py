@@ -8,6 +8,7 @@ from rich.table import Table
 
 from magfold_bench.stress.kinds import KINDS
 from magfold_bench.stress.verdict import Tally, Verdict
+from magfold_env.cli import options
 from magfold_env.files import write_text
 from magfold_env.reporting import machine
 
@@ -17,11 +18,13 @@ SHOWN = 5  # failing cases of a law that are listed
 
 def kinds_table(tally: Tally) -> Table:
     """Return the ends of the cases of each kind, and the number that break a law."""
-    table = Table(title=f"{tally.cases} cases, {tally.seconds:.0f} s of processor time")
-    table.add_column("kind")
-    table.add_column("what is drawn")
-    for name in ("cases", *STATUSES, "break a law"):
-        table.add_column(name, justify="right")
+    notes = [f"{count} {note}" for note, count in tally.notes.items()]
+    table = options.table(
+        f"{tally.cases} cases, {tally.seconds:.0f} s of processor time",
+        {"kind": False, "what is drawn": False}
+        | dict.fromkeys(("cases", *STATUSES, "break a law"), True),
+        f"Set aside, as no judge of some laws: {'; '.join(notes) or 'none'}.",
+    )
     failing = [failure["kind"] for failure in tally.failures]
     for kind, counts in tally.statuses.items():
         count = failing.count(kind)
@@ -31,16 +34,13 @@ def kinds_table(tally: Tally) -> Table:
     table.add_section()
     sums = [str(sum(c[status] for c in tally.statuses.values())) for status in STATUSES]
     table.add_row("all", "", str(tally.cases), *sums, str(len(tally.failures)))
-    notes = [f"{count} {note}" for note, count in tally.notes.items()]
-    table.caption = f"Set aside, as no judge of some laws: {'; '.join(notes) or 'none'}."
     return table
 
 
 def laws_table(tally: Tally) -> Table:
     """Return the number of cases checked for each law, and those that break it."""
-    table = Table(title="Laws")
-    for name in ("law", "judged", "broken", "nearest to breaking", f"cases (up to {SHOWN})"):
-        table.add_column(name, justify="left" if name[:4] in {"law", "case"} else "right")
+    numbers = dict.fromkeys(("judged", "broken", "nearest to breaking"), True)
+    table = options.table("Laws", {"law": False, **numbers, f"cases (up to {SHOWN})": False})
     for law, count in tally.held.items():
         names = [f["case"] for f in tally.failures if law in {each for each, _ in f["broken"]}]
         share, _ = tally.worst.get(law, (0.0, ""))
@@ -53,14 +53,12 @@ def laws_table(tally: Tally) -> Table:
 
 def verdict_table(name: str, verdict: Verdict) -> Table:
     """Return the laws that one scene keeps and breaks."""
-    table = Table(title=escape(f"{name}: {verdict.status}, {verdict.message}"))
-    for column in ("law", "share of what is allowed", "broken by"):
-        table.add_column(column)
+    title = escape(f"{name}: {verdict.status}, {verdict.message}")
+    columns = ("law", "share of what is allowed", "broken by")
+    table = options.table(title, dict.fromkeys(columns, False), "; ".join(verdict.notes) or None)
     for law, share in verdict.worst.items():
         words = "; ".join(str(each) for each in verdict.broken if each.law == law)
         table.add_row(law, f"{share:.2g}", escape(words), style="red" if words else "")
-    if verdict.notes:
-        table.caption = "; ".join(verdict.notes)
     return table
 
 

@@ -126,7 +126,7 @@ def turned_end(scene: Scene) -> End:
     """Return the end of a scene when all of it, including the chain, is turned."""
     session = SteppedSession(turned(scene, TURN), stride=AT_ONCE)
     session.turn(TURN)
-    session.run()
+    session.settle()
     return End.of(session.fold())
 
 

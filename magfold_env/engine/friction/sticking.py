@@ -49,7 +49,10 @@ def first_accelerations(model: Model, state: State, work: Work, out: Array) -> b
     keep = rows
     for r in range(rows, count, 3):
         i = work.rows.id[r, 0]
-        if acceleration_left(count, work, r) < STILL * model.friction_limit[i] / model.bodies.mass[i]:
+        if (
+            acceleration_left(count, work, r)
+            < STILL * model.friction_limit[i] / model.bodies.mass[i]
+        ):
             state.stuck[i] = 1
             work.rows.id[keep, 0] = i
             keep += 3
@@ -102,7 +105,9 @@ def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
     missed = SLIPPED * model.tolerance * model.typical_rate * model.side / h
     for i in range(lo, model.n):
         size = math.sqrt(
-            square(work.loads.fx[i]) + square(work.loads.fy[i]) + square(model.friction_radius * change[i])
+            square(work.loads.fx[i])
+            + square(work.loads.fy[i])
+            + square(model.friction_radius * change[i])
         )
         most = model.friction_limit[i] / bodies.mass[i]
         if size > max(STILL * most, min(SLACK * most, missed)):

@@ -78,7 +78,9 @@ def friction_rate(lo: int, model: Model, state: State, work: Work) -> float:
     for i in range(lo, model.n):
         speed = law.speed(model, work, state.v, i)
         if state.stuck[i] == 0 and speed > law.AT_REST:
-            least = min(bodies.mass[i], bodies.inertia[i] / (model.friction_radius * model.friction_radius))
+            least = min(
+                bodies.mass[i], bodies.inertia[i] / (model.friction_radius * model.friction_radius)
+            )
             fastest = max(fastest, model.friction_limit[i] / (speed * least))
     return fastest
 

@@ -100,7 +100,9 @@ def test_sliding_friction_takes_its_grip_times_the_speed(seed, n):
         + work.loads.torque * v[:n]
     )
     np.testing.assert_allclose(power, -MU * floor.scene.masses * G * size, rtol=1e-12)
-    force = np.stack([work.loads.fx, work.loads.fy, work.loads.torque / floor.model.friction_radius], axis=1)
+    force = np.stack(
+        [work.loads.fx, work.loads.fy, work.loads.torque / floor.model.friction_radius], axis=1
+    )
     # Associated law: of all forces in the ellipsoid it takes the most, straight against (v, c ω).
     expected = -MU * floor.scene.masses[:, None] * G * speeds / size[:, None]
     np.testing.assert_allclose(force, expected, rtol=1e-10, atol=1e-15)
@@ -122,7 +124,11 @@ def test_rounding_does_not_make_slide_what_is_held(seed, n, share):
     at_rest = floor.work.chain.force.copy()
     drift = 1e-9 * random_velocity(rng, n)
     assert accelerations(floor.model, floor.state, floor.state.q, drift, floor.work, out)
-    scale = [*[floor.model.friction_limit[0] * SIDE] * n, floor.model.friction_limit[0], floor.model.friction_limit[0]]
+    scale = [
+        *[floor.model.friction_limit[0] * SIDE] * n,
+        floor.model.friction_limit[0],
+        floor.model.friction_limit[0],
+    ]
     np.testing.assert_allclose((floor.work.chain.force - at_rest) / scale, 0.0, rtol=0, atol=1e-6)
 
 

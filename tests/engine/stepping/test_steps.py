@@ -42,7 +42,7 @@ def test_looking_at_every_step_changes_no_bit(seed):
     scene = random_scene(seed)
     times = []
     session = SteppedSession(scene, lambda s: times.append(s.time))
-    session.run()
+    session.settle()
     fold, other = session.fold(), simulate(scene)
     assert (fold.angles == other.angles).all()
     assert (fold.base == other.base).all()
