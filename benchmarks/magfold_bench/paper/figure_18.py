@@ -177,7 +177,9 @@ def _mostly_s3a(bars: list[Row], mode: str) -> Claim:
     mine = select(bars, sequence=3, mode=mode)
     share = _rate(mine, goal)
     others = [row for row in mine if (row["word"], row["status"]) != (goal, FOLDED)]
-    listed = ", ".join(f"{_rated(row)} {row['status']}" for row in others)
+    listed = ", ".join(
+        f"{row['word']} {_per_cent(float(row['probability']))} {row['status']}" for row in others
+    )
     folds = {row["word"] for row in select(mine, status=FOLDED)}
     apart = {str(row["word"]): _first_apart(str(row["word"]), goal) for row in others}
     astray = ", ".join(
@@ -189,10 +191,6 @@ def _mostly_s3a(bars: list[Row], mode: str) -> Claim:
         folds == {goal} and share > MOST,
         f"Not on the way to S3A: {astray}." if astray else "",
     )
-
-
-def _rated(row: Row) -> str:
-    return f"{row['word']} {_per_cent(float(row['probability']))}"
 
 
 def _first_apart(word: str, goal: str) -> int:
