@@ -6,9 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_bench.laws import experiment
-from magfold_bench.laws.experiment import Kind
+from magfold_bench.laws.experiment import MODES, SEQUENCES, Kind
 from magfold_bench.paper import states
-from magfold_bench.paper.quoted import SEQUENCES
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
 from magfold_bench.paper.statements import on_the_way
 from magfold_bench.tables import Progress, Row, Table, select
@@ -16,7 +15,6 @@ from magfold_env.fold import FoldStatus
 from magfold_env.minimiser import Mode
 from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
-MODES = experiment.MODES
 FOLDED = FoldStatus.FOLDED.value
 NEARLY = 1.05
 """Shapes within this factor of the least movement count as those of least movement."""
