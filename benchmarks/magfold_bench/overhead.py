@@ -29,45 +29,39 @@ SEED = 29
 PACKAGE = "magfold_env."
 
 
-class KernelClock:
-    """Adds up the time of calls from Python to kernels, including nested kernels.
+@contextmanager
+def watched_kernels() -> Generator[Callable[[], float]]:
+    """Yield a function that returns the time so far [s] of calls from Python to kernels.
 
-    The cost of a call before the kernel begins counts as time of the kernel.
+    Kernels that these call are included, and so is the cost of a call before the kernel begins. All
+    must have been compiled: a kernel that is compiled meanwhile does not find the others.
     """
+    inside = 0.0
 
-    def __init__(self) -> None:
-        self.inside = 0.0
-        """Time so far [s]."""
-
-    @contextmanager
-    def running(self) -> Generator[None]:
-        """Time every kernel in the modules of this package.
-
-        All must have been compiled: a kernel that is compiled meanwhile does not find the others.
-        """
-        found: list[tuple[ModuleType, str, Any]] = [
-            (module, name, value)
-            for key, module in list(sys.modules.items())
-            if key.startswith(PACKAGE)
-            for name, value in list(vars(module).items())
-            if hasattr(value, "py_func") and hasattr(value, "overloads")  # a compiled function
-        ]
-        for module, name, kernel in found:
-            setattr(module, name, self._watched(kernel))
-        try:
-            yield
-        finally:
-            for module, name, kernel in found:
-                setattr(module, name, kernel)
-
-    def _watched(self, kernel: Callable[..., Any]) -> Callable[..., Any]:
+    def watched(kernel: Callable[..., Any]) -> Callable[..., Any]:
         def call(*arguments: Any) -> Any:
+            nonlocal inside
             begun = time.thread_time()
             result = kernel(*arguments)
-            self.inside += time.thread_time() - begun
+            inside += time.thread_time() - begun
             return result
 
         return call
+
+    found: list[tuple[ModuleType, str, Any]] = [
+        (module, name, value)
+        for key, module in list(sys.modules.items())
+        if key.startswith(PACKAGE)
+        for name, value in list(vars(module).items())
+        if hasattr(value, "py_func") and hasattr(value, "overloads")  # a compiled function
+    ]
+    for module, name, kernel in found:
+        setattr(module, name, watched(kernel))
+    try:
+        yield lambda: inside
+    finally:
+        for module, name, kernel in found:
+            setattr(module, name, kernel)
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
@@ -132,16 +126,14 @@ def outside_kernels(env: Vector, rounds: int) -> Array:
     env.reset(seed=SEED)
     for action in actions:
         env.step(action)  # compiles
-    clock = KernelClock()
     samples = np.zeros((rounds, COMPONENTS))
-    with clock.running():
+    with watched_kernels() as inside:
         for k in range(rounds):
             env.reset()
             for step, action in enumerate(actions):
-                clock.inside = 0.0
-                begun = time.thread_time()
+                begun = time.thread_time() - inside()
                 env.step(action)
-                samples[k, step] = time.thread_time() - begun - clock.inside
+                samples[k, step] = time.thread_time() - inside() - begun
     return samples
 
 

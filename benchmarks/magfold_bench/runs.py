@@ -8,7 +8,6 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from magfold_bench import timing
-from magfold_bench.laws.outcomes import moved_start
 from magfold_env.engine.state import Array
 from magfold_env.fold import Fold
 from magfold_env.scene import Magnets, Scene, Solver
@@ -107,12 +106,6 @@ def run_task(*scenes: Scene, frame_rate: float | None = None) -> timing.Task:
         return call
 
     return prepare
-
-
-def nudged(scene: Scene) -> Scene:
-    """Return a drawn scene whose joints or hinges have small alternating initial offsets."""
-    size = scene.n + 1 if scene.mount == "tube" else scene.n - 1
-    return moved_start(scene, np.where(np.arange(size) % 2, -NUDGE, NUDGE))
 
 
 def difference(one: Fold, other: Fold) -> float:

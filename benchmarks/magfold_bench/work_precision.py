@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from magfold_bench import runs, tables, timing
+from magfold_bench.laws.outcomes import moved_start
 from magfold_bench.presentation import Lines
 from magfold_bench.runs import CLOSE, NUDGE, Setting, has_accuracy, recorded
 from magfold_bench.tables import Measurement, Progress, Row, Table, Tick
@@ -142,7 +143,9 @@ def reference(scene: Scene, tolerance: float, accuracy: float) -> Reference:
         for k in (1.0, LOOSER)
     )
     exact, second = recorded(tight.on(scene)), recorded(looser.on(scene))
-    moved = recorded(looser.on(runs.nudged(scene)))
+    size = scene.n + 1 if scene.mount == "tube" else scene.n - 1
+    nudged = moved_start(scene, np.where(np.arange(size) % 2, -NUDGE, NUDGE))
+    moved = recorded(looser.on(nudged))
     return Reference(scene, exact, runs.difference(second, exact), runs.difference(moved, second))
 
 

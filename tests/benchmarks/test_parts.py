@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from magfold_bench import ground_states, idealisations, scaling, work_precision
@@ -67,3 +68,23 @@ def test_bounds_hold_in_the_quick_measurement() -> None:
     assert {row["states"] for row in bounded} == {accuracy.PAIRS, accuracy.FOLDS, accuracy.LONG}
     for row in bounded:
         assert float(row["worst error"]) <= float(row["setting"])
+
+
+@pytest.mark.bench
+def test_proofs_keep_within_their_time() -> None:
+    findings = ground_states.run(False, lambda *_: None).findings
+    assert findings
+    assert not [finding for finding in findings if "NOT within" in finding]
+
+
+def test_each_change_is_of_one_part_of_a_scene() -> None:
+    parts = ["gravity", "friction", "friction", "magnets", "magnets", "magnets", "casing", "casing"]
+    for scene in idealisations.random_chains(3) + idealisations.designed_chains(3):
+        start = "start_offsets" if scene.mount == "tube" else "start_angles"
+        for change, part in zip(
+            idealisations.CHANGES.values(), [*parts, start, "solver"], strict=True
+        ):
+            changed = change(scene, np.random.default_rng((1, 0)))
+            assert changed.is_concrete
+            assert changed != scene
+            assert changed.replace(**{part: getattr(scene, part)}) == scene

@@ -2,14 +2,14 @@
 
 import pytest
 
-from magfold_bench.laws.experiment import SPEED
+from magfold_bench.laws.experiment import SEQUENCES, SPEED
 from magfold_bench.paper import judge
 from magfold_bench.paper.quoted import TABLE_1
 from magfold_env.minimiser import minimise
 from magfold_env.scene import load_scene
 
 
-@pytest.mark.parametrize("number", judge.NUMBERS)
+@pytest.mark.parametrize("number", SEQUENCES)
 @pytest.mark.parametrize("name", ["sequence", "alternative"])
 def test_shipped_sequences_meet_what_is_said_of_energies(name: str, number: int) -> None:
     faces = judge.sequence(name, number)

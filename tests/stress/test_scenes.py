@@ -1,4 +1,4 @@
-"""Random scenes and extreme corners keep every law: hypothesis draws and shrinks them."""
+"""Kinds of scenes hold what their names say; hypothesis draws some, and all keep every law."""
 
 from pathlib import Path
 
@@ -7,17 +7,40 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from magfold_bench.laws.overlap import deepest_overlap
 from magfold_bench.stress.campaign import Case
 from magfold_bench.stress.kinds import KINDS
 from magfold_bench.stress.laws import check
 from magfold_env.scene import load_scene
+from magfold_env.shapes import headings
 from magfold_env.simulation.session import Session
 from tests.stress.drawn import scenes
 
 NEVER_SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 CHEAP = ("ordinary", "friction", "overlapping", "straight", "stops")
+NAMED = [name for name in KINDS if name != "long"]
 FOUND = sorted((Path(__file__).parent / "found").glob("*.yaml"))
 SECONDS_EACH = {"light-end", "rounding-hides-the-rest", "stopped-by-decree"}
+
+
+def some(kind, count=40):
+    return [Case(0, kind, number).scene() for number in range(count)]
+
+
+@pytest.mark.parametrize("kind", NAMED)
+def test_a_name_gives_one_scene_with_nothing_left_to_draw(kind):
+    scenes = some(kind, 5)
+    assert scenes == some(kind, 5)
+    assert all(scene.is_concrete for scene in scenes)
+    assert Case(1, kind, 0).scene() != scenes[0]
+
+
+def test_overlapping_starts_overlap():
+    for scene in some("overlapping"):
+        assert scene.start_angles is not None
+        start = headings(scene.start_angles)
+        deep = deepest_overlap(scene.replace(mount="free"), start, np.zeros(2), scene.n)
+        assert deep > 0.1 * scene.casing.side
 
 
 @pytest.mark.parametrize("kind", CHEAP)

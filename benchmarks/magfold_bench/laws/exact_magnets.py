@@ -139,18 +139,11 @@ def rectangle_pull(
 ) -> tuple[Array, Array]:
     """In-plane forces (k, 2) on rectangles and torques (k,) about their centres.
 
-    Both faces have unit charge; without µ0/4π [1/m², 1/m].
-
-    Parameters
-    ----------
-    offset : (k, 2) array
-        Centres [m] seen from the centre of another rectangle, whose width lies along x.
-    turn : (k,) array
-        Angles from x to their widths [rad].
-    size, source : (k, 2) arrays
-        Widths and heights of these and of the others [m]; all are centred on one plane.
-    count, across
-        Nodes along the width, and over the upper half of the height: the lower is its mirror image.
+    Both faces have unit charge; without µ0/4π [1/m², 1/m]. ``offset`` (k, 2) are the centres [m]
+    seen from that of another rectangle, whose width lies along x, ``turn`` (k,) the angles from x
+    to the widths [rad], ``size`` and ``source`` (k, 2) the widths and heights of these and of the
+    others [m], all centred on one plane. There are ``count`` nodes along the width and ``across``
+    over the upper half of the height: the lower is its mirror image.
     """
     node, weight = np.polynomial.legendre.leggauss(count)
     level, share = np.polynomial.legendre.leggauss(across)

@@ -17,14 +17,9 @@ def equation_39(
 ) -> Floats:
     """Angular accelerations (n,) [rad/s²] of a pinned chain by the paper's equation 39.
 
-    Parameters
-    ----------
-    coupling : (n, n) array
-        Sums over the masses of products of their levers [kg m²].
-    inertia : (n, n) array
-        Moments of inertia of the components about their centres, on the diagonal [kg m²].
-    pull : (n,) array
-        Generalised forces [N·m].
+    ``coupling`` (n, n) has sums over the masses of products of their levers, ``inertia`` (n, n) the
+    moments of inertia about the centres on its diagonal [kg m²]; ``pull`` (n,) are generalised
+    forces [N·m].
     """
     apart = angles[:, None] - angles
     forces = pull - (coupling * np.sin(apart)) @ rates**2

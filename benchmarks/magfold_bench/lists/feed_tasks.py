@@ -75,7 +75,8 @@ def _tasks(scene: Scene) -> list[Found]:
     nominal = randomised(scene, "nominal")
     counts = {speed: count_words(nominal, speed) for speed in CANDIDATE_SPEEDS}
     words = sorted({word for count in counts.values() for word in count})
-    reliable = [word for word in words if _is_reliable(counts, word)]
+    enough = RELIABLE * DRAWS
+    reliable = [w for w in words if w and max(each[w] for each in counts.values()) >= enough]
     if len(reliable) <= 1:
         return []
     return [_task(scene, counts, word) for word in reliable[:2]]
@@ -85,11 +86,6 @@ def _task(scene: Scene, counts: Mapping[float, Counter[str]], target: str) -> Fo
     share = sum(count[target] for count in counts.values()) / (DRAWS * len(counts))
     direction, sequence = scene.feed.direction, scene.sequence
     return share, FeedTask(sequence=sequence, direction=direction, target=target)
-
-
-def _is_reliable(counts: Mapping[float, Counter[str]], word: str) -> bool:
-    """Return whether some speed produces a fold."""
-    return bool(word) and max(count[word] for count in counts.values()) >= RELIABLE * DRAWS
 
 
 def count_words(scene: Scene, speed: float) -> Counter[str]:

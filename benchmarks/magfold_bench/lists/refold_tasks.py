@@ -39,7 +39,10 @@ def find_refolds(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Fo
     """Yield tasks endlessly, with the number of times that both words occurred."""
     rng = np.random.default_rng([seed, direction == "forward"])
     while True:
-        tasks = [_blank(each, direction) for each in random_faces(rng, (AT_ONCE, 6))]
+        chains = random_faces(rng, (AT_ONCE, 6))
+        # Their words do not matter yet.
+        blank: Any = {"direction": direction, "first": "LRLRL", "target": "LRLRL"}
+        tasks = [RefoldTask(sequence=tuple(each), **blank) for each in chains]
         middle = (PUSHES[1], PULLS[0], PUSHES[1])
         words = words_in_turn(tasks, [middle] * AT_ONCE, _seeds(0, AT_ONCE), threads)
         for task, pair in zip(tasks, words, strict=True):
@@ -102,12 +105,6 @@ def _is_folded(episodes: Any, rows: Ints) -> Bools:
     """Whether every joint of some chains is a quarter turn."""
     joints = np.diff(episodes.arrays.angles[rows], axis=1)
     return np.all(np.abs(np.abs(joints) - 0.5 * np.pi) <= SUCCESS_TOLERANCE, axis=1)
-
-
-def _blank(sequence: list[str], direction: Any) -> RefoldTask:
-    """Return a task with an arbitrary goal."""
-    words = {"first": "LRLRL", "target": "LRLRL"}
-    return RefoldTask(sequence=tuple(sequence), direction=direction, **words)
 
 
 def _seeds(first: int, count: int) -> list[int]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from magfold_bench.laws.experiment import MODES, RUNS, paper_scene
+from magfold_bench.laws.experiment import MODES, RUNS, SEQUENCES, paper_scene
 from magfold_bench.paper import quoted, states
 from magfold_bench.paper.figure_18 import inputs as release_inputs
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
@@ -52,7 +52,7 @@ def state_row(state: State) -> Row:
 def search(quick: bool, progress: Progress) -> Measured:
     """Search every sequence in both directions, with both models of its magnets."""
     rows: list[Row] = []
-    for number, _ in each_case(progress, quoted.SEQUENCES, "sequence {}".format):
+    for number, _ in each_case(progress, SEQUENCES, "sequence {}".format):
         for direction, stated in quoted.TABLE_1[number].items():
             for model in states.MODELS:
                 best = minimise(states.scene_of(number, model), direction).best
@@ -164,7 +164,7 @@ TABLE_1 = Reproduction(
 def lowest(quick: bool, progress: Progress) -> Measured:
     """List all full folds of every sequence in the paper's model, lowest energy first."""
     rows: list[Row] = []
-    for number, _ in each_case(progress, quoted.SEQUENCES, "sequence {}".format):
+    for number, _ in each_case(progress, SEQUENCES, "sequence {}".format):
         for rank, state in enumerate(states.folded(number), start=1):
             name = states.names(number).get(state.word, "")
             case: Row = {"sequence": number, "rank": rank, "state": name}
@@ -175,7 +175,7 @@ def lowest(quick: bool, progress: Progress) -> Measured:
 def _five(measured: Measured) -> dict[int, list[Row]]:
     """Return the lowest states by sequence."""
     every = measured["states"]
-    return {n: select(every, sequence=n)[: states.FIVE] for n in quoted.SEQUENCES}
+    return {n: select(every, sequence=n)[: states.FIVE] for n in SEQUENCES}
 
 
 def lowest_tables(measured: Measured) -> list[Table]:
@@ -197,7 +197,7 @@ def lowest_claims(measured: Measured) -> list[Claim]:
     """Compare with the statements of section 4.1 about the figure."""
     rows = measured["states"]
     by_name = {str(row["state"]): row for row in rows if row["state"]}
-    counts = {n: len(select(rows, sequence=n, stable="yes")) for n in quoted.SEQUENCES}
+    counts = {n: len(select(rows, sequence=n, stable="yes")) for n in SEQUENCES}
     several = Claim(
         "sequences 1 and 2 have several stable states, sequence 3 exactly one.",
         ", ".join(f"sequence {n} has {count}" for n, count in counts.items()) + ".",
@@ -292,7 +292,7 @@ def _distance(by_name: dict[str, Row], name: str, stated: float) -> Claim:
 def _compact(rows: list[Row]) -> Claim:
     """Compare whether lower stable states have at least as many contacts."""
     broken: list[str] = []
-    for number in quoted.SEQUENCES:
+    for number in SEQUENCES:
         stable = select(rows, sequence=number, stable="yes")
         counts = [int(row["contacts"]) for row in stable]
         if counts != sorted(counts, reverse=True):

@@ -6,9 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_bench.laws import experiment
-from magfold_bench.laws.experiment import Kind
+from magfold_bench.laws.experiment import MODES, SEQUENCES, Kind
 from magfold_bench.paper import states
-from magfold_bench.paper.quoted import SEQUENCES
 from magfold_bench.paper.reproduction import Claim, Measured, Plot, Reproduction
 from magfold_bench.paper.statements import on_the_way
 from magfold_bench.tables import Progress, Row, Table, select
@@ -16,7 +15,6 @@ from magfold_env.fold import FoldStatus
 from magfold_env.minimiser import Mode
 from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
-MODES = experiment.MODES
 FOLDED = FoldStatus.FOLDED.value
 NEARLY = 1.05
 """Shapes within this factor of the least movement count as those of least movement."""
@@ -177,7 +175,9 @@ def _mostly_s3a(bars: list[Row], mode: str) -> Claim:
     mine = select(bars, sequence=3, mode=mode)
     share = _rate(mine, goal)
     others = [row for row in mine if (row["word"], row["status"]) != (goal, FOLDED)]
-    listed = ", ".join(f"{_rated(row)} {row['status']}" for row in others)
+    listed = ", ".join(
+        f"{row['word']} {_per_cent(float(row['probability']))} {row['status']}" for row in others
+    )
     folds = {row["word"] for row in select(mine, status=FOLDED)}
     apart = {str(row["word"]): _first_apart(str(row["word"]), goal) for row in others}
     astray = ", ".join(
@@ -189,10 +189,6 @@ def _mostly_s3a(bars: list[Row], mode: str) -> Claim:
         folds == {goal} and share > MOST,
         f"Not on the way to S3A: {astray}." if astray else "",
     )
-
-
-def _rated(row: Row) -> str:
-    return f"{row['word']} {_per_cent(float(row['probability']))}"
 
 
 def _first_apart(word: str, goal: str) -> int:

@@ -221,11 +221,7 @@ def force_rows() -> list[Row]:
     rows: list[Row] = []
     for count in COUNTS:
         magnets = pack_magnets(scene.replace(magnets=Magnets(model="points", nodes=count)))
-        nodes = new_nodes(magnets, 1)
-
-        def points(gap: float, magnets: Packed = magnets, nodes: Nodes = nodes) -> float:
-            return laws.COULOMB * charge**2 * _points_force(magnets, gap, nodes)
-
+        points = partial(_points_force, magnets, charge, new_nodes(magnets, 1))
         for gap in GAPS.tolist():
             right = _magnet_force(partial(face_force, scene), gap, thickness)
             rows.append(
@@ -247,15 +243,15 @@ def _magnet_force(face: Callable[[float], float], gap: float, thickness: float) 
     return face(gap) - 2.0 * face(gap + thickness) + face(gap + 2.0 * thickness)
 
 
-def _points_force(magnets: Packed, gap: float, nodes: Nodes) -> float:
-    """Force between two pole faces of unit charge that face each other, without µ0/4π [1/m²].
+def _points_force(magnets: Packed, charge: float, nodes: Nodes, gap: float) -> float:
+    """Force [N] between two pole faces of a charge [A m] that face each other.
 
     Both have the nodes of level 0, which are all nodes if their number is given.
     """
     width = math.hypot(magnets.face_tx[0], magnets.face_ty[0])
     half = magnets.face_half[0]
     faces = FacePair(magnets.even, half, half, 0.0, gap, width, 0.0, width, 0.0)
-    return level_sum(magnets, 0, faces, False, nodes)[2]
+    return laws.COULOMB * charge**2 * level_sum(magnets, 0, faces, False, nodes)[2]
 
 
 def _forces(measured: Measured) -> dict[int, float]:

@@ -72,6 +72,8 @@ def _difference_row(differing: str, one: Motion, other: Motion) -> Row:
     turned = np.abs(one.joints - other.joints)
     early = motions.before_snap(one, other)
     jump = int(np.abs(np.diff(apart)).argmax())
+    # Joints that snap, or tear off, about between the frame of the jump and the next.
+    snaps = np.diff(np.abs(one.joints) >= SNAP, axis=0)[max(jump - BESIDE, 0) : jump + BESIDE + 1]
     return {
         "different": differing,
         "displacement [mm]": 1e3 * float(apart.mean()),
@@ -80,15 +82,8 @@ def _difference_row(differing: str, one: Motion, other: Motion) -> Row:
         "before the first snap [rad]": float(turned[early].mean()),
         "largest jump [mm]": 1e3 * float(np.abs(np.diff(apart))[jump]),
         "jump at [s]": float(one.time[jump + 1]),
-        "snap beside it": "yes" if _snap_near(one, jump) else "no",
+        "snap beside it": "yes" if snaps.any() else "no",
     }
-
-
-def _snap_near(motion: Motion, frame: int) -> bool:
-    """Whether a joint snaps, or tears off, about between a frame and the next."""
-    shut = np.abs(motion.joints) >= SNAP
-    changed = (shut[1:] != shut[:-1]).any(axis=1)
-    return bool(changed[max(frame - BESIDE, 0) : frame + BESIDE + 1].any())
 
 
 def tables(measured: Measured) -> list[Table]:

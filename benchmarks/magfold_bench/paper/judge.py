@@ -10,7 +10,7 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 import typer
 
-from magfold_bench.laws.experiment import MODES, by_hand
+from magfold_bench.laws.experiment import MODES, SEQUENCES, by_hand
 from magfold_bench.paper.figure_18 import NEARLY, movement
 from magfold_bench.paper.statements import CHAINS, ENERGIES, HOLDS, RELEASES, Released, clear
 from magfold_bench.tables import Row
@@ -21,7 +21,6 @@ from magfold_env.reporting.tables import to_csv
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import mirror
 
-NUMBERS = (1, 2, 3)
 LINE = "LRLRL"
 """S2B: the fold that is a straight line, up to mirroring."""
 GAP = 0.01
@@ -95,7 +94,7 @@ def degrees(name: str, point: Point) -> Row:
     The draws differ from those that selected the alternative.
     """
     found: Row = {}
-    for number in NUMBERS:
+    for number in SEQUENCES:
         faces = sequence(name, number)
         names, stable, holds = energies(number, faces)
         ends: dict[Mode, Ensemble] = {
@@ -121,7 +120,7 @@ def shipped() -> list[Row]:
     """Return the degree to which the shipped scenes meet each statement."""
     met = {name: degrees(*each) for name, each in POINTS.items()}
     said: dict[str, str] = {}
-    for number in NUMBERS:
+    for number in SEQUENCES:
         said |= ENERGIES[number] | {each.name: each.said for each in RELEASES[number]}
     said |= {text: text for text in CHAINS.values()}
     table: list[Row] = [
@@ -145,7 +144,7 @@ def chains() -> list[Row]:
         point = Point(ratio, SHIPPED.speed)
         row: Row = {"µ/B_r² [1/T²]": ratio}
         row |= {f"{n} components": f"{100 * folded(point, n):.0f} %" for n in CHAINS}
-        for k in NUMBERS:
+        for k in SEQUENCES:
             scene = scene_at(point, "free").replace(sequence=sequence("sequence", k))
             word, share = next(iter(ensemble(scene, 32, workers=1).words.items()))
             row[f"sequence {k}"] = f"{word} {100 * share.rate:.0f} %"

@@ -8,7 +8,6 @@ import math
 
 from magfold_env.minimiser import Mode
 
-SEQUENCES = (1, 2, 3)
 TABLE_1: dict[int, dict[Mode, str]] = {
     1: {"forward": "S1A", "backward": "S1C"},
     2: {"forward": "S2B", "backward": "S2B"},

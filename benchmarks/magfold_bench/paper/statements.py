@@ -66,6 +66,11 @@ def on_the_way(word: str, goal: str, outer: Collection[int]) -> bool:
     return bool(straight) and turned and set(straight) <= set(outer)
 
 
+def _share(rate: float, whole: float) -> float:
+    """Return the share of a rate, less where it is rare; 0 of nothing."""
+    return rate / whole * min(1.0, rate / RARE) if whole else 0.0
+
+
 def prefers(mode: Mode, name: str) -> Callable[[Released], float]:
     """Return the degree to which full folds prefer one state to the most frequent other."""
 
@@ -73,7 +78,7 @@ def prefers(mode: Mode, name: str) -> Callable[[Released], float]:
         often = made.rate(mode, name)
         folds = made.folded(mode)
         other = max((r for word, r in folds.items() if word != made.names.get(name)), default=0.0)
-        return often / (often + other) * min(1.0, often / RARE) if often else 0.0
+        return _share(often, often + other)
 
     return degree
 
@@ -84,15 +89,14 @@ def _mostly(mode: Mode) -> Callable[[Released], float]:
 
 def _even(made: Released) -> float:
     """S1A and S1C about equally often, and no other full fold more often."""
-    a, c = (made.rate("backward", name) for name in ("S1A", "S1C"))
-    most = max(made.folded("backward").values(), default=0.0)
-    return min(a, c) / most * min(1.0, min(a, c) / RARE) if most else 0.0
+    rarer = min(made.rate("backward", name) for name in ("S1A", "S1C"))
+    return _share(rarer, max(made.folded("backward").values(), default=0.0))
 
 
 def _several(made: Released) -> float:
     """Return the share of the second full fold to that of the first."""
     rates = sorted(made.folded("backward").values(), reverse=True)
-    return rates[1] / rates[0] * min(1.0, rates[1] / RARE) if len(rates) > 1 else 0.0
+    return _share(rates[1], rates[0]) if len(rates) > 1 else 0.0
 
 
 def _rarer(made: Released) -> float:

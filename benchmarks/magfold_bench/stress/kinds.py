@@ -303,13 +303,12 @@ def leaves_room(solid: Rectangle, alone: Scene) -> bool:
         return not solid.overlaps(bore)
     assert alone.start_angles is not None
     turns = headings(alone.start_angles)
-    for centre, turn in zip(centres(turns, casing.side), turns, strict=True):
-        square = Rectangle(
-            position=tuple(centre), size=(casing.side, casing.side), heading=turn + 0.25 * math.pi
-        )
-        if solid.overlaps(square.corners):
-            return False
-    return True
+    places, size = centres(turns, casing.side), (casing.side, casing.side)
+    squares = (
+        Rectangle(position=tuple(centre), size=size, heading=turn + 0.25 * math.pi)
+        for centre, turn in zip(places, turns, strict=True)
+    )
+    return not any(solid.overlaps(square.corners) for square in squares)
 
 
 def shaken(source: Source, n: int) -> Changes:

@@ -26,6 +26,7 @@ OTHER_END = (2, 3, 0, 1)
 SIZES = ("width", "height", "thickness", "inset")
 
 TURN = 1.0  # [rad], no multiple of anything
+ORIGIN = np.zeros(2)
 ROUNDING = 1e-9  # [rad]
 AT_ONCE = 10**9  # steps without a look
 MOST_STEPS = 100_000  # of a run that is worth repeating
@@ -161,13 +162,13 @@ def mirrored(scene: Scene) -> Scene:
     return _around(scene.replace(**changes), np.diag([1.0, -1.0]))
 
 
-def turned(scene: Scene, angle: float) -> Scene:
-    """Return the scene whose surroundings are turned by an angle [rad] about the origin.
+def turned(scene: Scene, angle: float, pivot: FloatArray = ORIGIN) -> Scene:
+    """Return the scene whose surroundings are turned by an angle [rad], the pivot to the origin.
 
     A scene does not contain the initial heading of a chain, so the headings must be turned too.
     """
     c, s = math.cos(angle), math.sin(angle)
-    return _around(scene, np.array([[c, -s], [s, c]]))
+    return _around(scene, np.array([[c, -s], [s, c]]), pivot)
 
 
 def seen_from_other_end(scene: Scene) -> Scene:
@@ -193,7 +194,7 @@ def seen_from_other_end(scene: Scene) -> Scene:
     chain = headings(scene.start_angles)
     last = centres(chain, scene.casing.side)[-1]
     tip = last + 0.5 * scene.casing.diagonal * np.array([np.cos(chain[-1]), np.sin(chain[-1])])
-    return turned(_moved(other, -tip), -(float(chain[-1]) + math.pi))
+    return turned(other, -(float(chain[-1]) + math.pi), tip)
 
 
 def faces(scene: Scene, order: Sequence[int], step: int) -> dict[str, Any]:
@@ -224,13 +225,13 @@ def started(scene: Scene, step: int) -> dict[str, Any]:
     return {"start_angles": -np.array(scene.start_angles)[::step]}
 
 
-def _around(scene: Scene, matrix: FloatArray) -> Scene:
-    """Return the scene with an orthogonal matrix applied to all that is outside the chain."""
+def _around(scene: Scene, matrix: FloatArray, pivot: FloatArray = ORIGIN) -> Scene:
+    """Return the scene with all that is outside the chain seen from a point by other axes."""
 
     def placed(each: Rectangle | FixedMagnet) -> dict[str, Any]:
         along = matrix @ [math.cos(each.heading), math.sin(each.heading)]
         return {
-            "position": matrix @ each.position,
+            "position": matrix @ (each.position - pivot),
             "heading": math.atan2(along[1], along[0]),
         }
 
@@ -243,16 +244,4 @@ def _around(scene: Scene, matrix: FloatArray) -> Scene:
         if scene.field.magnet is not None:
             field["magnet"] = placed(scene.field.magnet)
         changes["field"] = field
-    return scene.replace(**changes)
-
-
-def _moved(scene: Scene, way: FloatArray) -> Scene:
-    """Return the scene with its fixed bodies moved [m]."""
-    changes: dict[str, Any] = {
-        "obstacles": [
-            {**each.model_dump(), "position": way + each.position} for each in scene.obstacles
-        ]
-    }
-    if scene.field is not None and scene.field.magnet is not None:
-        changes["field"] = {"magnet": {"position": way + scene.field.magnet.position}}
     return scene.replace(**changes)
