@@ -402,7 +402,7 @@ class Newton(NamedTuple):
     step: Coordinates
     inverse: Coordinates  # of the factorised hessian's diagonal
     scale: PerRow
-    grip: PerRow  # largest friction force, in a component's first row
+    friction_limit: PerRow  # largest friction force, in a component's first row
     offset: PerRow  # w where y is 0
     rate: PerRow  # w
     force: PerRow  # λ

@@ -1,6 +1,6 @@
 """Friction that holds or is overcome, found by the sizes of its forces: fast, where it succeeds.
 
-A component that friction does not hold slides: its force λ has the size of the grip and is opposed
+A component that friction does not hold slides: its force λ has the size of the limit and is opposed
 to the rate w it leaves, w = −s λ with s > 0. With the s of all components known, and s = 0 where
 friction holds, the forces solve a linear system, (W + s) λ = −b; that their sizes are the grips are
 as many equations for s. As in trust regions, where there is one such s, Newton's method takes the
@@ -22,7 +22,7 @@ from magfold_env.engine.state import Array, Work
 
 SWEEPS = 6
 OVER = 1.5  # relaxation of the balls, over the mean of their rows' diagonals times three
-FULL = 0.999  # share of the grip from which a component is taken to slide
+FULL = 0.999  # share of the limit from which a component is taken to slide
 STEPS = 12
 EXACT = 1e-12  # sizes of forces over grips, less 1; rates over the largest bias
 DEPENDENT = 1e-14  # share of its diagonal
@@ -38,7 +38,7 @@ def push(count: int, r: int, change: float, work: Work) -> None:
 
 
 @kernel
-def relax(rows: int, count: int, work: Work, grip: Array) -> None:
+def relax(rows: int, count: int, work: Work, limit: Array) -> None:
     """Sweep over the rows a few times, each of which takes the force that is best for itself."""
     lam, rate = work.rows.multiplier, work.rows.rate
     delassus, normal = work.rows.delassus, work.friction.newton.normal
@@ -54,7 +54,7 @@ def relax(rows: int, count: int, work: Work, grip: Array) -> None:
                 push(count, r, wanted - lam[r], work)
         for r in range(rows, count, 3):
             trace = delassus[r, r] + delassus[r + 1, r + 1] + delassus[r + 2, r + 2]
-            radius = grip[work.rows.id[r, 0]]
+            radius = limit[work.rows.id[r, 0]]
             if not (trace > 0.0 and radius > 0.0):
                 continue
             total = 0.0
@@ -68,7 +68,7 @@ def relax(rows: int, count: int, work: Work, grip: Array) -> None:
 
 
 @kernel
-def classify(rows: int, count: int, work: Work, grip: Array) -> None:
+def classify(rows: int, count: int, work: Work, limit: Array) -> None:
     """Guess by the relaxed forces what presses, and what slides how fast."""
     secular, delassus = work.friction.secular, work.rows.delassus
     for r in range(rows):
@@ -76,7 +76,7 @@ def classify(rows: int, count: int, work: Work, grip: Array) -> None:
         presses = work.rows.equality[r] == 1 or work.rows.multiplier[r] > 0.0
         secular.active[r] = int(presses and delassus[r, r] > 0.0)
     for r in range(rows, count, 3):
-        radius, total, share = grip[work.rows.id[r, 0]], 0.0, 0.0
+        radius, total, share = limit[work.rows.id[r, 0]], 0.0, 0.0
         trace = delassus[r, r] + delassus[r + 1, r + 1] + delassus[r + 2, r + 2]
         for k in range(r, r + 3):
             total += square(work.rows.rate[k])
@@ -116,7 +116,7 @@ def correct_contacts(rows: int, work: Work, allowed: float) -> bool:
 
 
 @kernel
-def correct_shares(rows: int, count: int, work: Work, grip: Array) -> tuple[bool, float]:
+def correct_shares(rows: int, count: int, work: Work, limit: Array) -> tuple[bool, float]:
     """Newton's step for the s of all that slides or is asked too much of.
 
     Returns whether there was one, and how far the sizes of forces were off their grips.
@@ -127,7 +127,7 @@ def correct_shares(rows: int, count: int, work: Work, grip: Array) -> tuple[bool
         if secular.active[r] == 0:
             continue
         size = size_of(work.rows.multiplier, r)
-        excess = size / grip[work.rows.id[r, 0]] - 1.0
+        excess = size / limit[work.rows.id[r, 0]] - 1.0
         if secular.share[r] == 0.0 and excess <= EXACT:
             continue
         worst = max(worst, float(abs(excess)))
@@ -161,17 +161,17 @@ def correct_shares(rows: int, count: int, work: Work, grip: Array) -> tuple[bool
 
 
 @inlined
-def cut_to_grip(rows: int, count: int, work: Work, grip: Array) -> None:
+def cut_to_grip(rows: int, count: int, work: Work, limit: Array) -> None:
     """Take away by what rounding makes forces larger than what friction can do."""
     for r in range(rows, count, 3):
-        size, radius = size_of(work.rows.multiplier, r), grip[work.rows.id[r, 0]]
+        size, radius = size_of(work.rows.multiplier, r), limit[work.rows.id[r, 0]]
         if size > radius:
             for k in range(r, r + 3):
                 work.rows.multiplier[k] *= radius / size
 
 
 @kernel
-def solve_by_sizes(rows: int, count: int, work: Work, grip: Array) -> bool:
+def solve_by_sizes(rows: int, count: int, work: Work, limit: Array) -> bool:
     """Find λ as `engine.friction.solver.solve_with_friction` does; False if that takes too long."""
     allowed = 0.0
     for r in range(count):
@@ -179,15 +179,15 @@ def solve_by_sizes(rows: int, count: int, work: Work, grip: Array) -> bool:
             allowed = max(
                 allowed, EXACT * abs(work.rows.bias[r]) / math.sqrt(work.rows.delassus[r, r])
             )
-    relax(rows, count, work, grip)
-    classify(rows, count, work, grip)
+    relax(rows, count, work, limit)
+    classify(rows, count, work, limit)
     for _ in range(STEPS):
         find_forces(count, work)
         changed = correct_contacts(rows, work, allowed)
-        found, worst = correct_shares(rows, count, work, grip)
+        found, worst = correct_shares(rows, count, work, limit)
         if not found:
             return False
         if not changed and worst <= EXACT:
-            cut_to_grip(rows, count, work, grip)
+            cut_to_grip(rows, count, work, limit)
             return True
     return False

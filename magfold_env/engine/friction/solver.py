@@ -2,7 +2,7 @@
 
 With W = G Gᵀ and y = Gᵀλ the accelerations of the rows are w = G y + b, where y minimises
 
-    ½ |y|² + Σ grip |w|    over all components, subject to w ≥ 0 in contacts, w = 0 in equalities
+    ½ |y|² + Σ limit |w|    over all components, subject to w ≥ 0 in contacts, w = 0 in equalities
 
 (Gauss's principle with friction's power). The multipliers λ of this convex problem are the forces.
 `engine.friction.secular` finds them in nearly all cases, and in a third of the time; the method of
@@ -47,14 +47,14 @@ INEXACT = 0.1  # largest gradient at the end of a round, as a share of what is l
 
 
 @kernel
-def scale_rows(rows: int, count: int, work: Work, grip: Array) -> None:
-    """Factors that bring W to unit diagonal, 0 for rows that no force accelerates; and grips."""
+def scale_rows(rows: int, count: int, work: Work, limit: Array) -> None:
+    """Factors that bring W to unit diagonal, 0 for rows that no force accelerates; and limits."""
     delassus, scale = work.rows.delassus, work.friction.newton.scale
     for r in range(rows):
         scale[r] = 1.0 / math.sqrt(delassus[r, r]) if delassus[r, r] > 0.0 else 0.0
     for r in range(rows, count, 3):
         trace = delassus[r, r] + delassus[r + 1, r + 1] + delassus[r + 2, r + 2]
-        work.friction.newton.friction_limit[r] = grip[work.rows.id[r, 0]]
+        work.friction.newton.friction_limit[r] = limit[work.rows.id[r, 0]]
         for k in range(3):
             scale[r + k] = 1.0 / math.sqrt(trace) if trace > 0.0 else 0.0
 
@@ -326,19 +326,19 @@ def minimise(rows: int, count: int, rank: int, penalty: float, largest: float, w
 
 
 @kernel
-def solve_with_friction(rows: int, count: int, work: Work, grip: Array) -> bool:
+def solve_with_friction(rows: int, count: int, work: Work, limit: Array) -> bool:
     """Find λ with λ ≥ 0, w ≥ 0, λ w = 0 in the first ``rows``, and friction in the others.
 
-    Rows from ``rows`` on come in threes, each a friction force in the ball of radius ``grip`` of
+    Rows from ``rows`` on come in threes, each a friction force in the ball of radius ``limit`` of
     its component (named in ``work.rows.id``), opposed to the acceleration it leaves. Of the first,
     those marked as equalities have w = 0 and any λ. Rows that no force accelerates are left alone.
     Returns whether the accelerations were found; λ is in ``work.rows.multiplier``.
     """
-    scale_rows(rows, count, work, grip)
+    scale_rows(rows, count, work, limit)
     largest = 0.0
     for r in range(count):
         largest = max(largest, abs(work.rows.bias[r]) * work.friction.newton.scale[r])
-    if solve_by_sizes(rows, count, work, grip) and is_solution(rows, count, work, largest):
+    if solve_by_sizes(rows, count, work, limit) and is_solution(rows, count, work, largest):
         return True
     return solve_by_multipliers(rows, count, work, largest, 0.0) or solve_by_multipliers(
         rows, count, work, largest, SAME
