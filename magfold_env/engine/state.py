@@ -271,9 +271,6 @@ class Nodes(NamedTuple):
     lane_x: PerLane  # sums of the vectorised loops
     lane_y: PerLane
     lane_u: PerLane
-    face_x: PerLane  # a pole face's nodes, from its centre [m]
-    face_y: PerLane
-    face_half: PerLane
     spline: Annotated[Array, 4, "spline"]  # weights of two splines and their slopes
     bends: Bends
     stencils: Stencils

@@ -21,7 +21,7 @@ import numpy as np
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import direction
 from magfold_env.engine.magnets import laws
-from magfold_env.engine.magnets.pairs import LANES, clear_lanes, grade, sum_face
+from magfold_env.engine.magnets.pairs import LANES, grade, sum_lanes, whole_lanes
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose, Stencils
 
 SPLINES = 4  # that are not zero in a space between knots
@@ -197,9 +197,16 @@ def stiffen(
 
     The energy is 0 unless asked for.
     """
-    face_x, face_y, tall = magnets.face_x, magnets.face_y, magnets.face_half[0]
-    face_tx, face_ty, soft = magnets.face_tx, magnets.face_ty, magnets.tables.far.soft
-    width = math.sqrt(face_tx[0] * face_tx[0] + face_ty[0] * face_ty[0])
+    face_x, face_y, face_tx, face_ty = (
+        magnets.face_x,
+        magnets.face_y,
+        magnets.face_tx,
+        magnets.face_ty,
+    )
+    soft, width = (
+        magnets.tables.far.soft,
+        math.sqrt(face_tx[0] * face_tx[0] + face_ty[0] * face_ty[0]),
+    )
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
     # In the frame of i.
     ci, si, cj, sj = pose.cos[i], pose.sin[i], pose.cos[j], pose.sin[j]
@@ -224,10 +231,13 @@ def stiffen(
             half = 0.5 * abs(btx * aty - bty * atx)
             from_a, from_b = abs(x * aty - y * atx) - half, abs(x * bty - y * btx) - half
             u, px, py, t = 0.0, 0.0, 0.0, 0.0
-            faces = laws.FacePair(True, tall, tall, x, y, atx, aty, btx, bty)
             if max(from_a, from_b) < soft * width:
-                u, px, py, t = stiff_sum(magnets, faces, with_energy, nodes)
+                u, px, py, t = _stiff_faces(
+                    magnets, x, y, (atx, aty), (btx, bty), with_energy, nodes
+                )
             if magnets.graded[f, g] != 0:
+                tall = magnets.face_half[f]
+                faces = laws.FacePair(True, tall, tall, x, y, atx, aty, btx, bty)
                 v, gx, gy, gt = grade(magnets, last, faces, with_energy, nodes)
                 u, px, py, t = u + v, px + gx, py + gy, t + gt
             energy += q * u
@@ -238,25 +248,32 @@ def stiffen(
 
 
 @kernel
-def stiff_sum(
-    magnets: Magnets, faces: laws.FacePair, with_energy: bool, nodes: Nodes
-) -> tuple[float, float, float, float]:
-    """Sum what softening leaves out over the nodes of the last level, as `pairs.level_sum`."""
-    level, far = magnets.level_radius.size - 1, magnets.tables.far
-    soft2, sum2, nearest2 = far.soft * far.soft, magnets.height2, magnets.nearest2
-    p0, p1, p2, p3 = far.soften[0], far.soften[1], far.soften[2], far.soften[3]
-    lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
-    node, ax, ay = magnets.level_node, faces.ax, faces.ay
-    width2, lanes = ax * ax + ay * ay, clear_lanes(magnets.level_count[level], nodes)
-    for m in range(magnets.level_count[level]):
-        at, w = node[level, m], magnets.level_weight[level, m]
-        x, y = faces.x - at * faces.bx, faces.y - at * faces.by
+def _stiff_faces(
+    magnets: Magnets, x: float, y: float, a: tuple[float, float], b: tuple[float, float],
+    with_energy: bool, scratch: Nodes,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Do so for two faces of unit charge along ``a`` and ``b``, (x, y) from b's centre to a's."""
+    table, level = magnets.tables.far, magnets.level_radius.size - 1
+    count, sum2, nearest2 = magnets.level_count[level], magnets.height2, magnets.nearest2
+    offset, share = magnets.level_node, magnets.level_weight
+    lane_x, lane_y, lane_u = scratch.lane_x, scratch.lane_y, scratch.lane_u
+    p0, p1, p2, p3 = table.soften[0], table.soften[1], table.soften[2], table.soften[3]
+    soft2 = table.soft * table.soft
+    lanes = whole_lanes(count)
+    for k in range(lanes):
+        lane_x[k] = 0.0
+        lane_y[k] = 0.0
+        lane_u[k] = 0.0
+    width2 = a[0] * a[0] + a[1] * a[1]
+    for m in range(count):
+        x0, y0 = x - offset[level, m] * b[0], y - offset[level, m] * b[1]
         # The node's distance from the other face's line.
-        off = x * ay - y * ax
+        off = x0 * a[1] - y0 * a[0]
         if off * off >= soft2 * width2:
             continue
+        w = share[level, m]
         for k in range(lanes):
-            dx, dy = x + node[level, k] * ax, y + node[level, k] * ay
+            dx, dy = x0 + offset[level, k] * a[0], y0 + offset[level, k] * a[1]
             r2 = max(dx * dx + dy * dy, nearest2)
             # Outside the radius nothing is left.
             rest = min(r2 - soft2, 0.0)
@@ -267,10 +284,10 @@ def stiff_sum(
             lane_y[k] += inside * g * dy
         if with_energy:
             for k in range(lanes):
-                dx, dy = x + node[level, k] * ax, y + node[level, k] * ay
+                dx, dy = x0 + offset[level, k] * a[0], y0 + offset[level, k] * a[1]
                 r2 = max(dx * dx + dy * dy, nearest2)
                 rest = min(r2 - soft2, 0.0)
                 inside = w if rest < 0.0 else 0.0
                 _, u = laws.node_law(True, True, sum2, 0.0, r2)
                 lane_u[k] += inside * (u - (p0 + rest * (p1 + rest * (p2 + rest * p3))))
-    return sum_face(magnets, level, faces, nodes)
+    return sum_lanes(share[level], offset[level], count, a, lane_x, lane_y, lane_u)

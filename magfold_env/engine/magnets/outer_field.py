@@ -9,16 +9,9 @@ casings.
 import math
 
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.magnets.laws import COULOMB, FacePair
+from magfold_env.engine.magnets.laws import COULOMB, FacePair, node_force, node_law
 from magfold_env.engine.magnets.multipoles import X10, Y10
-from magfold_env.engine.magnets.pairs import (
-    BLEND,
-    add_forces,
-    add_node,
-    clear_lanes,
-    refine,
-    sum_casing,
-)
+from magfold_env.engine.magnets.pairs import BLEND, add_forces, refine, whole_lanes
 from magfold_env.engine.state import Loads, Model, Nodes, Pose
 
 ROOT = math.sqrt(COULOMB)  # moments contain it
@@ -83,18 +76,44 @@ def sum_strips(
 ) -> tuple[float, float, float, float]:
     """As `in_field`, by all strips of the fixed magnet with the nodes of level 0."""
     magnets, field = model.magnets, model.field
+    strips = magnets.strips
     rank = magnets.rank_count.size - 1
     count = 2 * magnets.rank_count[rank] * nodes.faces[i]
-    lanes = clear_lanes(count, nodes)
-    places = nodes.x[rank, i], nodes.y[rank, i], nodes.half[rank, i]
+    lanes = whole_lanes(count)
+    x, y, half = nodes.x[rank, i], nodes.y[rank, i], nodes.half[rank, i]
+    lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
+    for a in range(lanes):
+        lane_x[a] = 0.0
+        lane_y[a] = 0.0
+        lane_u[a] = 0.0
+    h, nearest2 = field.strip_half, magnets.nearest2
     for g in range(field.strip_q.size):
         for m in range(magnets.level_count[0]):
             at = magnets.level_node[0, m]
-            x = field.strip_x[g] + at * field.strip_tx
-            y = field.strip_y[g] + at * field.strip_ty
-            node = x, y, field.strip_q[g] * magnets.level_weight[0, m], field.strip_half
-            add_node(magnets, False, node, places, lanes, with_energy, nodes)
-    return sum_casing(rank, i, count, pose, nodes)
+            px = field.strip_x[g] + at * field.strip_tx
+            py = field.strip_y[g] + at * field.strip_ty
+            q = field.strip_q[g] * magnets.level_weight[0, m]
+            for a in range(lanes):
+                dx, dy = x[a] - px, y[a] - py
+                sum2 = (half[a] + h) * (half[a] + h)
+                difference2 = (half[a] - h) * (half[a] - h)
+                r2 = max(dx * dx + dy * dy, nearest2)
+                if with_energy:
+                    force, u = node_law(strips, False, sum2, difference2, r2)
+                    lane_u[a] += q * u
+                else:
+                    force = node_force(strips, sum2, difference2, r2)
+                lane_x[a] += q * force * dx
+                lane_y[a] += q * force * dy
+    energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
+    for a in range(count):
+        q = COULOMB * nodes.q[rank, i, a]
+        gx, gy = q * lane_x[a], q * lane_y[a]
+        energy += q * lane_u[a]
+        fx += gx
+        fy += gy
+        torque += (x[a] - pose.x[i]) * gy - (y[a] - pose.y[i]) * gx
+    return energy, fx, fy, torque
 
 
 @kernel

@@ -177,82 +177,52 @@ def rank_pair(
 
     The energy is 0 unless asked for.
     """
+    strips, even = magnets.strips, magnets.even
     node_x, node_y, node_q, half = nodes.x, nodes.y, nodes.q, nodes.half
-    per_face = 2 * magnets.rank_count[rank]
-    count = per_face * nodes.faces[i]
-    lanes = clear_lanes(count, nodes)
-    places = node_x[rank, i], node_y[rank, i], half[rank, i]
-    for b in range(per_face * nodes.faces[j]):
-        node = node_x[rank, j, b], node_y[rank, j, b], node_q[rank, j, b], half[rank, j, b]
-        add_node(magnets, magnets.even, node, places, lanes, with_energy, nodes)
-    return sum_casing(rank, i, count, pose, nodes)
-
-
-@inlined
-def clear_lanes(count: int, nodes: Nodes) -> int:
-    """Empty the sums of as many nodes, and return how many lanes of vectors they fill."""
     lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
-    lanes = whole_lanes(count)
+    per_face = 2 * magnets.rank_count[rank]
+    count_i, count_j = per_face * nodes.faces[i], per_face * nodes.faces[j]
+    xi, yi = pose.x[i], pose.y[i]
+    lanes = whole_lanes(count_i)
     for a in range(lanes):
         lane_x[a] = 0.0
         lane_y[a] = 0.0
         lane_u[a] = 0.0
-    return lanes
-
-
-@inlined
-def add_node(
-    magnets: Magnets, even: bool, node: tuple[float, float, float, float],
-    places: tuple[Array, Array, Array], lanes: int, with_energy: bool, nodes: Nodes,
-) -> None:  # fmt: skip
-    """Add what a node does to all those in the lanes, of unit charge and without µ0/4π.
-
-    Of the node its place, its charge and half its height, of those in the lanes places and half
-    heights. If these are ``even`` they are the magnets' own.
-    """
-    (x, y, q, h), (at_x, at_y, half) = node, places
-    strips, nearest2 = magnets.strips, magnets.nearest2
-    lane_x, lane_y, lane_u = nodes.lane_x, nodes.lane_y, nodes.lane_u
-    sum2, difference2 = magnets.height2, 0.0
-    # Two loops: one that asks at every turn is no vector loop.
-    if with_energy:
-        for a in range(lanes):
-            dx, dy = at_x[a] - x, at_y[a] - y
-            if not even:
-                sum2 = (half[a] + h) * (half[a] + h)
-                difference2 = (half[a] - h) * (half[a] - h)
-            r2 = max(dx * dx + dy * dy, nearest2)
-            g, u = laws.node_law(strips, even, sum2, difference2, r2)
-            lane_x[a] += q * g * dx
-            lane_y[a] += q * g * dy
-            lane_u[a] += q * u
-    else:
-        for a in range(lanes):
-            dx, dy = at_x[a] - x, at_y[a] - y
-            if not even:
-                sum2 = (half[a] + h) * (half[a] + h)
-                difference2 = (half[a] - h) * (half[a] - h)
-            r2 = max(dx * dx + dy * dy, nearest2)
-            g = q * laws.node_force(strips, sum2, difference2, r2)
-            lane_x[a] += g * dx
-            lane_y[a] += g * dy
-
-
-@inlined
-def sum_casing(
-    rank: int, i: int, count: int, pose: Pose, nodes: Nodes
-) -> tuple[float, float, float, float]:
-    """Energy [J], force [N] and torque about its centre [N·m] of casing i, from its lanes."""
-    x, y, charge, xi, yi = nodes.x[rank, i], nodes.y[rank, i], nodes.q, pose.x[i], pose.y[i]
+    sum2, difference2, nearest2 = magnets.height2, 0.0, magnets.nearest2
+    for b in range(count_j):
+        x, y, q, h = node_x[rank, j, b], node_y[rank, j, b], node_q[rank, j, b], half[rank, j, b]
+        if with_energy:
+            for a in range(lanes):
+                dx = node_x[rank, i, a] - x
+                dy = node_y[rank, i, a] - y
+                if not even:
+                    sum2 = (half[rank, i, a] + h) * (half[rank, i, a] + h)
+                    difference2 = (half[rank, i, a] - h) * (half[rank, i, a] - h)
+                r2 = max(dx * dx + dy * dy, nearest2)
+                g, u = laws.node_law(strips, even, sum2, difference2, r2)
+                lane_x[a] += q * g * dx
+                lane_y[a] += q * g * dy
+                lane_u[a] += q * u
+        else:
+            for a in range(lanes):
+                dx = node_x[rank, i, a] - x
+                dy = node_y[rank, i, a] - y
+                if not even:
+                    sum2 = (half[rank, i, a] + h) * (half[rank, i, a] + h)
+                    difference2 = (half[rank, i, a] - h) * (half[rank, i, a] - h)
+                r2 = max(dx * dx + dy * dy, nearest2)
+                g = q * laws.node_force(strips, sum2, difference2, r2)
+                lane_x[a] += g * dx
+                lane_y[a] += g * dy
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    for a in range(count):
-        q = laws.COULOMB * charge[rank, i, a]
-        gx = q * nodes.lane_x[a]
-        gy = q * nodes.lane_y[a]
-        energy += q * nodes.lane_u[a]
+    for a in range(count_i):
+        q = laws.COULOMB * node_q[rank, i, a]
+        gx = q * lane_x[a]
+        gy = q * lane_y[a]
+        energy += q * lane_u[a]
         fx += gx
         fy += gy
-        torque += (x[a] - xi) * gy - (y[a] - yi) * gx
+        torque += (node_x[rank, i, a] - xi) * gy - (node_y[rank, i, a] - yi) * gx
     return energy, fx, fy, torque
 
 
@@ -352,52 +322,62 @@ def grade(
 
 @kernel
 def level_sum(
-    magnets: Magnets, level: int, faces: FacePair, with_energy: bool, nodes: Nodes
+    magnets: Magnets, level: int, faces: FacePair, with_energy: bool, scratch: Nodes
 ) -> tuple[float, float, float, float]:
     """Energy, force on face a and its torque about its centre, for faces of unit charge.
 
     Without µ0/4π. The energy is 0 unless asked for.
     """
-    count, node, weight = magnets.level_count[level], magnets.level_node, magnets.level_weight
-    lanes, places = place_face(magnets, level, faces, nodes)
-    for m in range(count):
-        x, y = node[level, m] * faces.bx - faces.x, node[level, m] * faces.by - faces.y
-        one = x, y, weight[level, m], faces.half_b
-        add_node(magnets, faces.even, one, places, lanes, with_energy, nodes)
-    return sum_face(magnets, level, faces, nodes)
-
-
-@inlined
-def place_face(
-    magnets: Magnets, level: int, faces: FacePair, nodes: Nodes
-) -> tuple[int, tuple[Array, Array, Array]]:
-    """Put face a's nodes of a level into the lanes; returns how many these are, and their places.
-
-    Weightless nodes pad them to the width of a vector.
-    """
-    node = magnets.level_node
-    lanes = clear_lanes(magnets.level_count[level], nodes)
+    strips, even, count = magnets.strips, faces.even, magnets.level_count[level]
+    nodes, weights, nearest2 = magnets.level_node, magnets.level_weight, magnets.nearest2
+    lane_x, lane_y, lane_u = scratch.lane_x, scratch.lane_y, scratch.lane_u
+    atx, aty = faces.ax, faces.ay
+    sum2 = (faces.half_a + faces.half_b) * (faces.half_a + faces.half_b)
+    difference2 = (faces.half_a - faces.half_b) * (faces.half_a - faces.half_b)
+    # The lanes are face a's nodes, padded with weightless ones to the width of a vector.
+    lanes = whole_lanes(count)
     for k in range(lanes):
-        nodes.face_x[k] = node[level, k] * faces.ax
-        nodes.face_y[k] = node[level, k] * faces.ay
-        nodes.face_half[k] = faces.half_a
-    return lanes, (nodes.face_x, nodes.face_y, nodes.face_half)
+        lane_x[k] = 0.0
+        lane_y[k] = 0.0
+        lane_u[k] = 0.0
+    for m in range(count):
+        fx0 = faces.x - nodes[level, m] * faces.bx
+        fy0 = faces.y - nodes[level, m] * faces.by
+        w = weights[level, m]
+        if with_energy:
+            for k in range(lanes):
+                dx = fx0 + nodes[level, k] * atx
+                dy = fy0 + nodes[level, k] * aty
+                r2 = max(dx * dx + dy * dy, nearest2)
+                g, u = laws.node_law(strips, even, sum2, difference2, r2)
+                lane_x[k] += w * g * dx
+                lane_y[k] += w * g * dy
+                lane_u[k] += w * u
+        else:
+            for k in range(lanes):
+                dx = fx0 + nodes[level, k] * atx
+                dy = fy0 + nodes[level, k] * aty
+                r2 = max(dx * dx + dy * dy, nearest2)
+                g = w * laws.node_force(strips, sum2, difference2, r2)
+                lane_x[k] += g * dx
+                lane_y[k] += g * dy
+    return sum_lanes(weights[level], nodes[level], count, (atx, aty), lane_x, lane_y, lane_u)
 
 
 @inlined
-def sum_face(
-    magnets: Magnets, level: int, faces: FacePair, nodes: Nodes
-) -> tuple[float, float, float, float]:
-    """Energy, force on face a and its torque about its centre, from the lanes of its nodes."""
-    weight, place = magnets.level_weight, magnets.level_node
+def sum_lanes(
+    weights: Array, places: Array, count: int, along: tuple[float, float],
+    lane_x: Array, lane_y: Array, lane_u: Array,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """Sum energies, forces, and torques about its middle, of the nodes at places on a face."""
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    for k in range(magnets.level_count[level]):
-        w = weight[level, k]
-        px, py = w * nodes.lane_x[k], w * nodes.lane_y[k]
-        energy += w * nodes.lane_u[k]
+    for k in range(count):
+        w = weights[k]
+        px, py = w * lane_x[k], w * lane_y[k]
+        energy += w * lane_u[k]
         fx += px
         fy += py
-        torque += place[level, k] * (faces.ax * py - faces.ay * px)
+        torque += places[k] * (along[0] * py - along[1] * px)
     return energy, fx, fy, torque
 
 
