@@ -245,7 +245,7 @@ def constants() -> dict[str, Any]:
         "number": _numbers(
             settings, "NORMAL DURATION FORCE_LIMIT BORE WALL INTERVAL TOLERANCE MAX_STEPS"
         ),
-        "counter": _numbers(ix, "LO STEPS EVALUATIONS FRAMES KEEP"),
+        "counter": _numbers(ix, "N_HELD STEPS EVALUATIONS FRAMES KEEP"),
         "clock": _numbers(ix, "TIME FRAME_TIME"),
         "account": _numbers(ix, "PEAK IMPULSE"),
         "view": _numbers(view, "MAGNETIC KINETIC TIME ADVANCE PUSH RELEASED LOADED"),
