@@ -88,7 +88,7 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
         Sufficient probability. The search itself requires a value halfway between this one and 1,
         because selected choices do slightly worse on other releases.
     runs
-        Number of releases that assess the result, none of which the search has used; may be 0.
+        Number of releases that assess the result; the search has not used them. May be 0.
     workers, backend
         See `ensemble`.
     state
@@ -197,7 +197,7 @@ class _Run:
         )  # fmt: skip
 
     def released(self, scene: Scene) -> Share:
-        """Return the share of releases, none of which the search has used, that succeed."""
+        """Return the share of successful releases among those that the search has not used."""
         made = ensemble(
             scene, self.task.runs, self.task.releases_seed,
             workers=self.workers.count, backend=self.workers.backend,

@@ -13,7 +13,7 @@ from magfold_bench.stress.campaign import BLOCK, Case, ordered, run
 from magfold_bench.stress.kinds import KINDS
 from magfold_bench.stress.verdict import Tally, Verdict
 from magfold_env.checkpoint import FILE, CheckpointError
-from magfold_env.scene import load_scene
+from magfold_env.scene import SceneError, load_scene
 from tests.command_line import fails_in_one_line, rows
 from tests.command_line import run as command
 from tests.killed import run_until_killed
@@ -107,6 +107,21 @@ def test_an_error_that_is_raised_breaks_a_law(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr("magfold_bench.stress.campaign.check", fails)
     verdict = Case(0, "stops", 0).verdict()
     assert [str(each) for each in verdict.broken] == ["no exception: ZeroDivisionError: by zero"]
+
+
+def test_a_scene_that_is_refused_ends_no_campaign(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def refused(_: object) -> None:
+        raise SceneError("friction: -1 is not allowed; must be at least 0")
+
+    monkeypatch.setattr(Case, "scene", refused)
+    tally = run(3, 0, ["stops"], out=tmp_path)
+    assert tally.cases == len(tally.failures) == 3
+
+
+def test_no_floor_is_drawn_with_an_obstacle_in_line_with_the_bore() -> None:
+    assert Case(83, "tilted", 11).scene().obstacles
 
 
 def test_the_command_shows_and_writes_what_was_found(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count, islice
 from pathlib import Path
@@ -149,7 +150,8 @@ def _save_failures(tally: Tally, folder: Path) -> None:
     for failure in tally.failures:
         seed, number = map(int, failure["case"].split("-")[1:])
         case = Case(seed, failure["kind"], number)
-        case.save([words for _, words in failure["broken"]], folder)
+        with suppress(errors.SceneError):  # a scene that is refused has no file
+            case.save([words for _, words in failure["broken"]], folder)
 
 
 def _check(cases: int, seed: int, only: Sequence[str], workers: int, minutes: float | None) -> None:

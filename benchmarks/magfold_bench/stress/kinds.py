@@ -296,7 +296,9 @@ def leaves_room(solid: Rectangle, alone: Scene) -> bool:
     casing = alone.casing
     if alone.mount == "tube":
         half = 0.5 * alone.bore + alone.feed.wall
-        deep = -(alone.n + 1.0) * casing.diagonal
+        # Scenes refuse solids in line with the bore, however far behind.
+        behind = min(-alone.n * casing.diagonal, float(solid.corners[:, 0].min()))
+        deep = behind - casing.diagonal
         bore = np.array(
             [(deep, -half), (casing.diagonal, -half), (casing.diagonal, half), (deep, half)]
         )
