@@ -6,8 +6,8 @@ from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.feed import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.contact.complementarity import solve_passive
 from magfold_env.engine.contact.constraints import prepare
-from magfold_env.engine.contact.equalities import solve_passive
 from magfold_env.engine.elementary import square
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.sticking import first_accelerations
