@@ -228,27 +228,18 @@ def slope_at(share: float, rows: int, count: int, rank: int, penalty: float, wor
 
 @kernel
 def step_length(rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
-    """Share of the Newton step to take: all, or about as much as descends.
+    """Share of the Newton step to take: all, or half as much, … until it hardly ascends at its end.
 
     Slopes are compared, not values, whose differences would be lost in rounding.
     """
-    start = 0.0
+    start, share = 0.0, 1.0
     for m in range(rank):
         start += work.friction.newton.step[m] * work.friction.newton.gradient[m]
-    low, low_slope = 0.0, start
-    high, high_slope = 1.0, slope_at(1.0, rows, count, rank, penalty, work)
-    if high_slope <= -1e-3 * start:
-        return 1.0
     for _ in range(HALVINGS):
-        share = low + (high - low) * min(max(low_slope / (low_slope - high_slope), 0.1), 0.9)
-        slope = slope_at(share, rows, count, rank, penalty, work)
-        if abs(slope) <= -0.1 * start:
+        if slope_at(share, rows, count, rank, penalty, work) <= -0.1 * start:
             return share
-        if slope < 0.0:
-            low, low_slope = share, slope
-        else:
-            high, high_slope = share, slope
-    return low
+        share *= 0.5
+    return 0.0
 
 
 @kernel
