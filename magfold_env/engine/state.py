@@ -411,7 +411,7 @@ class Newton(NamedTuple):
 class Friction(NamedTuple):
     """Scratch space of what friction stops and holds, see `engine.friction`."""
 
-    motion: IntPerBody  # of a component: what becomes of it, see `engine.friction.stick_events`
+    motion: IntPerBody  # of a component: what becomes of it, see `engine.friction.sticking`
     braking: PerBody  # when components may stop [s]
     slow: IntPerBody  # 1: friction is not among the smooth forces, but solved for
     before: Coordinates  # velocities before components were put to rest
