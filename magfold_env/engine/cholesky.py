@@ -58,19 +58,13 @@ def factorise(size: int, matrix: Array, inverse: Array) -> bool:
 
 
 @kernel
-def solve_lower(first: int, size: int, matrix: Array, inverse: Array, x: Array) -> None:
-    """Replace ``x``, whose entries before ``first`` are zero, by the solution z of Uᵀz = x."""
-    for k in range(first, size):
+def solve(size: int, matrix: Array, inverse: Array, x: Array) -> None:
+    """Replace ``x`` by the solution of A y = x."""
+    for k in range(size):
         x[k] *= inverse[k]
         z, row = x[k], matrix[k]
         for j in range(k + 1, size):
             x[j] -= z * row[j]
-
-
-@kernel
-def solve(size: int, matrix: Array, inverse: Array, x: Array) -> None:
-    """Replace ``x`` by the solution of A y = x."""
-    solve_lower(0, size, matrix, inverse, x)
     for k in range(size - 1, -1, -1):
         x[k] *= inverse[k]
         y = x[k]

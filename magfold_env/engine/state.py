@@ -409,28 +409,14 @@ class Newton(NamedTuple):
 
 
 @by_pointer
-class Secular(NamedTuple):
-    """Scratch space of `engine.friction.secular`, where the names are explained."""
-
-    active: IntPerRow
-    share: PerRow  # s
-    first: Annotated[IntArray, "balls"]  # among the active rows, of what slides
-    step: Annotated[Array, "balls"]  # of s
-    image: Annotated[Array, "balls", "rows"]
-    curvature: Annotated[Array, "balls", "balls"]
-    inverse: Annotated[Array, "balls"]
-
-
-@by_pointer
 class Friction(NamedTuple):
     """Scratch space of what friction stops and holds, see `engine.friction`."""
 
-    motion: IntPerBody  # of a component: what becomes of it, see `engine.friction.stick_events`
+    motion: IntPerBody  # of a component: what becomes of it, see `engine.friction.sticking`
     braking: PerBody  # when components may stop [s]
     slow: IntPerBody  # 1: friction is not among the smooth forces, but solved for
     before: Coordinates  # velocities before components were put to rest
     change: Coordinates  # of accelerations, by friction that tears loose
-    secular: Secular
     newton: Newton
 
 

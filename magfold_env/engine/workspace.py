@@ -96,7 +96,6 @@ def new_work(model: arrays.Model) -> arrays.Work:
         "n + 2": n + 2,
         "boxes": n + len(model.obstacles),
         "rows": rows,
-        "balls": (rows + 2) // 3,
         "stages": STAGES,
         "sweep": recursion.ROWS,
     }

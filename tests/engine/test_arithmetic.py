@@ -45,19 +45,13 @@ def test_systems_are_solved(seed, size):
 
 
 @given(seed=st.integers(0, 2**32 - 1), size=st.integers(1, 20))
-def test_lower_halves_are_solved_from_any_row_on(seed, size):
-    source, right, rng = draw(seed, size)
-    first = int(rng.integers(size))
-    right[:first] = 0.0
+def test_halves_multiply_to_the_matrix(seed, size):
+    source, _, _ = draw(seed, size)
     matrix, inverse = source.copy(), np.empty(size)
     assert cholesky.factorise(size, matrix, inverse)
     upper = np.triu(matrix)
     np.testing.assert_allclose(upper.T @ upper, source, rtol=1e-12, atol=1e-12 * source.max())
     np.testing.assert_allclose(inverse, 1.0 / np.diag(upper), rtol=1e-15)
-    found = right.copy()
-    cholesky.solve_lower(first, size, matrix, inverse, found)
-    expected = np.linalg.solve(upper.T, right)
-    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("size", [2, 3, 6, 7])

@@ -3,6 +3,7 @@
 import math
 
 from magfold_env.engine import indices as ix
+from magfold_env.engine.chain.momentum import kinetic_of
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact.boxes import seen_from
 from magfold_env.engine.elementary import square
@@ -74,13 +75,9 @@ def meets_while_stopping(model: Model, state: State, work: Work, slowing: float)
     all kinetic energy on a limited way. With S of `engine.friction.law`, the mean over the masses
     of S is at least the speed of the centre of mass, and at least the arm times the spin.
     """
-    bodies, pose, centres = model.bodies, work.pose, work.centres
-    energy, mass = 0.0, 0.0
+    pose, energy, mass = work.pose, kinetic_of(0, model, work, state.q, state.v), 0.0
     for i in range(model.n):
-        m = bodies.mass[i]
-        energy += 0.5 * m * (square(centres.vx[i]) + square(centres.vy[i]))
-        energy += 0.5 * bodies.inertia[i] * square(state.v[i])
-        mass += m
+        mass += model.bodies.mass[i]
     way = energy / (mass * slowing)
     turn = way / model.friction_radius
     x, y, _, _ = centre_of_mass(model, work)

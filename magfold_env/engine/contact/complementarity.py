@@ -5,13 +5,74 @@ singular: impulses in closed loops are not unique, the velocities they cause are
 w = W λ + b the rows' own velocity or acceleration.
 """
 
+from magfold_env.engine import cholesky
+from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.jit import kernel
-from magfold_env.engine.contact.equalities import solve_passive
 from magfold_env.engine.friction.solver import solve_with_friction
-from magfold_env.engine.state import Work
+from magfold_env.engine.state import Array, Work
 
+RIDGE = 1e-11
+CANCEL, SOFT = 1e4, 1e-6  # sums of multipliers that cancel; ridge of the least that do not
 ROUNDING = 1e-10
 CANCELLED = 1e-13
+
+
+@kernel
+def solve_passive(count: int, work: Work, lam: Array) -> None:
+    """Solve W λ = −b on the rows marked as passive, into ``lam``; w is left in ``rate``.
+
+    Rows may repeat each other. A share of their diagonals is added to these, which picks of all λ
+    that do the same the least; a second pass takes out of the rates what that left in them. Stops
+    of joints never repeat each other. With nothing added they, and not friction, carry what rigidly
+    joined components that stick exert on each other.
+    """
+    rows, stops = work.rows, work.rows.counts[ix.JOINT_STOPS]
+    passive, rate, change = rows.passive, rows.rate, rows.update
+    for r in range(count):
+        rows.diagonal[r] = RIDGE * rows.delassus[r, r] if r >= stops else 0.0
+        lam[r] = 0.0
+        rate[r] = rows.bias[r]
+    cholesky.load(count, rows.delassus, passive, rows.diagonal, rows.cholesky)
+    cholesky.factorise(count, rows.cholesky, rows.inverse)
+    for _ in range(2):
+        for r in range(count):
+            change[r] = -rate[r] if passive[r] == 1 else 0.0
+        cholesky.solve(count, rows.cholesky, rows.inverse, change)
+        for r in range(count):
+            if passive[r] == 1:
+                lam[r] += change[r]
+                push, row = change[r], rows.delassus[r]
+                for c in range(count):
+                    rate[c] += push * row[c]
+
+
+@kernel
+def take_least(count: int, work: Work) -> None:
+    """Replace multipliers that all but cancel by the least ones that change the rates alike.
+
+    Where two rows say of one contact nearly the same, what they say together may take huge
+    multipliers that do next to nothing, but for an impulse on the drive.
+    """
+    delassus, passive, lam = work.rows.delassus, work.rows.passive, work.rows.multiplier
+    diagonal, change = work.rows.diagonal, work.rows.update
+    largest, most = 0.0, 0.0
+    for r in range(count):
+        total, size = 0.0, 0.0
+        for c in range(count):
+            part = delassus[r, c] * lam[c]
+            total, size = total + part, size + abs(part)
+        change[r] = total
+        largest, most = max(largest, abs(total)), max(most, size)
+    if most <= CANCEL * largest:
+        return
+    for r in range(count):
+        passive[r] = int(lam[r] != 0.0)
+        diagonal[r] = SOFT * delassus[r, r]
+    cholesky.load(count, delassus, passive, diagonal, work.rows.cholesky)
+    cholesky.factorise(count, work.rows.cholesky, work.rows.inverse)
+    cholesky.solve(count, work.rows.cholesky, work.rows.inverse, change)
+    for r in range(count):
+        lam[r] = change[r] if passive[r] == 1 else 0.0
 
 
 @kernel

@@ -11,7 +11,7 @@ from magfold_env.engine.chain.momentum import momentum_along
 from magfold_env.engine.chain.tube import place_all
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, jacobian
-from magfold_env.engine.contact.equalities import solve_passive, take_least
+from magfold_env.engine.contact.complementarity import solve_passive, take_least
 from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, IntArray, Model, State, Work, copy
 from magfold_env.engine.stepping import dynamics

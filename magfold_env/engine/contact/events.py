@@ -5,8 +5,7 @@ from magfold_env.engine.chain import articulated, feed, ledger
 from magfold_env.engine.chain.momentum import momentum_along
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes, constraints, jacobian, sweep
-from magfold_env.engine.contact.complementarity import solve_nonnegative
-from magfold_env.engine.contact.equalities import take_least
+from magfold_env.engine.contact.complementarity import solve_nonnegative, take_least
 from magfold_env.engine.state import Array, Model, State, Work, copy
 from magfold_env.engine.stepping.dynamics import apply_multipliers, lost, rate_of
 from magfold_env.engine.stepping.stages import interpolate

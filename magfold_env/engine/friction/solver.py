@@ -5,12 +5,12 @@ With W = G Gᵀ and y = Gᵀλ the accelerations of the rows are w = G y + b, wh
     ½ |y|² + Σ limit |w|    over all components, subject to w ≥ 0 in contacts, w = 0 in equalities
 
 (Gauss's principle with friction's power). The multipliers λ of this convex problem are the forces.
-`engine.friction.secular` finds them in nearly all cases, and in a third of the time; the method of
-multipliers, here, in all. It replaces λ by the projection p of t = λ − σ w onto the forces that can
-act, with w taken where a smooth convex function, that with gradient y − Gᵀp, is least; Newton's
-method finds it. y has as many entries as the chain has coordinates, however many rows there are,
-and the function stays strictly convex where λ is not unique. Sources: Rockafellar, Math. Oper.
-Res. 1 (1976) 97, for the outer loop; Qi and Sun, Math. Program. 58 (1993) 353, for the inner.
+The method of multipliers finds them: it replaces λ by the projection p of t = λ − σ w onto the
+forces that can act, with w taken where a smooth convex function, that with gradient y − Gᵀp, is
+least; Newton's method finds it. y has as many entries as the chain has coordinates, however many
+rows there are, and the function stays strictly convex where λ is not unique. Sources: Rockafellar,
+Math. Oper. Res. 1 (1976) 97, for the outer loop; Qi and Sun, Math. Program. 58 (1993) 353, for the
+inner.
 
 All rows are scaled: W gets a unit diagonal, with one factor for the three rows of a component, so
 that projections and tolerances mean the same for angles and lengths; a force is λ / scale. Of the
@@ -24,7 +24,6 @@ from magfold_env.engine import cholesky
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import square
 from magfold_env.engine.friction.law import size_of
-from magfold_env.engine.friction.secular import solve_by_sizes
 from magfold_env.engine.state import Array, Work
 
 # What may be left of the accelerations, as a share of the largest bias: usually, and if that is out
@@ -229,27 +228,18 @@ def slope_at(share: float, rows: int, count: int, rank: int, penalty: float, wor
 
 @kernel
 def step_length(rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
-    """Share of the Newton step to take: all, or about as much as descends.
+    """Share of the Newton step to take: all, or half as much, … until it hardly ascends at its end.
 
     Slopes are compared, not values, whose differences would be lost in rounding.
     """
-    start = 0.0
+    start, share = 0.0, 1.0
     for m in range(rank):
         start += work.friction.newton.step[m] * work.friction.newton.gradient[m]
-    low, low_slope = 0.0, start
-    high, high_slope = 1.0, slope_at(1.0, rows, count, rank, penalty, work)
-    if high_slope <= -1e-3 * start:
-        return 1.0
     for _ in range(HALVINGS):
-        share = low + (high - low) * min(max(low_slope / (low_slope - high_slope), 0.1), 0.9)
-        slope = slope_at(share, rows, count, rank, penalty, work)
-        if abs(slope) <= -0.1 * start:
+        if slope_at(share, rows, count, rank, penalty, work) <= -0.1 * start:
             return share
-        if slope < 0.0:
-            low, low_slope = share, slope
-        else:
-            high, high_slope = share, slope
-    return low
+        share *= 0.5
+    return 0.0
 
 
 @kernel
@@ -290,19 +280,6 @@ def error_left(rows: int, count: int, work: Work) -> float:
 
 
 @kernel
-def is_solution(rows: int, count: int, work: Work, largest: float) -> bool:
-    """Whether the multipliers are as exact as this method would make them."""
-    newton, lam = work.friction.newton, work.rows.multiplier
-    for r in range(count):
-        w, row = work.rows.bias[r], work.rows.delassus[r]
-        for c in range(count):
-            w += row[c] * lam[c]
-        newton.rate[r] = w * newton.scale[r]
-        newton.force[r] = lam[r] / newton.scale[r] if newton.scale[r] > 0.0 else 0.0
-    return error_left(rows, count, work) <= CONVERGED * largest
-
-
-@kernel
 def minimise(rows: int, count: int, rank: int, penalty: float, largest: float, work: Work) -> bool:
     """Find the forces at the smooth function's minimum; False and none if Newton's steps fail."""
     newton = work.friction.newton
@@ -338,8 +315,6 @@ def solve_with_friction(rows: int, count: int, work: Work, limit: Array) -> bool
     largest = 0.0
     for r in range(count):
         largest = max(largest, abs(work.rows.bias[r]) * work.friction.newton.scale[r])
-    if solve_by_sizes(rows, count, work, limit) and is_solution(rows, count, work, largest):
-        return True
     return solve_by_multipliers(rows, count, work, largest, 0.0) or solve_by_multipliers(
         rows, count, work, largest, SAME
     )

@@ -20,8 +20,13 @@ from magfold_env.engine.chain.tube import is_free, is_partly_out
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import constraints, events
 from magfold_env.engine.elementary import inverse_root
-from magfold_env.engine.friction.stick_events import is_creeping, stop_slow
-from magfold_env.engine.friction.sticking import first_accelerations, is_at_rest, torn_loose
+from magfold_env.engine.friction.sticking import (
+    first_accelerations,
+    is_at_rest,
+    is_creeping,
+    stop_slow,
+    torn_loose,
+)
 from magfold_env.engine.state import Array, Model, Record, State, Work, copy, is_finite
 from magfold_env.engine.stepping import chebyshev
 from magfold_env.engine.stepping.moreau import moreau_step

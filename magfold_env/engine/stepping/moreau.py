@@ -35,7 +35,7 @@ from magfold_env.engine.contact.jacobian import HALF_PI
 from magfold_env.engine.elementary import square
 from magfold_env.engine.friction import law
 from magfold_env.engine.friction.solver import solve_with_friction
-from magfold_env.engine.friction.stick_events import STOPPED
+from magfold_env.engine.friction.sticking import STOPPED
 from magfold_env.engine.state import Array, Model, Record, State, Work, copy
 from magfold_env.engine.stepping import dynamics
 from magfold_env.engine.stepping.recorder import record_line
