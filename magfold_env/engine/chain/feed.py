@@ -13,7 +13,7 @@ import math
 
 from magfold_env.engine import entries as at
 from magfold_env.engine.chain import articulated, ledger
-from magfold_env.engine.chain.momentum import kinetic, spread
+from magfold_env.engine.chain.momentum import kinetic, momentum_along, spread
 from magfold_env.engine.chain.tube import advance, charged, is_partly_out, place_all, whole_mass
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import sincos, time_across
@@ -65,19 +65,17 @@ def begin(model: Model, state: State, work: Work) -> None:
 
 
 @kernel
-def carry_on(model: Model, state: State, work: Work, until: float) -> None:
-    """Move a chain that is all inside, at which only gravity and an outer field pull."""
-    before = potential_of(model, state, work) if model.field.present else 0.0
+def inside_force(model: Model, state: State, work: Work, until: float) -> float:
+    """Mean force that a chain that is all inside takes [N]: gravity and an outer field pull."""
+    force = -whole_mass(model) * model.gravity_x
+    x = state.q[model.n]
     way = state.v[model.n] * (until - state.clock[at.TIME])
-    state.q[model.n] += way
-    gained = -whole_mass(model) * model.gravity_x * way
-    if model.field.present:
-        gained += potential_of(model, state, work) - before
-    impulse = gained / state.v[model.n] if way != 0.0 else 0.0
-    ledger.pass_time(state, until, impulse)
-    state.clock[at.TIME] = until
-    state.account[at.FED] += gained
-    state.account[at.IMPULSE] += impulse
+    if model.field.present and way != 0.0:
+        before = potential_of(model, state, work)
+        state.q[model.n] += way
+        force += (potential_of(model, state, work) - before) / way
+        state.q[model.n] = x
+    return force if way != 0.0 else 0.0
 
 
 @inlined
@@ -153,12 +151,8 @@ def needed_force(lo: int, model: Model, work: Work, acceleration: Array) -> floa
     By Newton's law for the chain outside: its mass times its acceleration, less what else acts on
     it and on what the tube holds. Needs the forces that went with the accelerations.
     """
-    n, bodies, pose, rows = model.n, model.bodies, work.pose, work.rows
-    force, hinge = 0.0, acceleration[n]
-    for i in range(lo, n):
-        turning = pose.sin[i] * acceleration[i]
-        force += bodies.mass[i] * (hinge - bodies.reach[i] * turning)
-        hinge -= bodies.length[i] * turning
+    n, rows = model.n, work.rows
+    force = momentum_along(lo, model, work, acceleration)
     for r in range(rows.counts[at.JOINT_STOPS], rows.counts[at.SOLVED]):
         force -= rows.multiplier[r] * rows.jacobian[r, n]
     return force - work.chain.force[n] - work.chain.base[at.PULL]

@@ -45,8 +45,7 @@ def longest_step(model: Model, state: State, work: Work) -> float:
         h = min(h, max(state.clock[at.BRAKE], SHORTEST_BRAKE))
     if state.counter[at.SLIPPING] != 0 and lo > 0:
         h = min(h, feed.time_to_change(model, state, work.stages.slope_v[0]))
-        if math.isinf(model.force_limit):
-            h = min(h, max(ledger.patience_left(model, state), feed.SOONEST))
+        h = min(h, max(ledger.patience_left(model, state), feed.SOONEST))
     return h
 
 
