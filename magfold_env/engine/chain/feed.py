@@ -32,7 +32,7 @@ SOONEST = 1e-8  # [s] in which a drive that slips is not looked at again
 @kernel
 def begin(model: Model, state: State, work: Work) -> None:
     """Have the drive do what is asked of it, and find the base's next mark."""
-    n, lo, slipped = model.n, state.counter[at.LO], state.counter[at.SLIPPING]
+    n, lo = model.n, state.counter[at.LO]
     speed = float(state.speed[lo - 1])
     stopped = speed <= 0.0 and is_at_stop(model, state)
     if stopped:
@@ -46,9 +46,8 @@ def begin(model: Model, state: State, work: Work) -> None:
         state.feed[at.SINCE] = state.clock[at.TIME]
     if slips(state) and jump != 0.0:
         state.counter[at.SLIPPING] = 1 if jump > 0.0 else -1
-    if state.counter[at.SLIPPING] != slipped:
-        # What was found of the last step's end no longer holds.
-        state.counter[at.FRESH] = 1
+    # What was found of the last step's end may no longer hold.
+    state.counter[at.FRESH] = 1
     carry(model, state, work)
     if state.counter[at.SLIPPING] == 0:
         change_speed(model, state, work, speed)
@@ -263,7 +262,6 @@ def pass_mark(model: Model, state: State, work: Work) -> None:
             carry(model, state, work)
             ledger.close_millisecond(state, float(state.account[at.IMPULSE]))
         return
-    state.counter[at.FRESH] = 1
     if inward and is_at_stop(model, state):
         stop(model, state, work)
     while inward and lies_in_tube(model, state):
@@ -310,7 +308,6 @@ def load(model: Model, state: State, work: Work) -> None:
             for face in range(4):
                 model.charge[i, face] = state.waiting[i, face] if outside else 0.0
     if changed:
-        state.counter[at.FRESH] = 1
         state.account[at.LOADED] += potential_of(model, state, work) - energy
 
 
@@ -374,7 +371,6 @@ def change_speed(model: Model, state: State, work: Work, speed: float) -> None:
     Constraints that it violates are met by the impact at the beginning of the next step.
     """
     lo, before = state.counter[at.LO], float(state.v[model.n])
-    state.counter[at.FRESH] = 1
     if speed == before:
         return
     _, along = kinetic(lo, model, state, work)
