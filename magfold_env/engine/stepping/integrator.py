@@ -18,8 +18,9 @@ from magfold_env.engine.chain import feed, ledger
 from magfold_env.engine.chain.momentum import keep_if_left_alone, kinetic_of
 from magfold_env.engine.chain.tube import is_free, is_partly_out
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.contact import constraints, events
-from magfold_env.engine.elementary import inverse_root
+from magfold_env.engine.contact import constraints, events, jacobian
+from magfold_env.engine.contact.constraints import first_joint, joint_rate
+from magfold_env.engine.elementary import inverse_root, time_across
 from magfold_env.engine.friction.held import first_accelerations, is_at_rest, torn_loose
 from magfold_env.engine.friction.stopping import creeps, stop_slow
 from magfold_env.engine.state import Array, Model, Record, State, Work, copy, is_finite
@@ -34,17 +35,20 @@ from magfold_env.engine.stepping.stages import (
     stages,
     step_error,
 )
-from magfold_env.engine.stepping.step_length import (
-    LARGEST_GROWTH,
-    LONGEST_STEP,
-    MILD,
-    OTHERS,
-    SHORTEST_STEP,
-    longest_step,
-    plan_next,
-    takes_smooth,
-)
 
+LONGEST_STEP = 0.1  # [s]
+SHORTEST_STEP = 1e-13  # [s]
+LONGER = 1.2  # times the time to the next stop
+SOONEST_STOP = 1e-7  # [s] before which no stop is foreseen
+SHORTEST_BRAKE = 1e-7  # [s] the shortest step that ends where a component stops
+EASY = 1e-4  # an error that allows the largest growth
+CAUTION = 0.8  # times the longest step that its error allows
+LARGEST_GROWTH = 5.0
+LEAST_GROWTH = 0.2  # after a step that was good enough, however hard it was to find
+# Lengths of steps times the rate of friction: beyond which its stability limits an explicit step,
+# and up to which such a step is the cheaper one.
+STIFF, MILD = 2.5, 2.0
+OTHERS = 4  # explicit steps to be taken after a Chebyshev step that was no better
 BREAK_AWAY = 1e-6  # [s] how exactly the moment is found when friction no longer holds
 HOPELESS_STEP = 1e-9  # [s] not finite even here: broken
 STALE = 0.1  # allowed errors by which a step may be moved without new accelerations
@@ -395,3 +399,91 @@ def is_rattle(model: Model, state: State, fraction: float, time: float) -> bool:
         return False
     state.counter[at.QUICK_TOUCHES] = 0
     return True
+
+
+# --- how long a step may be, and of which scheme it is ----------------------------------------
+
+
+@kernel
+def longest_step(model: Model, state: State, work: Work) -> float:
+    """How far a step may reach [s], going by the state alone.
+
+    Not far beyond a joint's stop or the moment when friction stops a component: what happens there
+    would only have the step repeated.
+    """
+    lo, h = state.counter[at.LO], LONGEST_STEP
+    if model.contact:
+        h = min(h, time_past_stop(lo, model, state, work))
+    if model.frictional:
+        h = min(h, max(state.clock[at.BRAKE], SHORTEST_BRAKE))
+    if state.counter[at.SLIPPING] != 0 and lo > 0:
+        h = min(h, feed.time_to_change(model, state, work.stages.slope_v[0]))
+        h = min(h, max(ledger.patience_left(model, state), feed.SOONEST))
+    return h
+
+
+@inlined
+def takes_smooth(state: State, h: float, rate: float) -> bool:
+    """Whether a step is Chebyshev's: explicit ones would be unstable, or cost more."""
+    return state.counter[at.STIFF] > 0 and h * rate > MILD
+
+
+@inlined
+def plan_next(
+    state: State, h: float, fraction: float, rate: float, error: float, growth: float
+) -> None:
+    """Choose the length and the scheme of the next step."""
+    smooth = takes_smooth(state, h, rate)
+    if state.counter[at.STIFF] < 0:
+        state.counter[at.STIFF] += 1
+    elif not smooth:
+        state.counter[at.STIFF] = int(h * rate > STIFF)
+    if fraction < 1.0:
+        growth = 1.0
+    elif error > EASY:
+        growth = min(growth, next_growth(state, h, error, smooth))
+    # A step cut short by an event or by the time limit says nothing against a longer one.
+    state.clock[at.STEP] = max(
+        h * growth, 0.5 * state.clock[at.STEP] if h < state.clock[at.STEP] else SHORTEST_STEP
+    )
+    state.clock[at.LAST_STEP] = 0.0 if smooth else h
+    state.clock[at.LAST_ERROR] = max(error, EASY)
+
+
+@inlined
+def next_growth(state: State, h: float, error: float, smooth: bool) -> float:
+    """Return how much longer the next step may be, going by this one's error and its trend.
+
+    Gustafsson's predictive controller (Hairer and Wanner, Solving ODEs II, IV.8): towards a stop
+    magnets pull ever harder, and a rule that knows only the last error has every other step
+    rejected.
+    """
+    if smooth:
+        return CAUTION * inverse_root(error, chebyshev.ORDER)
+    growth = CAUTION * inverse_root(error, ORDER)
+    before = state.clock[at.LAST_STEP]
+    if before > 0.0:
+        trend = inverse_root(error / state.clock[at.LAST_ERROR], ORDER)
+        growth = min(growth, growth * trend * h / before)
+    return max(growth, LEAST_GROWTH)
+
+
+@kernel
+def time_past_stop(lo: int, model: Model, state: State, work: Work) -> float:
+    """Time until the first open joint is a little beyond its stop, as it accelerates now [s].
+
+    Not so far that magnets, of which only stops keep the poles apart, would all but meet.
+    """
+    soonest = LONGEST_STEP
+    for k in range(first_joint(lo), model.n):
+        if state.lock[k] != 0:
+            continue
+        angle = state.q[k] - state.q[k - 1]
+        rate = joint_rate(lo, state.v, k)
+        acceleration = joint_rate(lo, work.stages.slope_v[0], k)
+        for sign in (-1.0, 1.0):
+            gap = jacobian.HALF_PI - sign * angle
+            time, speed = time_across(gap, sign * rate, sign * acceleration)
+            if time < LONGEST_STEP:
+                soonest = min(soonest, LONGER * time, time + model.past_stop / speed)
+    return max(soonest, LONGER * SOONEST_STOP)
