@@ -13,7 +13,7 @@ import math
 
 from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated, ledger
-from magfold_env.engine.chain.momentum import kinetic, spread
+from magfold_env.engine.chain.momentum import kinetic, momentum_along, spread
 from magfold_env.engine.chain.tube import advance, charged, is_partly_out, place_all, whole_mass
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import sincos, time_across
@@ -32,7 +32,7 @@ SOONEST = 1e-8  # [s] in which a drive that slips is not looked at again
 @kernel
 def begin(model: Model, state: State, work: Work) -> None:
     """Have the drive do what is asked of it, and find the base's next mark."""
-    n, lo, slipped = model.n, state.counter[ix.N_HELD], state.counter[ix.SLIPPING]
+    n, lo = model.n, state.counter[ix.N_HELD]
     speed = float(state.speed[lo - 1])
     stopped = speed <= 0.0 and is_at_stop(model, state)
     if stopped:
@@ -46,9 +46,8 @@ def begin(model: Model, state: State, work: Work) -> None:
         state.feed[ix.SINCE] = state.clock[ix.TIME]
     if slips(state) and jump != 0.0:
         state.counter[ix.SLIPPING] = 1 if jump > 0.0 else -1
-    if state.counter[ix.SLIPPING] != slipped:
-        # What was found of the last step's end no longer holds.
-        state.counter[ix.FRESH] = 1
+    # What was found of the last step's end may no longer hold.
+    state.counter[ix.FRESH] = 1
     carry(model, state, work)
     if state.counter[ix.SLIPPING] == 0:
         change_speed(model, state, work, speed)
@@ -65,19 +64,17 @@ def begin(model: Model, state: State, work: Work) -> None:
 
 
 @kernel
-def carry_on(model: Model, state: State, work: Work, until: float) -> None:
-    """Move a chain that is all inside, at which only gravity and an outer field pull."""
-    before = potential_of(model, state, work) if model.field.present else 0.0
+def inside_force(model: Model, state: State, work: Work, until: float) -> float:
+    """Mean force that a chain that is all inside takes [N]: gravity and an outer field pull."""
+    force = -whole_mass(model) * model.gravity_x
+    x = state.q[model.n]
     way = state.v[model.n] * (until - state.clock[ix.TIME])
-    state.q[model.n] += way
-    gained = -whole_mass(model) * model.gravity_x * way
-    if model.field.present:
-        gained += potential_of(model, state, work) - before
-    impulse = gained / state.v[model.n] if way != 0.0 else 0.0
-    ledger.pass_time(state, until, impulse)
-    state.clock[ix.TIME] = until
-    state.account[ix.FED] += gained
-    state.account[ix.IMPULSE] += impulse
+    if model.field.present and way != 0.0:
+        before = potential_of(model, state, work)
+        state.q[model.n] += way
+        force += (potential_of(model, state, work) - before) / way
+        state.q[model.n] = x
+    return force if way != 0.0 else 0.0
 
 
 @inlined
@@ -153,12 +150,8 @@ def needed_force(lo: int, model: Model, work: Work, acceleration: Array) -> floa
     By Newton's law for the chain outside: its mass times its acceleration, less what else acts on
     it and on what the tube holds. Needs the forces that went with the accelerations.
     """
-    n, bodies, pose, rows = model.n, model.bodies, work.pose, work.rows
-    force, hinge = 0.0, acceleration[n]
-    for i in range(lo, n):
-        turning = pose.sin[i] * acceleration[i]
-        force += bodies.mass[i] * (hinge - bodies.reach[i] * turning)
-        hinge -= bodies.length[i] * turning
+    n, rows = model.n, work.rows
+    force = momentum_along(lo, model, work, acceleration)
     for r in range(rows.counts[ix.JOINT_STOPS], rows.counts[ix.SOLVED]):
         force -= rows.multiplier[r] * rows.jacobian[r, n]
     return force - work.chain.force[n] - work.chain.base[ix.PULL]
@@ -269,7 +262,6 @@ def pass_mark(model: Model, state: State, work: Work) -> None:
             carry(model, state, work)
             ledger.close_millisecond(state, float(state.account[ix.IMPULSE]))
         return
-    state.counter[ix.FRESH] = 1
     if inward and is_at_stop(model, state):
         stop(model, state, work)
     while inward and lies_in_tube(model, state):
@@ -316,7 +308,6 @@ def load(model: Model, state: State, work: Work) -> None:
             for face in range(4):
                 model.charge[i, face] = state.waiting[i, face] if outside else 0.0
     if changed:
-        state.counter[ix.FRESH] = 1
         state.account[ix.LOADED] += potential_of(model, state, work) - energy
 
 
@@ -380,7 +371,6 @@ def change_speed(model: Model, state: State, work: Work, speed: float) -> None:
     Constraints that it violates are met by the impact at the beginning of the next step.
     """
     lo, before = state.counter[ix.N_HELD], float(state.v[model.n])
-    state.counter[ix.FRESH] = 1
     if speed == before:
         return
     _, along = kinetic(lo, model, state, work)

@@ -7,20 +7,29 @@ from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.chain.tube import is_free, place_all
 from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, Model, State, Work
 
 
 @kernel
 def kinetic_of(lo: int, model: Model, work: Work, q: Array, v: Array) -> float:
-    """Kinetic energy of a chain in such a state [J]; finds the pose and the centres' velocities."""
-    bodies, centres = model.bodies, work.centres
+    """Kinetic energy of a chain in such a state [J]; finds the pose."""
     place_all(lo, model, q, work.pose)
-    articulated.centre_velocities(lo, bodies, work.pose, v, centres.vx, centres.vy)
-    energy = 0.0
-    for i in range(model.n):
-        vx = centres.vx[i] if i >= lo else v[model.n]
-        vy = centres.vy[i] if i >= lo else v[model.n + 1]
-        energy += bodies.mass[i] * (vx * vx + vy * vy) + bodies.inertia[i] * v[i] * v[i]
+    energy = energy_outside(lo, model, work, v)
+    for i in range(lo):
+        energy += 0.5 * model.bodies.mass[i] * (square(v[model.n]) + square(v[model.n + 1]))
+    return energy
+
+
+@kernel
+def energy_outside(lo: int, model: Model, work: Work, v: Array) -> float:
+    """Kinetic energy of the free components [J]; needs the pose, and the loads for scratch."""
+    bodies, vx, vy, energy = model.bodies, work.loads.fx, work.loads.fy, 0.0
+    articulated.centre_velocities(lo, bodies, work.pose, v, vx, vy)
+    for i in range(lo, model.n):
+        energy += bodies.mass[i] * (square(vx[i]) + square(vy[i])) + bodies.inertia[i] * square(
+            v[i]
+        )
     return 0.5 * energy
 
 

@@ -30,7 +30,7 @@ from magfold_env.engine.friction.sticking import (
 from magfold_env.engine.state import Array, Model, Record, State, Work, copy, is_finite
 from magfold_env.engine.stepping import chebyshev
 from magfold_env.engine.stepping.moreau import moreau_step
-from magfold_env.engine.stepping.recorder import has_room, record_rest, record_step
+from magfold_env.engine.stepping.recorder import has_room, record_line, record_step
 from magfold_env.engine.stepping.stages import (
     ORDER,
     close_milliseconds,
@@ -192,18 +192,27 @@ def stays_at_rest(model: Model, state: State, work: Work) -> bool:
 @kernel
 def rest(model: Model, state: State, work: Work, record: Record, until: float) -> int:
     """End the run of a chain at rest; one that a tube feeds goes on with it, as far as asked."""
-    n = model.n
     if is_free(state.counter[ix.N_HELD], model) or not model.tube or state.counter[ix.PARKED] == 1:
         return outcomes.RESTED
     force = 0.0
     if feed.drives(model, state):
         force = feed.borne(model, state, float(work.stages.drive[0]))
-    if not record_rest(record, state, until, force):
+    return move_with_base(model, state, work, record, until, force)
+
+
+@kernel
+def move_with_base(
+    model: Model, state: State, work: Work, record: Record, until: float, force: float
+) -> int:
+    """Move a chain on with its base, on which the drive acts with a mean ``force`` [N]."""
+    n, time, end = model.n, until - state.clock[ix.TIME], work.moreau.new_q
+    copy(state.q, end, 0)
+    end[n] += state.v[n] * time
+    if not record_line(record, state, until, end, state.v, force * time):
         return outcomes.PAUSED
-    time = until - state.clock[ix.TIME]
     ledger.pass_time(state, until, force * time)
     feed.note_step(state, work, force * time, state.v[n] * time)
-    state.q[n] += state.v[n] * time
+    state.q[n] = end[n]
     state.clock[ix.TIME] = until
     return outcomes.REACHED
 

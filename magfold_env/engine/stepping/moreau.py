@@ -15,12 +15,13 @@ from magfold_env.engine import indices as ix
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import articulated, feed, ledger
 from magfold_env.engine.chain.momentum import (
+    energy_outside,
     keep_momentum,
     kinetic_of,
     momentum_along,
     outer_force,
 )
-from magfold_env.engine.chain.tube import is_partly_out, place_all
+from magfold_env.engine.chain.tube import is_partly_out, place_all, whole_mass
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import events, sweep
 from magfold_env.engine.contact.complementarity import solve_nonnegative
@@ -86,7 +87,7 @@ def moreau_step(
         return outcomes.TOUCHED
     state.clock[ix.STEP] = next_step
     state.account[ix.IMPACTS] += lost
-    record_line(record, state, h, moreau.new_q, moreau.new_v, impulse)
+    record_line(record, state, state.clock[ix.TIME] + h, moreau.new_q, moreau.new_v, impulse)
     if is_partly_out(model, state):
         ledger.pass_time(state, state.clock[ix.TIME] + h, impulse)
         feed.note_step(state, work, impulse, moreau.new_q[n] - state.q[n])
@@ -370,13 +371,6 @@ def too_violent(
     but for overlaps that are pushed out. Squares that overlap on both sides may ask to be pushed
     into each other: of no velocity, or of a boundless one. Their overlaps are left for later.
     """
-    bodies = model.bodies
-    articulated.centre_velocities(lo, bodies, work.pose, v, work.loads.fx, work.loads.fy)
-    energy, mass = 0.0, 0.0
-    for i in range(lo, model.n):
-        energy += bodies.mass[i] * (square(work.loads.fx[i]) + square(work.loads.fy[i]))
-        energy += bodies.inertia[i] * v[i] * v[i]
-        mass += bodies.mass[i]
     fastest = 0.0
     for r in range(work.rows.counts[ix.JOINT_STOPS], rows):
         fastest = max(fastest, dynamics.rate_of(lo, work, r, v) - unit * work.rows.bias[r])
@@ -384,4 +378,5 @@ def too_violent(
     for r in range(count):
         for c in range(count):
             change += work.rows.multiplier[r] * work.rows.delassus[r, c] * work.rows.multiplier[c]
-    return not unit * unit * change <= VIOLENT * (energy + mass * fastest * fastest)
+    energy = energy_outside(lo, model, work, v) + 0.5 * whole_mass(model) * square(fastest)
+    return not 0.5 * unit * unit * change <= VIOLENT * energy

@@ -47,40 +47,24 @@ def record_step(
 
 
 @kernel
-def record_rest(record: Record, state: State, until: float, force: float) -> bool:
-    """Take the frames of a chain that only moves with the base; False if they do not fit.
+def record_line(
+    record: Record, state: State, until: float, end: Array, velocity: Array, impulse: float
+) -> bool:
+    """Take the frames of a way at a constant ``velocity`` to ``end``; False if they do not fit.
 
-    ``force`` is that of the drive [N].
+    It ends at the time ``until`` [s]; ``impulse`` is that of the drive by then [N·s].
     """
-    n = state.q.size - 2
+    begin = state.clock[ix.TIME]
     while is_due(record, state, until):
         if state.counter[ix.FRAMES] >= record.time.size:
             return False
         time = state.clock[ix.FRAME_TIME]
-        passed = time - state.clock[ix.TIME]
-        f = next_frame(record, state, time, force * passed)
-        copy(state.q, record.q[f], 0)
-        copy(state.v, record.v[f], 0)
-        record.q[f, n] += state.v[n] * passed
-    return True
-
-
-@kernel
-def record_line(
-    record: Record, state: State, step: float, end: Array, velocity: Array, impulse: float
-) -> None:
-    """Take the frames of a step of constant ``velocity`` to ``end``.
-
-    ``impulse`` is that of the drive within it [N·s].
-    """
-    begin = state.clock[ix.TIME]
-    while is_due(record, state, begin + step):
-        time = state.clock[ix.FRAME_TIME]
-        share = (time - begin) / step
+        share = (time - begin) / (until - begin) if until > begin else 1.0
         f = next_frame(record, state, time, share * impulse)
         copy(velocity, record.v[f], 0)
         for k in range(state.q.size):
             record.q[f, k] = state.q[k] + share * (end[k] - state.q[k])
+    return True
 
 
 @kernel

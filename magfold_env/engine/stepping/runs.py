@@ -11,8 +11,7 @@ from magfold_env.engine.magnets.chain import magnet_energy
 from magfold_env.engine.outcomes import PAUSED, REACHED, RESTED, TIMED_OUT, end_of_turn
 from magfold_env.engine.state import Array, IntArray, Model, Record, State, Work
 from magfold_env.engine.stepping import bumps
-from magfold_env.engine.stepping.integrator import advance
-from magfold_env.engine.stepping.recorder import record_rest
+from magfold_env.engine.stepping.integrator import advance, move_with_base
 
 RUN, ENERGY = range(2)
 
@@ -44,15 +43,14 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
         stop = min(state.clock[ix.MARK] if fed else state.clock[ix.END], bump, until)
         if lo < model.n:
             outcome = advance(model, state, work, record, stop, turn)
-            if outcome != REACHED:
-                return outcome
-        # Nothing is outside yet that could move by itself.
         elif parked:
-            return RESTED
-        elif record_rest(record, state, stop, 0.0):
-            feed.carry_on(model, state, work, stop)
+            outcome = RESTED
         else:
-            return PAUSED
+            # Nothing is outside yet that could move by itself.
+            force = feed.inside_force(model, state, work, stop)
+            outcome = move_with_base(model, state, work, record, stop, force)
+        if outcome != REACHED:
+            return outcome
         if state.clock[ix.TIME] >= bump:
             bumps.bump(model, state, work)
         if lo > 0:

@@ -9,11 +9,11 @@ import math
 import numpy as np
 
 from magfold_env.engine import indices as ix
-from magfold_env.engine.chain import articulated, ledger
+from magfold_env.engine.chain import ledger
 from magfold_env.engine.chain.feed import borne, drives, needed_force, slips
+from magfold_env.engine.chain.momentum import energy_outside
 from magfold_env.engine.chain.tube import coordinates, is_partly_out, whole_mass
 from magfold_env.engine.compile.jit import inlined, kernel
-from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, Model, State, Work
 from magfold_env.engine.stepping.dynamics import accelerations
 
@@ -122,20 +122,13 @@ def kinetic_error(lo: int, model: Model, work: Work) -> float:
     """Estimated error of the velocities over what is allowed, in the metric of the masses.
 
     Where a light component turns fast, the least of its errors carries heavy ones beyond it away.
-    Needs pose and centre velocities at the step's end.
+    Needs the pose at the step's end.
     """
-    n, bodies, off = model.n, model.bodies, work.stages.v
-    articulated.centre_velocities(lo, bodies, work.pose, off, work.loads.fx, work.loads.fy)
-    error, energy, mass = 0.0, 0.0, 0.0
-    for i in range(lo, n):
-        m, j = bodies.mass[i], bodies.inertia[i]
-        error += m * (square(work.loads.fx[i]) + square(work.loads.fy[i])) + j * square(off[i])
-        energy += m * (square(work.centres.vx[i]) + square(work.centres.vy[i])) + j * square(
-            work.stages.new_v[i]
-        )
-        mass += m / n
-    slow = SLOW * model.typical_rate * bodies.length[0]
-    return math.sqrt(error / max(energy, mass * slow * slow)) / (LOCAL * model.tolerance)
+    slow = SLOW * model.typical_rate * model.bodies.length[0]
+    error = energy_outside(lo, model, work, work.stages.v)
+    energy = energy_outside(lo, model, work, work.stages.new_v)
+    least = 0.5 * whole_mass(model) / model.n * slow * slow
+    return math.sqrt(error / max(energy, least)) / (LOCAL * model.tolerance)
 
 
 @inlined
