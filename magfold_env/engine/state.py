@@ -26,7 +26,7 @@ PerRow = Annotated[Array, "rows"]
 IntPerRow = Annotated[IntArray, "rows"]
 PerNode = Annotated[Array, "ranks", "n", "nodes a casing"]
 PerLane = Annotated[Array, "lanes"]
-WideMoments = Annotated[Array, "n", 2, "terms"]  # see `engine.magnets.expansions`
+Moments = Annotated[Array, "rows", 2, "terms"]  # see `engine.magnets.multipoles`
 
 
 @by_pointer
@@ -64,12 +64,10 @@ class Magnets(NamedTuple):
     height2: float  # H² of the first face [m²]
     rank_count: IntArray  # nodes a pole face at every rank, (ranks,)
     rank_radius: Array  # distances of casings within which a rank is in full force, (ranks,) [m]
-    far_radius: float  # casings farther apart are expanded, see `magnets.expansions` [m]
+    far_radius: float  # casings farther apart are expanded, see `magnets.multipoles` [m]
     far_order: int
     group_radius: float  # segments of k components farther apart than k times this are, too [m]
-    group_terms: int  # of their expansion, see `magnets.multipoles`
-    face_moment: Array  # of a magnet with unit charge in the casing's frame, (4, 9) [√(µ0/4π) m^k]
-    face_wide: Array  # those of `magnets.expansions`, (4, 2, terms)
+    face_moment: Array  # with unit charge in the casing's frame, (4, 2, terms) [√(µ0/4π) m^k]
     node_x: Array  # nodes in the casing's frame, (ranks, most nodes a casing) [m]
     node_y: Array
     node_weight: Array  # share of the face's charge, signed for inner faces
@@ -209,14 +207,14 @@ class Segments(NamedTuple):
     charged: IntPerRow  # 1: has magnets
     x: PerRow  # centres [m]
     y: PerRow
-    body: Annotated[Array, "n", "parts"]  # moments in the components' own frames
-    moment: Annotated[Array, "rows", "parts"]  # and in the world
-    local: Annotated[Array, "rows", "parts"]  # of the others' potential at the centres
+    body: Annotated[Array, "n", 2, "terms"]  # moments in the components' own frames
+    moment: Moments  # and in the world
+    local: Moments  # derivatives of the others' potential at the centres
     push: Annotated[Array, "rows", 2]  # forces on the centres [N]
     stack: Annotated[IntArray, "depth", 3]  # levels and segments of pairs yet to be looked at
     top: Annotated[IntArray, 1]  # how many those are
     pair: Annotated[IntArray, "batch", 2]  # casings to be summed one by one
-    turned: Annotated[Array, 4, "pair"]  # see `act_on_each_other`
+    scratch: Annotated[Array, 13, "terms"]  # of `engine.magnets.multipoles`
 
 
 @by_pointer
@@ -264,9 +262,6 @@ class Nodes(NamedTuple):
     y: PerNode
     q: PerNode  # their charges [A·m]
     half: PerNode  # half the height of what they stand for [m]
-    body: WideMoments  # in the casing's frame
-    moment: WideMoments  # and turned into the world's
-    expanded: Annotated[Array, 9, "terms"]  # of `engine.magnets.expansions`
     segments: Segments
     lane_x: PerLane  # sums of the vectorised loops
     lane_y: PerLane

@@ -10,7 +10,7 @@ import numpy as np
 from magfold_env.engine import indices as ix
 from magfold_env.engine import state as arrays
 from magfold_env.engine.chain import recursion
-from magfold_env.engine.magnets import expansions, multipole_tree, multipoles, near_table
+from magfold_env.engine.magnets import multipole_tree, multipoles, near_table
 from magfold_env.engine.state import Array
 from magfold_env.engine.stepping import bumps
 from magfold_env.engine.stepping.stages import STAGES
@@ -123,12 +123,10 @@ def new_nodes(magnets: arrays.Magnets | None, n: int) -> arrays.Nodes:
         "ranks": ranks,
         "nodes a casing": most,
         "lanes": lanes,
-        "terms": expansions.MOST,
         "spline": near_table.SPLINES,
         "slots": min(n * n, MOST_STENCILS),
         "rows": sum(rows),
-        "parts": multipoles.PARTS,
-        "pair": multipoles.PAIR_PARTS,
+        "terms": multipoles.MOST,
         "depth": 4 * levels,
         "batch": multipole_tree.BATCH if levels > 1 else max(n * (n - 1) // 2, 1),
     }

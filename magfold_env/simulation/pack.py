@@ -11,9 +11,8 @@ from typing import NamedTuple, ParamSpec, TypeVar, get_args
 import numpy as np
 
 from magfold_env.engine.elementary import sincos
-from magfold_env.engine.magnets import expansions, multipoles
 from magfold_env.engine.magnets.laws import NEAREST2
-from magfold_env.engine.magnets.multipoles import ComplexArray
+from magfold_env.engine.magnets.multipoles import ComplexArray, moments
 from magfold_env.engine.magnets.pairs import BLEND, LANES
 from magfold_env.engine.state import (
     Array,
@@ -346,9 +345,7 @@ def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets
         far_radius=rule.far * side * math.sqrt(2.0),
         far_order=rule.order,
         group_radius=rule.groups * side * math.sqrt(2.0),
-        group_terms=multipoles.COUNTS[min(rule.order, multipoles.OCTUPOLE)],
-        face_moment=_moments(multipoles.moments, faces, sizes),
-        face_wide=_moments(expansions.wide_moments, faces, sizes),
+        face_moment=_moments(faces, sizes),
         node_x=node_x,
         node_y=node_y,
         node_weight=share,
@@ -369,18 +366,14 @@ def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets
     )
 
 
-def _moments(
-    found: Callable[[ComplexArray, Array, float], Array],
-    faces: tuple[ComplexArray, ComplexArray],
-    sizes: MagnetSizes,
-) -> Array:
+def _moments(faces: tuple[ComplexArray, ComplexArray], sizes: MagnetSizes) -> Array:
     """Moments of the magnet behind each outer face, for unit charge on that face."""
     centre, along = faces
     # Four nodes are exact up to the seventh order.
     offset, part = width_rule(True, 4)
     share = np.concatenate([part, -part])
     poles = [np.concatenate([centre[g] + offset * along[g] for g in (f, f + 4)]) for f in range(4)]
-    return np.array([found(poles[f], share, sizes.height[f]) for f in range(4)])
+    return np.array([moments(poles[f], share, sizes.height[f]) for f in range(4)])
 
 
 def pack_field(scene: Scene, magnetic: bool) -> Field:

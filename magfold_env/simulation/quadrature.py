@@ -1,7 +1,6 @@
 """The number of nodes of a pole face by distance.
 
-The values come from an error map of single pairs of pole faces
-(``tests/simulation/test_quadrature.py`` measures it again): the largest error of a pair's force
+The values come from an error map of single pairs of pole faces: the largest error of a pair's force
 over non-overlapping poses, relative to the force between two flush opposite faces, as a function of
 the distance of the faces' centres. With 6 mm wide faces behind 0.5 mm of casing:
 
@@ -48,7 +47,7 @@ class Rule(NamedTuple):
     radii: tuple[float, ...]  # distances within which these act
     graded: int = 0  # nodes of faces that may touch, see `graded_rule`; 0: they are as all others
     far: float = math.inf  # distance of casings beyond which they are expanded, in their diagonals
-    order: int = 0  # of that expansion
+    order: int = 1  # of that expansion; a field needs dipoles
     groups: float = math.inf  # and that of segments of the chain, over the number of components
 
 

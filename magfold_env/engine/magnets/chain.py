@@ -13,7 +13,7 @@ import math
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.magnets import far_table, laws, multipole_tree, outer_field, pairs
-from magfold_env.engine.magnets.expansions import expansion
+from magfold_env.engine.magnets.multipoles import expansion
 from magfold_env.engine.magnets.near_table import one_joint, two_joints
 from magfold_env.engine.state import (
     Array,
@@ -54,7 +54,7 @@ def add_chain_forces(
     multipole_tree.begin(first, pose.x, pose.y, nodes.segments)
     while True:
         count, _ = multipole_tree.list_pairs(
-            first, lo, model.n, magnets.group_radius, magnets.group_terms, False, nodes.segments
+            first, lo, model.n, magnets.group_radius, False, nodes.segments
         )
         if count == 0:
             break
@@ -94,20 +94,20 @@ def located(
     with_energy: bool,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """As `apart`, where a table, if there is one, is known to be looked up: see `look_ahead`."""
-    far = magnets.tables.far
+    far, parts = magnets.tables.far, nodes.segments
     if far.end == 0.0:
         return pairs.casing_pair(magnets, charge, pose, nodes, i, j, with_energy)
     ex, ey = pose.x[i] - pose.x[j], pose.y[i] - pose.y[j]
     distance, begins = math.sqrt(ex * ex + ey * ey), far.end / laws.SPREAD
     if distance >= far.end:
-        return expansion(magnets.far_order, nodes.moment, i, j, ex, ey, nodes.expanded)
+        return expansion(magnets.far_order, parts.moment, i, j, ex, ey, parts.scratch)
     u, fx, fy, t = far_table.interpolate(far, charge, pose, i, j, nodes.stencils, place)
     if distance < far.reach:
         v, gx, gy, s = far_table.stiffen(magnets, charge, pose, nodes, i, j, with_energy)
         return u + v, fx + gx, fy + gy, t + s
     if distance <= begins:
         return u, fx, fy, t
-    beyond = expansion(magnets.far_order, nodes.moment, i, j, ex, ey, nodes.expanded)
+    beyond = expansion(magnets.far_order, parts.moment, i, j, ex, ey, parts.scratch)
     ratio = distance / begins
     return laws.between_rules((u, fx, fy, t), beyond, ratio, laws.SPREAD, begins, ex, ey)
 
@@ -281,7 +281,7 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
     multipole_tree.begin(first, pose.x, pose.y, nodes.segments)
     while True:
         count, far = multipole_tree.list_pairs(
-            first, first, model.n, magnets.group_radius, magnets.group_terms, True, nodes.segments
+            first, first, model.n, magnets.group_radius, True, nodes.segments
         )
         total += far
         if count == 0:

@@ -26,61 +26,49 @@ BATCH = 4096  # pairs listed at a time
 @kernel
 def begin(first: int, x: Array, y: Array, segments: Segments) -> None:
     """Find the segments of components ``first`` on; the components' moments are in place."""
-    start, levels = segments.start, segments.start.size
-    n = x.size
+    levels, n = segments.start.size, x.size
     segments.top[0] = 1
     segments.stack[0, 0] = levels - 1
-    segments.stack[0, 1] = 0
+    segments.stack[0, 1] = first if levels == 1 else 0
     segments.stack[0, 2] = 0
     if levels == 1:
-        segments.stack[0, 1] = first
         return
+    for row in range(segments.x.size):
+        segments.push[row, 0], segments.push[row, 1] = 0.0, 0.0
+        multipoles.clear(segments.local, row, multipoles.OCTUPOLES)
     for i in range(first, n):
         segments.x[i], segments.y[i] = x[i], y[i]
     for level in range(1, levels):
         for s in range(first >> level, ((n - 1) >> level) + 1):
-            row, part = int(start[level]) + s, int(start[level - 1]) + 2 * s
-            begins, ends = children_of(level, s, first, n)
-            segments.charged[row] = 0
-            segments.x[row], segments.y[row] = 0.0, 0.0
-            whole = members(level, s, first, n)
-            for child in range(begins, ends):
-                share = members(level - 1, 2 * s + child, first, n) / whole
-                segments.x[row] += share * segments.x[part + child]
-                segments.y[row] += share * segments.y[part + child]
-                segments.charged[row] |= segments.charged[part + child]
-            for p in range(multipoles.PARTS):
-                segments.moment[row, p] = 0.0
-            for child in range(begins, ends):
-                multipoles.add_shifted_moments(
-                    segments.moment, part + child, row,
-                    segments.x[part + child] - segments.x[row],
-                    segments.y[part + child] - segments.y[row],
-                )  # fmt: skip
-    for level in range(levels):
-        for s in range(first >> level, ((n - 1) >> level) + 1):
-            row = int(start[level]) + s
-            segments.push[row, 0], segments.push[row, 1] = 0.0, 0.0
-            for p in range(multipoles.PARTS):
-                segments.local[row, p] = 0.0
-
-
-@inlined
-def members(level: int, s: int, first: int, n: int) -> int:
-    """Return how many components from ``first`` on segment s has."""
-    return min((s + 1) << level, n) - max(s << level, first)
+            row, below = segments.start[level] + s, segments.start[level - 1]
+            low, high = children_of(level, s, first, n)
+            segments.charged[row], segments.x[row], segments.y[row] = 0, 0.0, 0.0
+            multipoles.clear(segments.moment, row, multipoles.OCTUPOLES)
+            for child in range(low, high):
+                share, part = share_of(level, s, child, first, n), below + child
+                segments.x[row] += share * segments.x[part]
+                segments.y[row] += share * segments.y[part]
+                segments.charged[row] |= segments.charged[part]
+            for part in range(below + low, below + high):
+                multipoles.add_moments(segments, part, row)
 
 
 @inlined
 def children_of(level: int, s: int, first: int, n: int) -> tuple[int, int]:
-    """Which children segment s has, of 0 and 1, as the ends of a range."""
-    begins = 0 if 2 * s >= first >> (level - 1) else 1
-    return begins, 2 if 2 * s + 1 <= (n - 1) >> (level - 1) else 1
+    """Return which segments of the level below segment s has, as the ends of a range."""
+    return max(2 * s, first >> (level - 1)), min(2 * s + 1, (n - 1) >> (level - 1)) + 1
+
+
+@inlined
+def share_of(level: int, s: int, child: int, first: int, n: int) -> float:
+    """Return the share of a child in the components from ``first`` on that segment s has."""
+    members = min((child + 1) << (level - 1), n) - max(child << (level - 1), first)
+    return members / (min((s + 1) << level, n) - max(s << level, first))
 
 
 @kernel
 def list_pairs(
-    first: int, lo: int, n: int, radius: float, terms: int, with_energy: bool, segments: Segments
+    first: int, lo: int, n: int, radius: float, with_energy: bool, segments: Segments
 ) -> tuple[int, float]:
     """List the next pairs of casings in ``segments.pair``; returns their number, 0 at the end.
 
@@ -107,15 +95,15 @@ def list_pairs(
             dx, dy = segments.x[a] - segments.x[b], segments.y[a] - segments.y[b]
             distance = math.sqrt(dx * dx + dy * dy)
             if distance >= SPREAD * near:
-                energy += multipoles.expand(terms, segments, a, b, 1.0)
+                energy += multipoles.expand_segments(segments, a, b, 1.0)
                 continue
             if distance > near:
-                energy += blend(level, s, t, first, n, terms, distance, near, segments)
+                energy += blend(level, s, t, first, n, near, segments)
                 continue
-        last = (n - 1) >> (level - 1)
-        for k in range(4):
-            u, v = 2 * s + k // 2, 2 * t + k % 2
-            if u >= first >> (level - 1) and v <= last and u <= v and u <= last:
+        low, high = children_of(level, s, first, n)
+        other, end = children_of(level, t, first, n)
+        for u in range(low, high):
+            for v in range(max(other, u), end):
                 stack[top, 0], stack[top, 1], stack[top, 2] = level - 1, u, v
                 top += 1
     segments.top[0] = top
@@ -140,25 +128,22 @@ def list_all(lo: int, n: int, segments: Segments) -> int:
 
 
 @kernel
-def blend(
-    level: int, s: int, t: int, first: int, n: int, terms: int,
-    distance: float, near: float, segments: Segments,
-) -> float:  # fmt: skip
+def blend(level: int, s: int, t: int, first: int, n: int, near: float, segments: Segments) -> float:
     """Let two segments act between their two rules; returns the blended energy [J].
 
     Their children are far enough from each other to be expanded.
     """
-    start = segments.start
-    a, b = start[level] + s, start[level] + t
-    weight, slope = step_down(distance / near, SPREAD)
-    whole = multipoles.expand(terms, segments, a, b, 1.0 - weight)
-    parts, last = 0.0, (n - 1) >> (level - 1)
-    for u in range(max(2 * s, first >> (level - 1)), 2 * s + 2):
-        for v in range(2 * t, min(2 * t + 1, last) + 1):
-            row, other = int(start[level - 1]) + u, int(start[level - 1]) + v
-            parts += multipoles.expand(terms, segments, row, other, weight)
-    push = -slope / near * (parts - whole) / distance
+    a, b, below = segments.start[level] + s, segments.start[level] + t, segments.start[level - 1]
     dx, dy = segments.x[a] - segments.x[b], segments.y[a] - segments.y[b]
+    distance = math.sqrt(dx * dx + dy * dy)
+    weight, slope = step_down(distance / near, SPREAD)
+    whole, parts = multipoles.expand_segments(segments, a, b, 1.0 - weight), 0.0
+    low, high = children_of(level, s, first, n)
+    other, end = children_of(level, t, first, n)
+    for u in range(below + low, below + high):
+        for v in range(below + other, below + end):
+            parts += multipoles.expand_segments(segments, u, v, weight)
+    push = -slope / near * (parts - whole) / distance
     segments.push[a, 0] += push * dx
     segments.push[a, 1] += push * dy
     segments.push[b, 0] -= push * dx
@@ -169,35 +154,23 @@ def blend(
 @kernel
 def finish(first: int, n: int, segments: Segments, loads: Loads) -> None:
     """Add what segments feel to the forces [N] and torques [N·m] on components ``first`` on."""
-    start, levels = segments.start, segments.start.size
-    moment, local, push = segments.moment, segments.local, segments.push
+    start, levels, push = segments.start, segments.start.size, segments.push
     if levels == 1:
         return
     for level in range(levels - 1, 0, -1):
         for s in range(first >> level, ((n - 1) >> level) + 1):
-            row, part = int(start[level]) + s, int(start[level - 1]) + 2 * s
-            begins, ends = children_of(level, s, first, n)
-            whole = members(level, s, first, n)
-            for child in range(begins, ends):
-                k = part + child
-                share = members(level - 1, 2 * s + child, first, n) / whole
-                # What the child passes on by itself is found before it inherits.
-                keep_rest(k, segments)
-                push[k, 0] += share * push[row, 0]
-                push[k, 1] += share * push[row, 1]
-                multipoles.add_shifted_derivatives(
-                    local, row, k, segments.x[k] - segments.x[row], segments.y[k] - segments.y[row]
-                )
+            low, high = children_of(level, s, first, n)
+            for child in range(low, high):
+                row, part = start[level] + s, start[level - 1] + child
+                share = share_of(level, s, child, first, n)
+                # What the child passes on by itself is found before it inherits: the rest, which
+                # its derivatives do not pass on, moves all members alike.
+                px, py = multipoles.force_of(segments, part)
+                push[part, 0] += share * push[row, 0] - px
+                push[part, 1] += share * push[row, 1] - py
+                multipoles.add_derivatives(segments, row, part)
     for i in range(first, n):
-        px, py = multipoles.force_of(moment, local, i)
+        px, py = multipoles.force_of(segments, i)
         loads.fx[i] += px + push[i, 0]
         loads.fy[i] += py + push[i, 1]
-        loads.torque[i] += multipoles.torque_of(moment, local, i)
-
-
-@inlined
-def keep_rest(row: int, segments: Segments) -> None:
-    """Leave of a row's force what its derivatives do not pass on: it moves all members alike."""
-    px, py = multipoles.force_of(segments.moment, segments.local, row)
-    segments.push[row, 0] -= px
-    segments.push[row, 1] -= py
+        loads.torque[i] += multipoles.torque_of(segments, i)

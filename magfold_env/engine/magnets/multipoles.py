@@ -1,124 +1,220 @@
 """The energy of magnets far from each other, expanded in powers of size over distance.
 
-In the plane take x + iy for z. A charge q at z from a centre has the moments
-m_ab = q z^a z̄^b / (a! b!), and what others do to it enters through the derivatives
-v_ab = ∂^a ∂̄^b of their potential at the centre: its energy is the sum of all m_ab v_ab. As m_ba
-is the conjugate of m_ab, and magnets have no net charge, five terms are left up to octupoles:
-`TERMS`. A face of height H has the same moments but m_11 = q (z z̄ − H²/6) and
-m_21 = q z (z z̄/2 − H²/6), since out of the plane ∂²/∂ζ² of 1/r is −4 ∂ ∂̄.
+In the plane take x + iy for z. A charge q that stands on the plane at z from a centre, its height
+H, has the moments
+
+    m_ab = q Σ_k z^(a−k) z̄^(b−k) / ((a−k)! (b−k)!) · (−H²)^k / (2k + 1)!
+
+since out of the plane ∂²/∂ζ² of 1/r is −4 ∂ ∂̄, and the mean of ζ^2k over the height is
+H^2k / (4^k (2k + 1)). What others do to it enters through the derivatives v_ab = ∂^a ∂̄^b of their
+potential at the centre: its energy is the sum of all m_ab v_ab. As m_ba is the conjugate of m_ab,
+and magnets have no net charge, `TERMS` are enough.
 
 The derivatives of 1/|z| are closed: ∂^a ∂̄^b 1/|z| = g_a g_b z^−a z̄^−b / |z| with
 g_a = (−1/2)(−3/2)… of a factors. Turned into the direction of the two centres and divided by powers
 of their distance, moments act on each other by constant, real matrices: one for the real parts and
-one for the imaginary ones.
+one for the imaginary ones. Of two bodies' moments those act on each other whose orders together
+exceed the highest one by no more than one: without net charges, all others of that size are missing
+too.
 
-Rows of moments and of derivatives hold `PARTS` numbers each, with √(µ0/4π) in both.
+Moments and derivatives are arrays (rows, 2, terms) of real and imaginary parts, with √(µ0/4π) in
+both. Pairs of casings are expanded as far as their rule says, segments of the chain
+(`magnets.multipole_tree`) up to `OCTUPOLES`.
 """
 
 import math
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.magnets.laws import COULOMB
-from magfold_env.engine.state import Array, Segments
+from magfold_env.engine.state import Array, IntArray, Segments
 
 ComplexArray = NDArray[np.complex128]
 
-TERMS = ((1, 0), (1, 1), (2, 0), (2, 1), (3, 0))
-COUNTS = (0, 1, 3, 5)  # terms up to an order
-OCTUPOLE = 3  # the highest order there is
-PARTS = 9
-X10, Y10, X11, X20, Y20, X21, Y21, X30, Y30 = range(PARTS)
-PAIR_PARTS = 10  # real and imaginary parts of the five terms
-IMAGINARY = 5  # where the imaginary ones begin
+HIGHEST = 7  # order there is
+ORDERS = range(HIGHEST + 1)
+TERMS = tuple((a, k - a) for k in ORDERS[1:] for a in range((k + 1) // 2, k + 1))
+MOST = len(TERMS)
+OCTUPOLES = 3  # the order of segments
+D10, D11, D20, D21, D30 = range(5)  # the terms up to it
+# Rows of scratch: moments of both, what turns and scales them, powers of z and of |z|², and what
+# each makes of the other's derivatives.
+A_RE, A_IM, B_RE, B_IM, TURN_RE, TURN_IM, POWER_RE, POWER_IM, SQUARE = range(9)
+AT_A_RE, AT_A_IM, AT_B_RE, AT_B_IM = range(9, 13)
+
+_TOTAL = [a + b for a, b in TERMS]
+COUNTS = np.array([sum(total <= order for total in _TOTAL) for order in ORDERS])  # of terms
+# How many terms each acts on, at every order of the expansion.
+_PARTNERS = np.array([[COUNTS[max(min(k, k + 1 - t), 0)] for t in _TOTAL] for k in ORDERS])
+_ORDER = np.array(_TOTAL, dtype=np.float64)
+_SIGN = np.array([-1.0 if total % 2 else 1.0 for total in _TOTAL])
+_TWIST = np.array([a - b for a, b in TERMS])
+_SQUARES = np.array([b for _, b in TERMS])
+_TIMES = np.array([1.0 if a == b else 2.0 for a, b in TERMS])  # a term and its conjugate
 
 
-def _factor(a: int) -> float:
-    """Return g_a."""
-    return math.prod(-0.5 - k for k in range(a))
-
-
-def matrices(terms: tuple[tuple[int, int], ...]) -> tuple[Array, Array]:
+def _matrices() -> tuple[Array, Array]:
     """Return what moments (columns) make of derivatives (rows): real and imaginary parts.
 
     The conjugate terms are in them.
     """
-    real, imaginary = np.zeros((2, len(terms), len(terms)))
-    for t, (a, b) in enumerate(terms):
-        for u, (c, d) in enumerate(terms):
-            straight = _factor(a + c) * _factor(b + d)
-            crossed = _factor(a + d) * _factor(b + c)
-            real[t, u] = straight if c == d else straight + crossed
-            imaginary[t, u] = 0.0 if c == d else straight - crossed
+    g = [math.prod(-0.5 - k for k in range(a)) for a in range(2 * HIGHEST + 1)]
+    real, imaginary = np.zeros((2, MOST, MOST))
+    for (t, (a, b)), (u, (c, d)) in product(enumerate(TERMS), enumerate(TERMS)):
+        straight, crossed = g[a + c] * g[b + d], g[a + d] * g[b + c]
+        real[t, u] = straight if c == d else straight + crossed
+        imaginary[t, u] = 0.0 if c == d else straight - crossed
     return real, imaginary
 
 
-_REAL, _IMAGINARY = matrices(TERMS)
-_ORDER = np.array([float(a + b) for a, b in TERMS])
-_TWIST = np.array([float(a - b) for a, b in TERMS])
-_TIMES = np.array([1.0 if a == b else 2.0 for a, b in TERMS])  # a term and its conjugate
+_REAL, _IMAGINARY = _matrices()
+
+
+def _shifts(way: int) -> tuple[IntArray, Array]:
+    """Return what a shift by d adds to octupoles: a term times d^j d̄^k / (j! k!), all of them.
+
+    Moments (``way`` −1) gain from lower terms, derivatives (1) from higher ones. Rows are the term,
+    the one it is made of, the powers of d and of |d|²; and the factor, the signs of both imaginary
+    parts.
+    """
+    rows: list[list[int]] = []
+    factors: list[list[float]] = []
+    powers = range(OCTUPOLES)
+    for (t, (a, b)), j, k in product(enumerate(TERMS[: COUNTS[OCTUPOLES]]), powers, powers):
+        c, d = a + way * j, b + way * k
+        if min(c, d) >= 0 and 1 <= c + d <= OCTUPOLES:
+            rows.append([t, TERMS.index((max(c, d), min(c, d))), abs(j - k), min(j, k)])
+            share = 1.0 / (math.factorial(j) * math.factorial(k))
+            factors.append([share, 1.0 if c >= d else -1.0, 1.0 if j >= k else -1.0])
+    return np.array(rows), np.array(factors)
+
+
+_UP, _UP_FACTORS = _shifts(-1)
+_DOWN, _DOWN_FACTORS = _shifts(1)
 
 
 def moments(z: ComplexArray, charge: Array, height: float) -> Array:
-    """Return a row of moments, shape (9,), of lines of charge that stand at ``z`` (k,) [m].
+    """Return moments, real and imaginary parts (2, terms), of lines of charge at ``z`` (k,) [m].
 
     Complex numbers are places in the plane, seen from the centre; charges in A·m.
     """
     # In real numbers: processors differ in how they round the products of complex ones.
     x, y = z.real.copy(), z.imag.copy()
-    square, rise = x * x + y * y, height * height / 6.0
-    u, v = x * x - y * y, 2.0 * x * y
-    wide = square / 2.0 - rise
-    terms = [x, y, square - rise, u / 2.0, v / 2.0, x * wide, y * wide]
-    terms += [(u * x - v * y) / 6.0, (u * y + v * x) / 6.0]
-    return math.sqrt(COULOMB) * np.array([np.sum(charge * term) for term in terms])
+    squares, real, imaginary = [np.ones(x.size)], [np.ones(x.size)], [np.zeros(x.size)]
+    for _ in range(HIGHEST):
+        squares.append(squares[-1] * (x * x + y * y))
+        u, v = real[-1], imaginary[-1]
+        real.append(u * x - v * y)
+        imaginary.append(u * y + v * x)
+    found = np.zeros((2, MOST))
+    for t, (a, b) in enumerate(TERMS):
+        rise = 1.0
+        for k in range(b + 1):
+            share = math.factorial(a - k) * math.factorial(b - k) * math.factorial(2 * k + 1)
+            for part, power in enumerate((real[a - b], imaginary[a - b])):
+                found[part, t] += rise / share * np.sum(charge * squares[b - k] * power)
+            rise *= -height * height
+    return math.sqrt(COULOMB) * found
 
 
 @inlined
-def turn_row(body: Array, i: int, c: float, s: float, out: Array) -> None:
-    """Turn row i of the moments ``body`` by the angle of (c, s), into the same row of ``out``."""
-    c2, s2 = c * c - s * s, 2.0 * c * s
-    c3, s3 = c2 * c - s2 * s, c2 * s + s2 * c
-    out[i, X10] = c * body[i, X10] - s * body[i, Y10]
-    out[i, Y10] = c * body[i, Y10] + s * body[i, X10]
-    out[i, X11] = body[i, X11]
-    out[i, X20] = c2 * body[i, X20] - s2 * body[i, Y20]
-    out[i, Y20] = c2 * body[i, Y20] + s2 * body[i, X20]
-    out[i, X21] = c * body[i, X21] - s * body[i, Y21]
-    out[i, Y21] = c * body[i, Y21] + s * body[i, X21]
-    out[i, X30] = c3 * body[i, X30] - s3 * body[i, Y30]
-    out[i, Y30] = c3 * body[i, Y30] + s3 * body[i, X30]
+def clear(values: Array, row: int, order: int) -> None:
+    """Empty a row of moments or derivatives up to an order."""
+    for t in range(COUNTS[order]):
+        values[row, 0, t], values[row, 1, t] = 0.0, 0.0
+
+
+@inlined
+def find_powers(order: int, zr: float, zi: float, square: float, s: Array) -> None:
+    """Fill the powers of z = zr + i zi and of |z|² = ``square`` up to an order."""
+    s[POWER_RE, 0], s[POWER_IM, 0], s[SQUARE, 0] = 1.0, 0.0, 1.0
+    for k in range(1, order + 1):
+        u, v = s[POWER_RE, k - 1], s[POWER_IM, k - 1]
+        s[POWER_RE, k] = u * zr - v * zi
+        s[POWER_IM, k] = u * zi + v * zr
+        s[SQUARE, k] = s[SQUARE, k - 1] * square
+
+
+@inlined
+def find_turns(order: int, zr: float, zi: float, square: float, s: Array) -> None:
+    """Fill what turns and scales every term: z^a z̄^b, of z = zr + i zi with |z|² = ``square``."""
+    find_powers(order, zr, zi, square, s)
+    for t in range(COUNTS[order]):
+        s[TURN_RE, t] = s[SQUARE, _SQUARES[t]] * s[POWER_RE, _TWIST[t]]
+        s[TURN_IM, t] = s[SQUARE, _SQUARES[t]] * s[POWER_IM, _TWIST[t]]
+
+
+@inlined
+def turn_moments(order: int, i: int, c: float, s: float, segments: Segments) -> None:
+    """Turn casing i's moments by the angle of (c, s), from its own frame into the world's."""
+    body, moment, scratch = segments.body, segments.moment, segments.scratch
+    find_turns(order, c, s, 1.0, scratch)
+    for t in range(COUNTS[order]):
+        x, y, fr, fi = body[i, 0, t], body[i, 1, t], scratch[TURN_RE, t], scratch[TURN_IM, t]
+        moment[i, 0, t] = fr * x - fi * y
+        moment[i, 1, t] = fr * y + fi * x
 
 
 @kernel
-def expand(terms: int, segments: Segments, a: int, b: int, weight: float) -> float:
+def expansion(
+    order: int, moment: Array, a: int, b: int, dx: float, dy: float, s: Array
+) -> tuple[float, float, float, float]:
+    """Energy [J], force on row a [N] and torque about its centre [N·m] by row b.
+
+    ``dx``, ``dy`` [m] is from b's centre to a's. The scratch is left with what both make of each
+    other, divided by powers of their distance and seen in its direction.
+    """
+    inverse2 = 1.0 / (dx * dx + dy * dy)
+    inverse = math.sqrt(inverse2)
+    find_turns(order, dx * inverse2, -dy * inverse2, inverse2, s)
+    terms = COUNTS[order]
+    for t in range(terms):
+        fr, fi = s[TURN_RE, t], s[TURN_IM, t]
+        u, v = moment[a, 0, t], moment[a, 1, t]
+        s[A_RE, t], s[A_IM, t] = fr * u - fi * v, fr * v + fi * u
+        # Seen from b, odd terms have the other sign.
+        u, v = _SIGN[t] * moment[b, 0, t], _SIGN[t] * moment[b, 1, t]
+        s[B_RE, t], s[B_IM, t] = fr * u - fi * v, fr * v + fi * u
+    energy, radial, turn, other_turn = 0.0, 0.0, 0.0, 0.0
+    for t in range(terms):
+        re, im, other_re, other_im = 0.0, 0.0, 0.0, 0.0
+        for k in range(_PARTNERS[order, t]):
+            re += _REAL[t, k] * s[B_RE, k]
+            im += _IMAGINARY[t, k] * s[B_IM, k]
+            other_re += _REAL[t, k] * s[A_RE, k]
+            other_im += _IMAGINARY[t, k] * s[A_IM, k]
+        s[AT_A_RE, t], s[AT_A_IM, t], s[AT_B_RE, t], s[AT_B_IM, t] = re, im, other_re, other_im
+        x, y, p, q = s[A_RE, t], s[A_IM, t], s[B_RE, t], s[B_IM, t]
+        share = _TIMES[t] * (x * re - y * im)
+        energy += share
+        radial += _ORDER[t] * (share + _TIMES[t] * (p * other_re - q * other_im))
+        turn += 2.0 * _TWIST[t] * (x * im + y * re)
+        other_turn += 2.0 * _TWIST[t] * (p * other_im + q * other_re)
+    # A power of the distance for every order; and turning all together changes nothing.
+    along = (energy + radial) * inverse2 * inverse
+    across = (turn + other_turn) * inverse2 * inverse
+    return energy * inverse, along * dx + across * dy, along * dy - across * dx, turn * inverse
+
+
+@kernel
+def expand_segments(segments: Segments, a: int, b: int, weight: float) -> float:
     """Let rows a and b act on each other, with a weight; returns their energy without it [J].
 
     Adds to the derivatives ``local`` at both, and to the forces ``push`` [N].
     """
-    x, y, local, push, pair = segments.x, segments.y, segments.local, segments.push, segments.turned
-    inverse, c, s = direction(x[a] - x[b], y[a] - y[b])
-    energy, fx, fy, _ = act_on_each_other(terms, segments.moment, a, b, inverse, c, s, pair)
-    c2, s2 = c * c - s * s, 2.0 * c * s
-    c3, s3 = c2 * c - s2 * s, c2 * s + s2 * c
-    w3 = weight * inverse * inverse * inverse
-    for k in range(2):
-        v, at = local[a] if k == 0 else local[b], 2 + k
-        w2 = weight * inverse * inverse * (1.0 - 2.0 * k)
-        w4 = w2 * inverse * inverse
-        v[X10] += w2 * (c * pair[at, 0] - s * pair[at, IMAGINARY])
-        v[Y10] += w2 * (c * pair[at, IMAGINARY] + s * pair[at, 0])
-        if terms >= COUNTS[2]:
-            v[X11] += w3 * pair[at, 1]
-            v[X20] += w3 * (c2 * pair[at, 2] - s2 * pair[at, IMAGINARY + 2])
-            v[Y20] += w3 * (c2 * pair[at, IMAGINARY + 2] + s2 * pair[at, 2])
-        if terms >= COUNTS[3]:
-            v[X21] += w4 * (c * pair[at, 3] - s * pair[at, IMAGINARY + 3])
-            v[Y21] += w4 * (c * pair[at, IMAGINARY + 3] + s * pair[at, 3])
-            v[X30] += w4 * (c3 * pair[at, 4] - s3 * pair[at, IMAGINARY + 4])
-            v[Y30] += w4 * (c3 * pair[at, IMAGINARY + 4] + s3 * pair[at, 4])
+    local, push, s = segments.local, segments.push, segments.scratch
+    dx, dy = segments.x[a] - segments.x[b], segments.y[a] - segments.y[b]
+    energy, fx, fy, _ = expansion(OCTUPOLES, segments.moment, a, b, dx, dy, s)
+    inverse = weight / math.sqrt(dx * dx + dy * dy)
+    for t in range(COUNTS[OCTUPOLES]):
+        fr, fi = inverse * s[TURN_RE, t], inverse * s[TURN_IM, t]
+        local[a, 0, t] += fr * s[AT_A_RE, t] - fi * s[AT_A_IM, t]
+        local[a, 1, t] += fr * s[AT_A_IM, t] + fi * s[AT_A_RE, t]
+        local[b, 0, t] += _SIGN[t] * (fr * s[AT_B_RE, t] - fi * s[AT_B_IM, t])
+        local[b, 1, t] += _SIGN[t] * (fr * s[AT_B_IM, t] + fi * s[AT_B_RE, t])
     push[a, 0] += weight * fx
     push[a, 1] += weight * fy
     push[b, 0] -= weight * fx
@@ -127,131 +223,58 @@ def expand(terms: int, segments: Segments, a: int, b: int, weight: float) -> flo
 
 
 @inlined
-def direction(dx: float, dy: float) -> tuple[float, float, float]:
-    """Inverse of a distance [1/m], and the turn (c, s) that lays its vector along x."""
-    inverse = 1.0 / math.sqrt(dx * dx + dy * dy)
-    return inverse, dx * inverse, -dy * inverse
+def add_moments(segments: Segments, part: int, whole: int) -> None:
+    """Add the moments of row ``part`` to those of row ``whole``, about another centre."""
+    dx, dy = segments.x[part] - segments.x[whole], segments.y[part] - segments.y[whole]
+    _shift(_UP, _UP_FACTORS, segments.moment, part, whole, dx, dy, segments.scratch)
 
 
 @inlined
-def act_on_each_other(
-    terms: int, moment: Array, a: int, b: int, inverse: float, c: float, s: float, pair: Array
-) -> tuple[float, float, float, float]:
-    """Energy [J], force on row a [N] and torque about its centre [N·m] by row b.
+def add_derivatives(segments: Segments, whole: int, part: int) -> None:
+    """Add the derivatives at row ``whole`` to those at row ``part``, another centre.
 
-    The `direction` is that from b's centre to a's.
-    ``pair`` is left with the moments of both, and what they make of each other, in that frame.
+    The transpose of `add_moments`, which keeps forces the gradient of the energy.
     """
-    inverse2 = inverse * inverse
-    inverse3 = inverse2 * inverse
-    c2, s2 = c * c - s * s, 2.0 * c * s
-    c3, s3 = c2 * c - s2 * s, c2 * s + s2 * c
-    for k in range(2):
-        m = moment[a] if k == 0 else moment[b]
-        odd = 1.0 - 2.0 * k  # seen from b, odd terms have the other sign
-        w1, w3 = odd * inverse, odd * inverse3
-        pair[k, 0] = w1 * (c * m[X10] - s * m[Y10])
-        pair[k, 1] = inverse2 * m[X11]
-        pair[k, 2] = inverse2 * (c2 * m[X20] - s2 * m[Y20])
-        pair[k, 3] = w3 * (c * m[X21] - s * m[Y21])
-        pair[k, 4] = w3 * (c3 * m[X30] - s3 * m[Y30])
-        pair[k, IMAGINARY] = w1 * (c * m[Y10] + s * m[X10])
-        pair[k, IMAGINARY + 1] = 0.0
-        pair[k, IMAGINARY + 2] = inverse2 * (c2 * m[Y20] + s2 * m[X20])
-        pair[k, IMAGINARY + 3] = w3 * (c * m[Y21] + s * m[X21])
-        pair[k, IMAGINARY + 4] = w3 * (c3 * m[Y30] + s3 * m[X30])
-    energy, radial, turn, other_turn = 0.0, 0.0, 0.0, 0.0
-    for t in range(terms):
-        re, im, other_re, other_im = 0.0, 0.0, 0.0, 0.0
-        for u in range(terms):
-            re += _REAL[t, u] * pair[1, u]
-            im += _IMAGINARY[t, u] * pair[1, IMAGINARY + u]
-            other_re += _REAL[t, u] * pair[0, u]
-            other_im += _IMAGINARY[t, u] * pair[0, IMAGINARY + u]
-        pair[2, t], pair[2, IMAGINARY + t] = re, im
-        pair[3, t], pair[3, IMAGINARY + t] = other_re, other_im
-        x, y = pair[0, t], pair[0, IMAGINARY + t]
-        p, q = pair[1, t], pair[1, IMAGINARY + t]
-        share = _TIMES[t] * (x * re - y * im)
-        energy += share
-        radial += _ORDER[t] * (share + _TIMES[t] * (p * other_re - q * other_im))
-        turn += 2.0 * _TWIST[t] * (x * im + y * re)
-        other_turn += 2.0 * _TWIST[t] * (p * other_im + q * other_re)
-    # A power of the distance for every order; and turning all together changes nothing.
-    along = (energy + radial) * inverse2
-    across = -(turn + other_turn) * inverse2
-    return energy * inverse, along * c + across * s, across * c - along * s, turn * inverse
+    dx, dy = segments.x[part] - segments.x[whole], segments.y[part] - segments.y[whole]
+    _shift(_DOWN, _DOWN_FACTORS, segments.local, whole, part, dx, dy, segments.scratch)
 
 
 @inlined
-def add_shifted_moments(moment: Array, part: int, whole: int, dx: float, dy: float) -> None:
-    """Add the moments of row ``part`` to row ``whole``, from whose centre its own is (dx, dy)."""
-    p, m = moment[part], moment[whole]
-    x10, y10, x11, x20, y20 = p[X10], p[Y10], p[X11], p[X20], p[Y20]
-    square = dx * dx + dy * dy
-    half_x, half_y = 0.5 * (dx * dx - dy * dy), dx * dy  # of the square of dx + i dy
-    m[X10] += x10
-    m[Y10] += y10
-    m[X11] += x11 + 2.0 * (x10 * dx + y10 * dy)
-    m[X20] += x20 + x10 * dx - y10 * dy
-    m[Y20] += y20 + x10 * dy + y10 * dx
-    m[X21] += p[X21] + x20 * dx + y20 * dy + x11 * dx + x10 * square + x10 * half_x + y10 * half_y
-    m[Y21] += p[Y21] + y20 * dx - x20 * dy + x11 * dy + y10 * square + x10 * half_y - y10 * half_x
-    m[X30] += p[X30] + x20 * dx - y20 * dy + x10 * half_x - y10 * half_y
-    m[Y30] += p[Y30] + x20 * dy + y20 * dx + x10 * half_y + y10 * half_x
+def _shift(
+    rows: IntArray, factors: Array, values: Array, source: int, target: int,
+    dx: float, dy: float, s: Array,
+) -> None:  # fmt: skip
+    """Add one row of moments or derivatives to another one, (dx, dy) [m] away."""
+    find_powers(OCTUPOLES, dx, dy, dx * dx + dy * dy, s)
+    for e in range(rows.shape[0]):
+        t, u, power, square = rows[e, 0], rows[e, 1], rows[e, 2], rows[e, 3]
+        x, y = values[source, 0, u], factors[e, 1] * values[source, 1, u]
+        share = factors[e, 0] * s[SQUARE, square]
+        p, q = share * s[POWER_RE, power], share * factors[e, 2] * s[POWER_IM, power]
+        values[target, 0, t] += p * x - q * y
+        values[target, 1, t] += p * y + q * x
 
 
 @inlined
-def add_shifted_derivatives(local: Array, whole: int, part: int, dx: float, dy: float) -> None:
-    """Add the derivatives of row ``whole`` to row ``part``, whose centre is (dx, dy) from its own.
-
-    The transpose of `add_shifted_moments`, which keeps forces the gradient of the energy.
-    """
-    v, w = local[whole], local[part]
-    x11, x20, y20 = v[X11], v[X20], v[Y20]
-    x21, y21, x30, y30 = v[X21], v[Y21], v[X30], v[Y30]
-    square = dx * dx + dy * dy
-    half_x, half_y = 0.5 * (dx * dx - dy * dy), dx * dy
-    w[X10] += (
-        v[X10] + x20 * dx - y20 * dy + x11 * dx
-        + x30 * half_x - y30 * half_y + x21 * square + x21 * half_x - y21 * half_y
-    )  # fmt: skip
-    w[Y10] += (
-        v[Y10] + x20 * dy + y20 * dx - x11 * dy
-        + x30 * half_y + y30 * half_x + y21 * square - x21 * half_y - y21 * half_x
-    )  # fmt: skip
-    w[X11] += x11 + 2.0 * (x21 * dx - y21 * dy)
-    w[X20] += x20 + x30 * dx - y30 * dy + x21 * dx + y21 * dy
-    w[Y20] += y20 + x30 * dy + y30 * dx + y21 * dx - x21 * dy
-    w[X21] += x21
-    w[Y21] += y21
-    w[X30] += x30
-    w[Y30] += y30
-
-
-@inlined
-def force_of(moment: Array, local: Array, row: int) -> tuple[float, float]:
+def force_of(segments: Segments, row: int) -> tuple[float, float]:
     """Force [N] on moments that move with their centre, from the derivatives of a row.
 
     That is −2 conj(Σ m_ab v_{a+1,b}), as far as there are derivatives.
     """
-    m, v = moment[row], local[row]
-    x, y = m[X10], m[Y10]
-    re = x * v[X20] - y * v[Y20] + x * v[X11] + m[X11] * v[X21]
-    im = x * v[Y20] + y * v[X20] - y * v[X11] + m[X11] * v[Y21]
-    x, y = m[X20], m[Y20]
-    re += x * v[X30] - y * v[Y30] + x * v[X21] - y * v[Y21]
-    im += x * v[Y30] + y * v[X30] - x * v[Y21] - y * v[X21]
+    m, v = segments.moment[row], segments.local[row]
+    x, y = m[0, D10], m[1, D10]
+    re = x * v[0, D20] - y * v[1, D20] + x * v[0, D11] + m[0, D11] * v[0, D21]
+    im = x * v[1, D20] + y * v[0, D20] - y * v[0, D11] + m[0, D11] * v[1, D21]
+    x, y = m[0, D20], m[1, D20]
+    re += x * v[0, D30] - y * v[1, D30] + x * v[0, D21] - y * v[1, D21]
+    im += x * v[1, D30] + y * v[0, D30] - x * v[1, D21] - y * v[0, D21]
     return -2.0 * re, 2.0 * im
 
 
 @inlined
-def torque_of(moment: Array, local: Array, row: int) -> float:
+def torque_of(segments: Segments, row: int) -> float:
     """Torque about the centre [N·m] on moments, from the derivatives of a row."""
-    m, v = moment[row], local[row]
-    return (
-        2.0 * (m[X10] * v[Y10] + m[Y10] * v[X10])
-        + 4.0 * (m[X20] * v[Y20] + m[Y20] * v[X20])
-        + 2.0 * (m[X21] * v[Y21] + m[Y21] * v[X21])
-        + 6.0 * (m[X30] * v[Y30] + m[Y30] * v[X30])
-    )
+    m, v, torque = segments.moment[row], segments.local[row], 0.0
+    for t in range(COUNTS[OCTUPOLES]):
+        torque += 2.0 * _TWIST[t] * (m[0, t] * v[1, t] + m[1, t] * v[0, t])
+    return torque

@@ -10,7 +10,7 @@ import math
 
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.magnets.laws import COULOMB, FacePair, node_force, node_law
-from magfold_env.engine.magnets.multipoles import X10, Y10
+from magfold_env.engine.magnets.multipoles import D10
 from magfold_env.engine.magnets.pairs import BLEND, add_forces, refine, whole_lanes
 from magfold_env.engine.state import Loads, Model, Nodes, Pose
 
@@ -58,7 +58,7 @@ def in_field(
     The energy is complete only ``with_energy``.
     """
     field, moment = model.field, nodes.segments.moment
-    mx, my = moment[i, X10] / ROOT, moment[i, Y10] / ROOT
+    mx, my = moment[i, 0, D10] / ROOT, moment[i, 1, D10] / ROOT
     u, fx, fy, t = -(mx * field.x + my * field.y), 0.0, 0.0, mx * field.y - my * field.x
     if field.strip_q.size > 0:
         base = sum_strips(model, pose, nodes, i, with_energy)

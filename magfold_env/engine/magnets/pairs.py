@@ -6,7 +6,7 @@ which act on each other as ``engine.magnets.laws`` says.
 
 Casings far from each other need few nodes: a pair is summed at the *rank* that its distance asks
 for, all pole faces with equally many nodes; beyond the *far radius* it is expanded in
-``engine.magnets.expansions``. Pole faces whose centres are near are then corrected one pair of them
+``engine.magnets.multipoles``. Pole faces whose centres are near are then corrected one pair of them
 at a time, *level* by level. All follow one pattern: with U_k the energy by the k-th rule, the
 pair's energy is U_0 + Σ w_k (U_k − U_{k−1}), where w_k is a twice differentiable step from 1 within
 a radius to 0 a little beyond it. Forces are the exact gradient of this energy, so refinement takes
@@ -17,9 +17,8 @@ import math
 
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.magnets import laws, multipole_tree, sheets
-from magfold_env.engine.magnets.expansions import TERMS, expansion, turn_moments
 from magfold_env.engine.magnets.laws import FacePair
-from magfold_env.engine.magnets.multipoles import PARTS, turn_row
+from magfold_env.engine.magnets.multipoles import HIGHEST, MOST, clear, expansion, turn_moments
 from magfold_env.engine.state import Array, Loads, Magnets, Nodes, Pose
 
 BLEND = 1.1  # a level ends at this many radii
@@ -36,22 +35,16 @@ def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
     body, charged, per_face = nodes.segments.body, nodes.segments.charged, nodes.faces
     along, across, strength, half = nodes.along, nodes.across, nodes.q, nodes.half
     node_x, node_y, share = magnets.node_x, magnets.node_y, magnets.node_weight
-    face_half, face_moment, face_wide = magnets.face_half, magnets.face_moment, magnets.face_wide
-    wide = nodes.body
+    face_half, face_moment = magnets.face_half, magnets.face_moment
     for i in range(charge.shape[0]):
         faces = 0
-        for p in range(PARTS):
-            body[i, p] = 0.0
-        for t in range(len(TERMS)):
-            wide[i, 0, t], wide[i, 1, t] = 0.0, 0.0
+        clear(body, i, HIGHEST)
         for f in range(4):
             if charge[i, f] != 0.0:
                 faces += 1
-                for p in range(PARTS):
-                    body[i, p] += charge[i, f] * face_moment[f, p]
-                for t in range(len(TERMS)):
-                    wide[i, 0, t] += charge[i, f] * face_wide[f, 0, t]
-                    wide[i, 1, t] += charge[i, f] * face_wide[f, 1, t]
+                for t in range(MOST):
+                    body[i, 0, t] += charge[i, f] * face_moment[f, 0, t]
+                    body[i, 1, t] += charge[i, f] * face_moment[f, 1, t]
         per_face[i] = faces
         charged[i] = 1 if faces > 0 else 0
         for rank in range(magnets.rank_count.size):
@@ -92,9 +85,7 @@ def spread_nodes(lo: int, magnets: Magnets, pose: Pose, nodes: Nodes) -> None:
 def turn_casings(lo: int, magnets: Magnets, pose: Pose, nodes: Nodes) -> None:
     """Turn the moments of casings ``lo`` on into the world's frame."""
     for i in range(lo, pose.x.size):
-        c, s = pose.cos[i], pose.sin[i]
-        turn_row(nodes.segments.body, i, c, s, nodes.segments.moment)
-        turn_moments(magnets.far_order, nodes.body, i, c, s, nodes.expanded, nodes.moment)
+        turn_moments(magnets.far_order, i, pose.cos[i], pose.sin[i], nodes.segments)
 
 
 @kernel
@@ -133,17 +124,17 @@ def far_pair(
     magnets: Magnets, pose: Pose, nodes: Nodes, i: int, j: int, with_energy: bool
 ) -> tuple[float, float, float, float]:
     """As `casing_pair` without near faces' corrections."""
-    far = magnets.far_radius
+    far, parts = magnets.far_radius, nodes.segments
     ex, ey = pose.x[i] - pose.x[j], pose.y[i] - pose.y[j]
     distance = math.sqrt(ex * ex + ey * ey)
     if distance >= laws.SPREAD * far:
-        return expansion(magnets.far_order, nodes.moment, i, j, ex, ey, nodes.expanded)
+        return expansion(magnets.far_order, parts.moment, i, j, ex, ey, parts.scratch)
     between = distance > far
     room = distance - 2.0 * magnets.depth
     summed = ranked_pair(magnets, pose, nodes, i, j, room, between or with_energy)
     if not between:
         return summed
-    beyond = expansion(magnets.far_order, nodes.moment, i, j, ex, ey, nodes.expanded)
+    beyond = expansion(magnets.far_order, parts.moment, i, j, ex, ey, parts.scratch)
     return laws.between_rules(summed, beyond, distance / far, laws.SPREAD, far, ex, ey)
 
 
@@ -391,9 +382,7 @@ def add_forces(
     n, pair = pose.x.size, nodes.segments.pair
     multipole_tree.begin(lo, pose.x, pose.y, nodes.segments)
     while True:
-        count, _ = multipole_tree.list_pairs(
-            lo, lo, n, magnets.group_radius, magnets.group_terms, False, nodes.segments
-        )
+        count, _ = multipole_tree.list_pairs(lo, lo, n, magnets.group_radius, False, nodes.segments)
         if count == 0:
             break
         for p in range(count):
@@ -424,7 +413,7 @@ def energy(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -
     multipole_tree.begin(lo, pose.x, pose.y, nodes.segments)
     while True:
         count, far = multipole_tree.list_pairs(
-            lo, lo, pose.x.size, magnets.group_radius, magnets.group_terms, True, nodes.segments
+            lo, lo, pose.x.size, magnets.group_radius, True, nodes.segments
         )
         total += far
         if count == 0:

@@ -32,9 +32,7 @@ class Long(Casings):
         rule, parts, counts = self.model.magnets, self.nodes.segments, [1]
         multipole_tree.begin(0, places[:, 0].copy(), places[:, 1].copy(), parts)
         while counts[-1]:
-            found = multipole_tree.list_pairs(
-                0, 0, self.scene.n, rule.group_radius, rule.group_terms, False, parts
-            )
+            found = multipole_tree.list_pairs(0, 0, self.scene.n, rule.group_radius, False, parts)
             counts.append(found[0])
         return sum(counts) - 1
 
