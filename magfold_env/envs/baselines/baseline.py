@@ -136,7 +136,7 @@ LATER_SPREADS = (
     "friction_decades", "feed_jitter", "magnet", "side", "inset", "obstacle_width",
     "obstacle_offset", "tilt",
 )  # fmt: skip
-PHYSICS_VERSION = "10"
+PHYSICS_VERSION = "11"
 """Changes whenever the same scene may fold differently, which invalidates older baselines."""
 
 _log = logging.getLogger(__name__)

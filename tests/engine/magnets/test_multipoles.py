@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from magfold_bench.laws.exact_magnets import COULOMB
 from magfold_env.engine.magnets import multipoles
-from magfold_env.engine.workspace import new_segments
+from magfold_env.engine.workspace import new_nodes
 from tests.engine import reference
 
 SIZE = 0.006
@@ -37,7 +37,7 @@ def exact_energy(a, b, offset, turn=0.0):
 
 def expand(order, a, b, offset, turn=0.0):
     """Energy, force on a and its torque."""
-    rows = new_segments(2)
+    rows = new_nodes(None, 2).segments
     rows.body[:] = a.moments(), b.moments()
     multipoles.turn_moments(order, 0, np.cos(turn), np.sin(turn), rows)
     multipoles.turn_moments(order, 1, 1.0, 0.0, rows)
