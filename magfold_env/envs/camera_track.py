@@ -55,7 +55,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     shown: ClassVar[int]
     """Which frame an observation shows: 1 for the last, 0 for the last but one."""
 
-    kept = (*Episodes.kept, "_frames", "_force", "_took", "speeds")
+    kept = (*Episodes.kept, "_frames", "_force", "_took", "_noise", "speeds")
 
     def allocate(self) -> None:
         """Allocate the arrays of the episodes."""
@@ -65,6 +65,8 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         )  # the last but one, and the last
         self._force: Floats = np.zeros(self.count)
         self._took: Floats = np.zeros(self.count)  # duration of the last steps [s]
+        # Generators of the episodes' noise: later episodes do not depend on the number of steps.
+        self._noise: list[Any] = [None] * self.count
         self.speeds: Floats = np.zeros(self.count)
         """Feed speeds of the last steps [m/s], negative to pull back, (m,)."""
 
@@ -154,6 +156,8 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
             self.chains.begin(rows[kinds == kind], self.rngs, kind)
         self.speeds[rows] = 0.0
         self.prepare(rows)
+        for row in rows.tolist():
+            self._noise[row] = np.random.default_rng(self.rngs[row].integers(2**63))
         self._frames[:, rows] = 0.0
         self._measure(rows, np.zeros(len(rows)))
 
@@ -167,13 +171,10 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         self.chains.stop(rows[over], f"late: {self.lacking} after {self.late:g} s")
 
     def _measure(self, rows: Ints, force: Floats) -> None:
-        """Take frames of some chains and record the force of their drives [N], all with noise.
-
-        The noise is drawn after everything else, so that it does not change the physics of a seed.
-        """
+        """Take frames of some chains and record the force of their drives [N], all with noise."""
         noise = np.empty((len(rows), 3 * self.n + 1))
         for place, row in enumerate(rows.tolist()):
-            self.rngs[row].standard_normal(out=noise[place])
+            self._noise[row].standard_normal(out=noise[place])
         self._frames[0, rows] = self._frames[1, rows]
         side = self.world.layout.side
         take_frames(side, rows, self.chains.seen, noise[:, 1:], self._frames[1])

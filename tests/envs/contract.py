@@ -54,6 +54,14 @@ def equal_seeds_give_equal_episodes(env_id: str, options: dict[str, Any]) -> Non
     check_environments_match(first, second, num_steps=15, seed=3)
 
 
+def steps_leave_later_episodes_alone(env_id: str, options: dict[str, Any]) -> None:
+    """The next episode does not depend on the number of steps in this one."""
+    env, other = (made(env_id, options) for _ in range(2))
+    env.reset(seed=3)
+    play(other, 3)
+    assert same(env.reset(), other.reset())
+
+
 def pickles_and_deep_copies_go_on_alike(env_id: str, options: dict[str, Any]) -> None:
     """Copies in the middle of an episode say what the environment says."""
     env = made(env_id, options)
@@ -173,6 +181,7 @@ def shapes_by_the_first_potential_alone(env_id: str, shaping: str, options: dict
 SINGLE: tuple[Rule, ...] = (
     both_checkers_pass,
     equal_seeds_give_equal_episodes,
+    steps_leave_later_episodes_alone,
     pickles_and_deep_copies_go_on_alike,
     states_can_be_returned_to,
     observations_share_no_memory,

@@ -148,18 +148,6 @@ def test_a_frame_is_one_step_late() -> None:
         before = env.state.angles
 
 
-def test_noise_leaves_the_physics_of_a_seed_alone() -> None:
-    """What is drawn for a seed does not depend on how often one looked."""
-    env, other = UnknownFloorEnv(), UnknownFloorEnv()
-    for one, seed in ((env, 5), (other, 5)):
-        one.reset(seed=seed)
-    assert env.to_scene() == other.to_scene()
-    play(env, [0.3], seed=5)
-    scene = env.to_scene()
-    play(env, [0.1], seed=5)
-    assert env.to_scene() == scene
-
-
 def test_friction_and_strengths_are_drawn_as_widely_as_said() -> None:
     scene = UnknownFloorEnv().scene
     spreads = scene.spreads

@@ -14,7 +14,7 @@ from magfold_env.envs.tasks.checks import one_of
 from magfold_env.scene import Problem, Scene, Spreads
 from magfold_env.scene.errors import refuse
 
-EVALUATION_VERSION = 2
+EVALUATION_VERSION = 3
 """Version of the draws that results are reported on. It changes when `evaluation_seeds` changes or
 when an environment draws differently for a seed; a test checks both."""
 
