@@ -1,5 +1,7 @@
 """`magfold lab`: set chains by hand and watch them fold, in a browser."""
 
+import base64
+import json
 import shutil
 import webbrowser
 from pathlib import Path
@@ -8,9 +10,17 @@ from typing import Annotated
 import typer
 
 from magfold_env.cli import options
+from magfold_env.scene import Scene, load_scene
 
 
 def lab(
+    scene: Annotated[
+        str | None,
+        typer.Argument(
+            help="Shipped scene or YAML file to begin with; a shipped chain if left out."
+        ),
+    ] = None,
+    *,
     out: Annotated[
         Path | None, typer.Option(help="Folder to write the page to, instead of opening it.")
     ] = None,
@@ -22,6 +32,7 @@ def lab(
     with options.errors_in_one_line((RuntimeError, ValueError, OSError, ImportError)):
         if out is not None:
             options.check_folder("--out", out)
+        link = "" if scene is None else link_of(load_scene(scene))
         # Only this command needs these imports.
         from magfold_env.browser import build  # noqa: PLC0415
 
@@ -30,5 +41,17 @@ def lab(
             out.mkdir(parents=True, exist_ok=True)
             page = Path(shutil.copy(page, out / build.PAGE))
             options.say_written(page)
-        elif not webbrowser.open(page.as_uri()):
-            typer.echo(f"no browser was found here; open {page}")
+            if link:
+                typer.echo(f"open {page.absolute().as_uri()}{link}")
+        elif not webbrowser.open(page.as_uri() + link):
+            typer.echo(f"no browser was found here; open {page.as_uri()}{link}")
+
+
+def link_of(scene: Scene) -> str:
+    """Return what follows the laboratory's address to open a scene there.
+
+    The page itself refuses what it cannot show, by its key.
+    """
+    given = scene.model_dump(mode="json", exclude_defaults=True)
+    text = json.dumps({"scene": given, "wanted": ""}).encode()
+    return "#" + base64.urlsafe_b64encode(text).decode().rstrip("=")

@@ -132,10 +132,9 @@ const minus = (text) => text.replace("-", "−");
 function steps(low, high, count) {
   const rough = (high - low) / Math.max(count, 1) || 1, power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find((each) => each * power >= rough);
-  const digits = Math.max(0, -Math.floor(Math.log10(step)));
   const found = [];
   for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k += 1) {
-    found.push(Number((k * step).toFixed(digits)));
+    found.push(Number((k * step).toPrecision(12)));
   }
   return found;
 }

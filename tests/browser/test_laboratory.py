@@ -13,6 +13,7 @@ if os.name != "posix":
 
 import magfold_env as mf
 from magfold_env.browser import build
+from magfold_env.cli.lab import link_of
 from tests.browser import built
 from tests.replay import chromium
 
@@ -124,6 +125,35 @@ def test_a_link_gives_the_same_bits(page: chromium.Page) -> None:
     page.value(f"byId('random').click(); laboratory.read('{link[1:]}')")
     end(page)
     assert page.value("laboratory.chain.headings()") == headings
+
+
+@pytest.mark.medium
+@pytest.mark.parametrize("mount", ["free", "tube"])
+def test_a_scene_of_the_command_opens(page: chromium.Page, tmp_path: Path, mount: Any) -> None:
+    scene = mf.load_scene("paper/sequence-2").replace(mount=mount)
+    page.value(f"laboratory.read('{link_of(scene)[1:]}')")
+    assert same_fold(page, tmp_path / "mine.yaml").scene.sequence == scene.sequence
+
+
+@pytest.mark.medium
+def test_extreme_scenes_end_with_a_status(page: chromium.Page) -> None:
+    for entries in ("casing: { mass: 1e-300 }", "casing: { mass: 1e300 }", "feed: { wall: 1e300 }"):
+        page.value(f"laboratory.read(toLink({{ ...USUAL, {entries} }}, ''))")
+        end(page)
+
+
+@pytest.mark.medium
+@pytest.mark.parametrize("width", [1400, 390])
+def test_the_scene_as_code_keeps_the_page_as_wide_as_its_window(
+    page: chromium.Page, width: int
+) -> None:
+    page.resize(width, 900)
+    page.value("byId('python').click()")
+    wide = page.value("[byId('code').hidden, document.documentElement.scrollWidth]")
+    page.resize(1400, 900)
+    page.value("byId('python').click()")
+    assert wide[0] is False
+    assert wide[1] <= width
 
 
 @pytest.mark.medium

@@ -28,8 +28,15 @@ def test_it_is_opened(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.medium
 def test_it_is_written_to_a_folder(page: Path, tmp_path: Path) -> None:
-    assert run("lab", "--out", tmp_path / "site").exit_code == 0
-    assert (tmp_path / "site" / "index.html").read_bytes() == page.read_bytes()
+    said = run("lab", "paper/sequence-3", "--out", tmp_path / "site")
+    assert said.exit_code == 0
+    written = tmp_path / "site" / "index.html"
+    assert written.read_bytes() == page.read_bytes()
+    assert f"open {written.as_uri()}#" in said.output
+
+
+def test_an_unknown_scene_is_refused() -> None:
+    fails_in_one_line(run("lab", "paper/sequence-99"), "paper/sequence-99")
 
 
 def test_what_is_missing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
