@@ -37,8 +37,8 @@ CONTESTANTS = {
     "trained blind": "same learner, trained blind",
     "frozen": "policy, frozen: the actions of one episode, replayed",
     "trained": "policy, most probable actions",
-    "trained, drawn": "policy, drawn actions",
-    "oracle": "oracle that knows all but start and noise",
+    "trained, drawn": "policy, randomly drawn actions",
+    "oracle": "oracle, which knows everything except start and noise",
 }
 
 STANDING = {
@@ -129,7 +129,7 @@ def _facts(env_id: str, env: Any) -> Iterator[tuple[str, str]]:
     tasks = f"{len(set(env.world.words))} words"
     fixed = repr(env.targets[0]) if name == "target" else "0"
     if name == "task":
-        tasks = f"{len(env.tasks)}, of the list `{env.default_tasks}`"
+        tasks = f"{len(env.tasks)}, from the list `{env.default_tasks}`"
     yield "make", f'`gymnasium.make("{env_id}")`, `gymnasium.make_vec("{env_id}", num_envs=64)`'
     yield "actions", f"`{env.action_space}`"
     yield "observations", f"`{env.observation_space}`".replace("\n", " ")
@@ -181,11 +181,11 @@ def admission(env_id: str) -> Iterator[str]:
     yield from table(head, _contestants(found))
     yield ""
     for each in figures["rule"]:
-        holds = "" if each["holds"] else ", **which fails**"
+        holds = "" if each["holds"] else ", **not met**"
         yield f"- {each['line']}: {_points(each['measured'])}{holds}"
     yield ""
     room = _points(figures["headroom"])
-    yield f"Headroom, oracle less policy: {room}; **{figures['verdict']}**."
+    yield f"Headroom (oracle minus policy): {room}; **{figures['verdict']}**."
     yield "[What the rows mean](../evaluation.md#admission). The command:"
     yield ""
     yield f"```text\n{found['provenance']['command']}\n```"

@@ -87,16 +87,16 @@ CHANGES: dict[str, Change] = {
         friction=scene.frictions * rng.uniform(0.8, 1.2, scene.n)
     ),
     "each magnet ±5 %": _drawn(magnet=0.05),
-    "all magnets alike ±5 %": _drawn(remanence=0.05),
+    "all magnets together ±5 %": _drawn(remanence=0.05),
     "inset 0.1 mm deeper": lambda scene, _: scene.replace(
         magnets={"inset": np.asarray(magnets_of(scene).inset) + 1e-4}
     ),
     "mass of each component ±5 %": _drawn(mass=0.05),
     "side ±1 %": _drawn(side=0.01),
-    "start drawn anew, within ±0.03 rad": lambda scene, rng: scene.replace(
+    "another start, within ±0.03 rad": lambda scene, rng: scene.replace(
         start_angles=None, start_offsets=None
     ).draw(rng),
-    "solver ten times as exact": lambda scene, _: scene.replace(
+    "solver tolerance ten times tighter": lambda scene, _: scene.replace(
         solver={"tolerance": 0.1 * scene.solver.tolerance}
     ),
 }
