@@ -15,7 +15,7 @@ import math
 from magfold_env.engine import indices as ix
 from magfold_env.engine import outcomes
 from magfold_env.engine.chain import feed, ledger
-from magfold_env.engine.chain.momentum import keep_if_left_alone, kinetic_of
+from magfold_env.engine.chain.momentum import keep_if_left_alone, kinetic_of, momentum_along
 from magfold_env.engine.chain.tube import is_free, is_partly_out
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import constraints, events
@@ -347,15 +347,22 @@ def keep_touching(model: Model, state: State, work: Work) -> float:
     if not constraints.keep_contacts(model, state, work, stages.new_q, stages.new_v):
         return -1.0
     lo = state.counter[ix.N_HELD]
-    before = kinetic_of(lo, model, work, stages.new_q, stages.v)
-    after = kinetic_of(lo, model, work, stages.new_q, stages.new_v)
+    lost = kinetic_of(lo, model, work, stages.new_q, stages.v)
+    lost -= kinetic_of(lo, model, work, stages.new_q, stages.new_v)
+    impulse = momentum_along(lo, model, work, stages.new_v)
+    impulse -= momentum_along(lo, model, work, stages.v)
     for k in range(state.q.size):
         stages.q[k] -= stages.new_q[k]
         stages.v[k] -= stages.new_v[k]
         scale = 1.0 if k < model.n else model.side
         if not abs(stages.q[k]) <= FARTHEST * model.tolerance * scale:
             return -1.0
-    state.account[ix.IMPACTS] += before - after
+    if feed.drives(model, state):
+        # Where normals turn within the step, this takes back what an impact passed on to the drive.
+        impulse -= constraints.passed_on(model, work.rows.counts[ix.CONTACTS], work)
+        ledger.note_impulse(state, impulse, float(state.v[model.n]))
+        lost += impulse * state.v[model.n]
+    state.account[ix.IMPACTS] += lost
     return step_error(model, state, work)
 
 
