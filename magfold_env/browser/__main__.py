@@ -16,7 +16,7 @@ def main(
         bool, typer.Option("--pack", help="Put the page into the package too, for a wheel.")
     ] = False,
 ) -> None:
-    """Compile the kernels to WebAssembly, pack the memory that they work on, write the page."""
+    """Compile the kernels to WebAssembly, pack the memory that they work on, and write the page."""
     try:
         sizes = build.build(out)
     except RuntimeError as error:

@@ -1,4 +1,4 @@
-"""Build the laboratory: kernels, packed memory, its layout, scripts, and the page of it all."""
+"""Build the laboratory: kernels, packed memory with its layout, scripts, and the complete page."""
 
 import base64
 import hashlib
@@ -48,12 +48,12 @@ FORMAT = "magfold_env browser 1"
 KERNELS, MEMORY, LAYOUT, GAMES = "engine.wasm", "memory.bin", "layout.json", "games.json"
 PAGE = "index.html"
 PACKED = Path(__file__).with_name("laboratory.html")
-"""The page in a wheel, which needs no linker."""
+"""The page as shipped in a wheel, which needs no linker."""
 
 KEPT = 7.0 * 24.0 * 3600.0
-"""Time after which a folder that was not used is removed [s]."""
+"""Time after which an unused folder is removed [s]."""
 
-# The scripts of the page, each after those that it builds on.
+# The page's scripts, each after the scripts that it depends on.
 SCRIPTS = ("scene.js", "engine.js", "networks.js", "games.js")
 _LAB = (
     "editor.js", "ghost.js", "share.js", "states.js", "sheet.js", "play.js", "laboratory.js"
@@ -64,22 +64,22 @@ _POLICY = (
     "img-src data:; base-uri 'none'; form-action 'none'"
 )
 _ROOMS = ("browser", "engine", "envs", "minimiser", "scene", "simulation")
-INTERNAL = ("work", "probe")  # fields that no page has to find
+INTERNAL = ("work", "probe")  # fields that pages do not use
 
 
 def page() -> Path:
-    """Return the laboratory: the one of a wheel, or of a checkout's sources, built at first use.
+    """Return the laboratory's page: the wheel's, or one built from a checkout at first use.
 
     Raises
     ------
     RuntimeError
-        If it has to be built and a linker, or a part of numba, is missing.
+        If the page must be built, but the linker or a part of numba is missing.
     """
     return PACKED if PACKED.is_file() and is_of(PACKED, _sources()) else kept() / PAGE
 
 
 def kept() -> Path:
-    """Return a folder that was built of these sources, now or before."""
+    """Return a folder built from these sources; build it if there is none."""
     root = cache_root() or Path(tempfile.gettempdir())
     found = root / f"browser-{_sources()}"
     with FileLock(root / "browser.lock"):
@@ -88,19 +88,19 @@ def kept() -> Path:
             build(made)
             made.rename(found)
         found.touch()
-        # Other checkouts use others.
+        # Keep folders in recent use, since other checkouts may need them.
         for other in root.glob("browser-" + "[0-9a-f]" * 16):
             if time.time() - other.stat().st_mtime > KEPT:
                 shutil.rmtree(other, ignore_errors=True)
-        # What needs no compiler may have changed since.
+        # Files that need no compiler may have changed since the folder was built.
         write_page(found)
     return found
 
 
 def build(folder: Path) -> dict[str, int]:
-    """Write all that a page needs into a folder; returns the sizes of the files [bytes].
+    """Write all that a page needs into a folder; return the files' sizes [bytes].
 
-    The same sources give the same bytes.
+    The same sources always give the same bytes.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in {KERNELS: module(), **packed_memory()}.items():
@@ -110,7 +110,7 @@ def build(folder: Path) -> dict[str, int]:
 
 
 def write_page(folder: Path) -> None:
-    """Write the scripts, and the page that has all in it, of what was compiled into a folder."""
+    """Write the scripts and the self-contained page into a folder that holds the compiled files."""
     for name in SCRIPTS:
         write_text(folder / name, _source(name))
     played = {"games": games.games(), "networks": games.networks()}
@@ -125,10 +125,10 @@ def write_page(folder: Path) -> None:
 
 
 def html(sources: str, engine: dict[str, Any]) -> str:
-    """Return the page around an engine, which names the hash of the engine's ``sources``.
+    """Return the page that contains ``engine`` and names the hash of its ``sources``.
 
-    It is the replay's page with the engine in it. Nothing in it is loaded from elsewhere, and its
-    security policy lets nothing run but its one script.
+    It is the replay's page with the engine added. It loads nothing from elsewhere, and its security
+    policy allows only its own script to run.
     """
     script = "\n".join(
         [
@@ -150,13 +150,13 @@ def html(sources: str, engine: dict[str, Any]) -> str:
 
 
 def is_of(path: Path, sources: str) -> bool:
-    """Return whether a page in a file has the engine of such sources in it."""
+    """Return whether the page in a file contains the engine built from these sources."""
     with path.open(encoding="utf-8") as file:
         return _SOURCES.format(sources) in file.read(1000)
 
 
 def _as_function(modules: tuple[str, ...], names: tuple[str, ...]) -> str:
-    """Return modules as one function whose names do not meet those of others."""
+    """Return modules as one function, so that their names do not clash with other names."""
     text = "\n".join(_source(name) for name in modules)
     text = re.sub(r"^(import|export) \{.*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"^export ", "", text, flags=re.MULTILINE)
@@ -174,7 +174,7 @@ def _source(*path: str) -> str:
 
 
 def _sources() -> str:
-    """Return a hash of all that kernels and packed memory are made of."""
+    """Return a hash of everything from which kernels and packed memory are built."""
     return sources_digest(*(f"{name}/**/*.py" for name in _ROOMS), "*.py")
 
 
@@ -209,7 +209,7 @@ def module() -> bytes:
 
 
 def packed_memory() -> dict[str, bytes]:
-    """Return the packed memory of chains of all lengths, and where things lie in it."""
+    """Return the packed memory for chains of all lengths, and its layout."""
     shared, chains = memory.images()
     data = bytearray()
     blocks: dict[str, Any] = {"shared": _told(shared, data)}
@@ -220,11 +220,11 @@ def packed_memory() -> dict[str, bytes]:
 
 
 def _told(image: memory.Image, data: bytearray) -> dict[str, Any]:
-    """Return what a page has to know of a block, whose pieces are put at the end of ``data``."""
+    """Append a block's pieces to ``data``; return what a page must know about the block."""
     first = len(data)
     data += image.data
     found = {name: value for name, value in image._asdict().items() if name != "data"}
-    # Steps take less room than places.
+    # Differences take less space than places.
     for name in ("own", "shared"):
         places = [0, *found[name]]
         found[name] = [b - a for a, b in pairwise(places)]
@@ -237,7 +237,7 @@ def _told(image: memory.Image, data: bytearray) -> dict[str, Any]:
 
 
 def constants() -> dict[str, Any]:
-    """Return the numbers that kernels and a page must agree on, and a scene's defaults."""
+    """Return a scene's defaults and the numbers that kernels and a page must share."""
     scene = Scene(sequence=("NNNN",))
     assert scene.magnets is not None
     return {

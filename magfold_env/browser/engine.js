@@ -1,22 +1,22 @@
-// The engine in a browser: kernels that were compiled from Python, and the memory they work on.
-// Only numbers are carried in and out here; what they mean is up to the kernels.
+// The engine in a browser: kernels compiled from Python, and the memory that they work on. This
+// file only passes numbers in and out; the kernels interpret them.
 
 import { cornersOf, POLES, readScene, SceneError } from "./scene.js";
 
 export { SceneError };
 
-const PAGE = 65536; // bytes of WebAssembly's memory
+const PAGE = 65536; // bytes in a page of WebAssembly memory
 const ALIGNED = 64;
 const MILLI = 1e3;
 const LETTERS = { "1": "L", "0": "S", "-1": "R" };
-// Parts of a search between which a page may do something else, a millisecond or less.
+// Sizes of a search's parts, a millisecond or less; the page can do other work in between.
 const COUPLED_AT_ONCE = 8; // poses
 const VISITED_AT_ONCE = 2000; // steps
 const VIEWS = { f64: Float64Array, f32: Float32Array, i64: BigInt64Array, u8: Uint8Array };
 
 /** All chains of a page, side by side in one memory. */
 export class Engine {
-  /** Return an engine: `wasm`, `memory` and `layout` are what the build wrote, bytes and an object. */
+  /** Return an engine from what the build wrote: bytes `wasm` and `memory`, and object `layout`. */
   static async load({ wasm, memory, layout }) {
     const { instance } = await WebAssembly.instantiate(wasm, {});
     return new Engine(instance, memory, layout);
@@ -27,7 +27,7 @@ export class Engine {
     this.layout = layout;
     this.images = new Uint8Array(memory);
     this.end = this.kernels.__heap_base.value;
-    this.spare = new Map(); // places of chains that are no more, by their length
+    this.spare = new Map(); // places of deleted chains, by the chains' length
     this.shared = this.take(layout.shared.size);
     this.put(layout.shared, this.shared);
     const { far, tables } = layout.shared.roots;
@@ -35,11 +35,11 @@ export class Engine {
   }
 
   /**
-   * Return a chain at the beginning of its run.
+   * Return a chain at the start of its run.
    *
-   * `scene` is as `magfold_env.scene.Scene`'s, see scene.js. `frameRate` [1/s] is that of frames to
-   * be recorded; 0 records none. Numbers of `random`, from [0, 1), draw a start left to chance. An
-   * `endless` chain may take longer to settle than its scene allows. Raises a SceneError.
+   * `scene` has the entries of `magfold_env.scene.Scene`, see scene.js. `frameRate` is the rate of
+   * recorded frames [1/s]; 0 records none. If the scene leaves the start to chance, `random` draws
+   * it in numbers from [0, 1). An `endless` chain ignores the `duration`. Throws a SceneError.
    */
   chain(scene, { frameRate = 0, random = Math.random, endless = false } = {}) {
     return new Chain(this, scene, frameRate, random, endless);
@@ -49,7 +49,7 @@ export class Engine {
     return this.kernels.memory.buffer;
   }
 
-  /** Return where so many bytes [1] are free, which nobody else will get. */
+  /** Reserve a number of bytes [1] and return where they begin. */
   take(size) {
     const place = Math.ceil(this.end / ALIGNED) * ALIGNED;
     this.end = place + size;
@@ -58,7 +58,7 @@ export class Engine {
     return place;
   }
 
-  /** Put a block where it was given room: what it holds at first, and addresses. */
+  /** Write a block's initial contents and addresses to its reserved place. */
   put(block, place) {
     const bytes = new Uint8Array(this.buffer), words = new Uint32Array(this.buffer);
     bytes.fill(0, place, place + block.size);
@@ -77,7 +77,7 @@ export class Engine {
   }
 }
 
-/** A chain, anywhere in its run. */
+/** A chain at any moment of its run. */
 export class Chain {
   constructor(engine, scene, frameRate, random, endless) {
     this.engine = engine;
@@ -96,9 +96,9 @@ export class Chain {
     this.begin(frameRate, random);
   }
 
-  // --- what a page may do ---
+  // --- actions for a page ---
 
-  /** Go back to the beginning, another start if that is left to chance. */
+  /** Return to the start of the run; draw a new start if the scene leaves it to chance. */
   begin(frameRate = this.frameRate, random = Math.random) {
     const { engine, told, n } = this, { layout, kernels } = engine;
     this.frameRate = frameRate;
@@ -134,7 +134,7 @@ export class Chain {
       kernels.draw(settings, model, told.spread);
     }
     const length = told.mount === "tube" ? n + 1 : n - 1;
-    /** Joint angles [rad] at the beginning, or in a tube the hinges' offsets [m]. */
+    /** Initial joint angles [rad], or for a chain in a tube the hinges' offsets [m]. */
     this.start = [...this.field("settings.start").subarray(0, length)];
     this.#fill("settings.start", this.#ordered(this.start));
     kernels.set_up(settings, model, state, view);
@@ -142,9 +142,9 @@ export class Chain {
   }
 
   /**
-   * Go on until a time [s], or the end of the run; returns its status, null if it has not ended.
+   * Run until a time [s] or the end of the run; return the status, null if the run has not ended.
    *
-   * With a `speed` the feed goes so fast from now on, see `push`. Without end a feed at rest parks.
+   * `speed` sets the feed's speed, see `push`. If `until` is infinite, a feed at rest parks.
    */
   run(until = Infinity, { speed } = {}) {
     if (speed !== undefined) this.push(speed);
@@ -152,7 +152,7 @@ export class Chain {
     return this.status;
   }
 
-  /** Do what `run` does: a generator that yields after every 50 ms of work, or sooner. */
+  /** Do what `run` does, as a generator that yields at least every 50 ms of work. */
   *running(until = Infinity) {
     const { kernels, layout } = this.engine, { outcome: outcomes } = layout;
     const { model, state, work, record } = this.roots;
@@ -165,7 +165,7 @@ export class Chain {
     }
   }
 
-  /** Have the feed go at a speed [m/s], or one a component in the mouth; below 0 it pulls back. */
+  /** Set the feed's speed [m/s], or one per component in the mouth; negative speeds pull back. */
   push(speed) {
     const speeds = Array.isArray(speed) ? speed : Array(this.n).fill(speed);
     const { most } = this.engine.layout.most.speed;
@@ -179,8 +179,8 @@ export class Chain {
   /**
    * Rank the chain's words by their magnetic energy, as `mf.minimise` does.
    *
-   * A generator that yields after every small part of the work and returns the states of least
-   * energy [J], the lowest first: [{ word, energy, stable }].
+   * A generator that yields after each small part of the work. It returns the states of least
+   * energy [J], lowest first: [{ word, energy, stable }].
    */
   *ranking() {
     const { kernels, shared, layout } = this.engine, { settings, search } = this.roots;
@@ -197,7 +197,7 @@ export class Chain {
     }));
   }
 
-  /** Give its room to others. */
+  /** Free the chain's memory for other chains. */
   free() {
     const { spare } = this.engine;
     if (!spare.has(this.n)) spare.set(this.n, []);
@@ -205,24 +205,24 @@ export class Chain {
     this.place = NaN;
   }
 
-  // --- what a page may see ---
+  // --- values for a page ---
 
   /** Simulated time [s]. */
   get time() {
     return this.field("state.clock")[this.engine.layout.clock.TIME];
   }
 
-  /** Time steps so far. */
+  /** Number of time steps so far. */
   get steps() {
     return this.#count("STEPS");
   }
 
-  /** Evaluations of the accelerations so far. */
+  /** Number of evaluations of the accelerations so far. */
   get evaluations() {
     return this.#count("EVALUATIONS");
   }
 
-  /** Components out of the tube; all where there is none. */
+  /** Number of components out of the tube; all if there is no tube. */
   get released() {
     return this.n - this.#count("N_HELD");
   }
@@ -247,20 +247,20 @@ export class Chain {
     return this.#look("base");
   }
 
-  /** The nearest fold word; empty where numbers broke down. */
+  /** The nearest fold word; empty if the simulation broke down. */
   get word() {
     return this.headings().every(Number.isFinite)
       ? wordOf(this.#look("letter"))
       : "";
   }
 
-  /** Return the magnetic energy of the magnets that act [J]. */
+  /** Return the magnetic energy [J], of active magnets only. */
   energy() {
     const { model, state, probe } = this.roots;
     return this.engine.kernels.energy(model, state, probe, 0);
   }
 
-  /** Return magnetic and kinetic energy [J], how far the feed has gone [m] and its time [s]. */
+  /** Return magnetic and kinetic energy [J], the feed's travel [m] and the time [s]. */
   now() {
     return this.#frame(-1);
   }
@@ -270,7 +270,7 @@ export class Chain {
     return [...this.field("state.q")];
   }
 
-  /** Return all that was recorded as replay's `Motion` takes it: lengths in mm, energies in mJ. */
+  /** Return the recording in the form of the replay's `Motion`: lengths in mm, energies in mJ. */
   frames() {
     const { told, engine } = this, { layout } = engine, { scene } = layout, { magnets } = scene;
     const rows = this.#allFrames(), tube = told.mount === "tube";
@@ -302,22 +302,22 @@ export class Chain {
     };
   }
 
-  // --- what else kernels know ---
+  // --- other values in memory ---
 
-  /** Return the numbers of a field, such as "state.q", to be read and written. */
+  /** Return a view of a field's numbers, such as "state.q", for reading and writing. */
   field(name) {
     const [offset, type, shape] = this.block.fields[name];
     const size = shape.reduce((a, b) => a * b, 1);
     return new VIEWS[type](this.engine.buffer, this.place + offset, size);
   }
 
-  /** Call a kernel with what the chain has by some names, such as "model". */
+  /** Call a kernel with the chain's data of the given names, such as "model". */
   call(kernel, ...names) {
     const { roots } = this;
     return this.engine.kernels[kernel](...names.map((name) => roots[name]));
   }
 
-  /** Give component k, from 0 on, which leaves its tube next, faces and a speed [m/s]; pause then. */
+  /** Set faces and speed [m/s] of component k, from 0, the next to leave its tube; then pause. */
   choose(k, faces, speed) {
     this.field("settings.pole").set([...faces].map((face) => BigInt(POLES[face])), 4 * k);
     this.field("state.speed")[this.#flip() ? this.n - 1 - k : k] = speed;
@@ -325,7 +325,7 @@ export class Chain {
     this.engine.kernels.choose(this.roots.settings, this.roots.state, k);
   }
 
-  /** Note how the chain lies for what an agent sees of it; `forward` as it is fed. */
+  /** Note the chain's pose for the agent's observation; `forward` is the direction of feed. */
   see(forward) {
     this.#seen(-1);
     const { view, episode } = this.roots;
@@ -337,7 +337,7 @@ export class Chain {
     return this.field("state.account")[this.engine.layout.account.IMPULSE];
   }
 
-  // --- within ---
+  // --- private ---
 
   #fill(name, values) {
     this.field(name).set(values);
@@ -351,7 +351,7 @@ export class Chain {
     return Number(this.told.mount === "tube" && this.told.direction === "forward");
   }
 
-  /** Return values of the components, component 1 first, in the engine's order. */
+  /** Return values of the components, given component 1 first, in the engine's order. */
   #ordered(values) {
     return this.#flip() ? values.toReversed() : values;
   }
@@ -390,10 +390,10 @@ export class Chain {
     counters[FRAMES] = 0n;
   }
 
-  /** Return recorded frames, and the present as the last one. */
+  /** Return the recorded frames, and the present state as the last frame. */
   #allFrames() {
     const last = this.#frame(-1), rows = [...this.recorded];
-    // An impact may have come after a frame of the same moment.
+    // An impact may have followed a frame recorded at the same time.
     if (rows.length > 0 && last.time - rows.at(-1).time < this.engine.layout.apart) {
       last.push = rows.pop().push;
     }
@@ -443,13 +443,13 @@ export class Chain {
   }
 }
 
-/** Return one number for values that are alike, else the smallest and the largest. */
+/** Return one number if all values are equal, else the smallest and the largest. */
 function range(values) {
   const low = Math.min(...values), high = Math.max(...values);
   return low === high ? short(low, 4) : `${short(low, 4)} to ${short(high, 4)}`;
 }
 
-/** Return the word of letters as kernels have them, of which the last is none. */
+/** Return the word for the kernels' letters; the last of them is not part of the word. */
 const wordOf = (letters) => Array.from(letters.slice(0, -1), (letter) => LETTERS[letter]).join("");
 
 const short = (value, digits) => String(Number(value.toPrecision(digits)));

@@ -1,6 +1,6 @@
-"""What an agent sees of a chain in a page, and how near it is to its target.
+"""What an agent observes of a chain in a page, and how near the chain is to its target.
 
-The rules are those of `magfold_env.envs`: their kernels, for a single chain.
+The kernels of `magfold_env.envs` compute both, for a single chain.
 """
 
 import math
@@ -23,14 +23,14 @@ from magfold_env.envs.tasks import goals
 class Episode(NamedTuple):
     """An episode of one chain of n components, component 1 first."""
 
-    arrays: ChainArrays  # of that one
-    row: Annotated[IntArray, 1]  # its number, 0
-    noise: Annotated[Array, 1, "3 n"]  # standard normal numbers: of each heading, x and y
-    frames: Annotated[Array, 1, "5 n"]  # what a camera sees
-    entries: Annotated[NDArray[np.float32], "14 n - 1"]  # the observation of a chain that is chosen
-    letter: Annotated[IntArray, "n"]  # of the word wanted, 1 L, 0 S, −1 R, the last is none
-    words: Annotated[IntArray, 1]  # how many will do, 1
-    wanted: Annotated[Array, 1, 1, "n - 1"]  # its joint angles, and
+    arrays: ChainArrays  # of this one chain
+    row: Annotated[IntArray, 1]  # the chain's number, 0
+    noise: Annotated[Array, 1, "3 n"]  # standard normal numbers, for each heading, x and y
+    frames: Annotated[Array, 1, "5 n"]  # the camera's frame
+    entries: Annotated[NDArray[np.float32], "14 n - 1"]  # observation for choosing magnets
+    letter: Annotated[IntArray, "n"]  # of the target word: 1 L, 0 S, −1 R; the last is unused
+    words: Annotated[IntArray, 1]  # number of target words, 1
+    wanted: Annotated[Array, 1, 1, "n - 1"]  # the target's joint angles
     fold: Annotated[Array, 1, 1, "n"]  # headings [rad]
     joint: Annotated[Array, 1, "n - 1"]  # scratch: the chain's joint angles [rad]
     scratch: Annotated[Array, 5, "n"]
@@ -38,7 +38,7 @@ class Episode(NamedTuple):
 
 
 def new_episode(n: int) -> Episode:
-    """Return room for an episode."""
+    """Allocate an episode."""
     sizes = {"n": n, "n - 1": n - 1, "3 n": 3 * n, "5 n": 5 * n, "14 n - 1": 14 * n - 1}
     one = np.ones(1, dtype=np.int64)
     return zeros(Episode, sizes, arrays=ChainArrays.empty(1, n), words=one)
@@ -46,7 +46,7 @@ def new_episode(n: int) -> Episode:
 
 @kernel
 def take_in(forward: int, view: View, episode: Episode) -> None:
-    """Note where a chain is that was looked at, see `view.look`."""
+    """Copy the chain's state from a view that `view.look` has filled."""
     arrays = episode.arrays
     n = view.heading.size
     arrays.forward[0] = forward == 1
@@ -61,19 +61,19 @@ def take_in(forward: int, view: View, episode: Episode) -> None:
 
 @kernel
 def observe(model: Model, episode: Episode) -> None:
-    """Fill in the entries of the observation of a chain that is chosen."""
+    """Fill in the observation for choosing the next component's magnets."""
     fill_chain(model.side, episode.arrays, 0, episode.entries)
 
 
 @kernel
 def film(model: Model, episode: Episode) -> None:
-    """Take a camera's frame, with its noise."""
+    """Record a camera frame with noise."""
     take_frames(model.side, episode.row, episode.arrays, episode.noise, episode.frames)
 
 
 @kernel
 def judge(episode: Episode) -> None:
-    """Fill in how near the chain is to the word wanted; how it ended says ``arrays.status``."""
+    """Fill in how near the chain is to the target word; reads how it ended in ``arrays.status``."""
     angles = episode.arrays.angles
     for k in range(episode.joint.size):
         turn = float(episode.letter[k]) * (math.pi / 2.0)

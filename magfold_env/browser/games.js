@@ -1,21 +1,21 @@
-// Episodes of environments as magfold_env.envs has them, of one chain in a page.
-// Physics, what is seen and how alike folds are is the kernels'; here are the rules of the tasks.
+// Episodes of the environments in magfold_env.envs, for one chain in a page. Kernels compute the
+// physics, the observations and the folds' similarity; this file has the rules of the tasks.
 
 const TURNS = { L: 1n, S: 0n, R: -1n };
 
-/** An episode of an environment, `told` being what the build wrote of that. */
+/** An episode of an environment; `told` is what the build wrote about the environment. */
 class Game {
   constructor(engine, told) {
     Object.assign(this, { engine, told, n: told.n });
   }
 
-  /** How many numbers from [0, 1) the draws of an episode take. */
+  /** How many random numbers from [0, 1) an episode needs. */
   get draws() {
     const { feed_jitter: jitter, magnet } = this.told.spreads;
     return 2 * this.n + 4 + (jitter > 0 || magnet > 0 ? 5 * this.n : 0);
   }
 
-  /** What is wanted: words, or tasks. */
+  /** The possible goals: words or tasks. */
   get goals() {
     return this.told.words ?? this.told.tasks;
   }
@@ -23,8 +23,8 @@ class Game {
   /**
    * Begin an episode.
    *
-   * `goal` is the number of what is wanted; `numbers` are as many as `draws` takes; `normal` returns
-   * a standard normal number every time it is called; `frameRate` [1/s] is that of recorded frames.
+   * `goal` is an index into `goals`; `numbers` holds `draws` random numbers; `normal` returns
+   * a standard normal number at each call; `frameRate` [1/s] is how often frames are recorded.
    */
   begin({ goal, numbers, normal = () => 0, frameRate = 0 }) {
     this.chain?.free();
@@ -56,12 +56,12 @@ class Game {
     return goal.target ?? goal;
   }
 
-  /** Return the word wanted as entries of an observation: each letter one-hot over L, S, R. */
+  /** Return the target word as entries of an observation: each letter one-hot over L, S, R. */
   wanted() {
     return [...this.target].flatMap((letter) => [..."LSR"].map((each) => Number(each === letter)));
   }
 
-  /** Note whether the chain ended, and how near to the word wanted. */
+  /** Note whether the run has ended, and how near the chain is to the target word. */
   end() {
     const { ends } = this.engine.layout;
     this.arrays("status")[0] = BigInt(ends.indexOf(this.status ?? "None"));
@@ -71,7 +71,7 @@ class Game {
     Object.assign(this, { score, success: success === 1 });
   }
 
-  /** Return what is drawn, as magfold_env.envs.chains.dynamic makes it of numbers from [−1, 1). */
+  /** Return a draw, computed from numbers in [−1, 1) as in magfold_env.envs.chains.dynamic. */
   #draw(unit) {
     const { n } = this, { spreads, scene, offset, referenceSpeed } = this.told;
     const first = 2 * n + 4, [remanence] = [scene.magnets.remanence].flat();
@@ -89,7 +89,7 @@ class Game {
   }
 }
 
-/** MagFold/TubeFeed-v0: magnets and speed of each component are chosen when it leaves the tube. */
+/** MagFold/TubeFeed-v0: an agent chooses each component's magnets and speed at the mouth. */
 export class TubeFeed extends Game {
   endless = false;
 
@@ -106,18 +106,18 @@ export class TubeFeed extends Game {
     this.chain.see(this.forward);
   }
 
-  /** The component that is fed next, from 0 on. */
+  /** The index of the component that is fed next. */
   get next() {
     return this.forward ? this.fed : this.n - 1 - this.fed;
   }
 
-  /** Feed the next component: the number of its pattern, and that of its speed. Returns the reward. */
+  /** Feed the next component, given the indices of its pattern and speed; return the reward. */
   step([pattern, level]) {
     const { told } = this;
     return this.feed(told.patterns[pattern], told.speeds[level], told.scaled[level]);
   }
 
-  /** Feed the next component with its faces at a speed [m/s], `scaled` from −1 to 1. */
+  /** Feed the next component with faces at a speed [m/s]; `scaled` is the speed from −1 to 1. */
   feed(faces, speed, scaled) {
     const { chain, next } = this, signs = [...faces].map((face) => (face === "N" ? 1 : -1));
     this.arrays("signs").set(signs, 4 * next);
@@ -138,7 +138,7 @@ export class TubeFeed extends Game {
   }
 }
 
-/** MagFold/UnknownFloor-v0: a given chain is fed, back and forth, over a floor unknown. */
+/** MagFold/UnknownFloor-v0: a given chain is fed back and forth over an unknown floor. */
 export class UnknownFloor extends Game {
   endless = true;
 
@@ -162,12 +162,12 @@ export class UnknownFloor extends Game {
     return this.late ? "unsettled" : this.chain.status;
   }
 
-  /** Feed for one step at one of the table's speeds; returns the reward. */
+  /** Feed for one step at one of the table's speeds; return the reward. */
   step([level]) {
     return this.feed(this.told.speeds[level]);
   }
 
-  /** Feed for one step at about a speed [m/s], below 0 back; returns the reward. */
+  /** Feed for one step at roughly this speed [m/s], inward if negative; return the reward. */
   feed(asked) {
     const { told, chain } = this, change = asked - this.driven;
     this.driven += Math.min(Math.max(change, -told.steepest), told.steepest);
@@ -197,7 +197,7 @@ export class UnknownFloor extends Game {
     ]);
   }
 
-  /** Take a frame, and note the force of the drive [N], with noise; what is shown is a frame old. */
+  /** Take a frame and the drive's force [N] with noise; the agent sees the previous frame. */
   #measure(force) {
     const { chain } = this;
     chain.see(this.forward);

@@ -1,4 +1,4 @@
-"""The environments that can be played in a page, and the networks of the policies that do."""
+"""The environments that can be played in a page, and the networks of policies that play them."""
 
 import base64
 from typing import Any
@@ -19,21 +19,21 @@ from magfold_env.scoring import policy_file
 from magfold_env.scoring.policy_file import Discrete, MultiDiscrete
 
 SPREADS = ("friction", "friction_decades", "remanence", "feed_speed", "feed_jitter", "magnet")
-"""What games can draw; the others must be nought."""
+"""Spreads that the games can draw; all others must be 0."""
 
 POLICIES = {"tube_feed": "ppo-tube-feed-0", "unknown_floor": "ppo-unknown-floor-0"}
-"""Those of the games, among the policies that are shipped."""
+"""The shipped policies that play the games."""
 
-HIDDEN, LAST = "mlp_extractor.policy_net", "action_net"  # layers that act, by SB3's names
+HIDDEN, LAST = "mlp_extractor.policy_net", "action_net"  # the actor's layers, by SB3's names
 
 
 def games() -> dict[str, Any]:
-    """Return the rules' numbers of each, by name, and what is drawn in them."""
+    """Return each game's parameters and spreads, by the game's name."""
     return {"tube_feed": tube_feed(), "unknown_floor": unknown_floor()}
 
 
 def tube_feed() -> dict[str, Any]:
-    """Return those of ``MagFold/TubeFeed-v0``."""
+    """Return the parameters and spreads of ``MagFold/TubeFeed-v0``."""
     task = FoldTask(None, TubeFeedEnv.default_scene, TubeFeedEnv.action_scope)
     levels: list[float] = task.actions.speeds.tolist()
     return _drawn(task.scene) | {
@@ -46,7 +46,7 @@ def tube_feed() -> dict[str, Any]:
 
 
 def unknown_floor() -> dict[str, Any]:
-    """Return those of ``MagFold/UnknownFloor-v0``."""
+    """Return the parameters and spreads of ``MagFold/UnknownFloor-v0``."""
     world = UnknownFloorEnv.make_world(actions="discrete")
     return _drawn(world.scene) | {
         "tasks": [task.model_dump(mode="json") for task in world.tasks],
@@ -62,7 +62,7 @@ def unknown_floor() -> dict[str, Any]:
 
 
 def _drawn(scene: Scene) -> dict[str, Any]:
-    """Return the scene of a game as a page's script takes it, and what is drawn of it."""
+    """Return a game's scene in the form that the page's scripts expect, and its spreads."""
     spreads = {name: value for name, value in scene.spreads.model_dump().items() if value}
     assert set(spreads) <= set(SPREADS), spreads
     data = scene.model_dump(mode="json")
@@ -82,15 +82,15 @@ def _drawn(scene: Scene) -> dict[str, Any]:
 
 
 def networks() -> dict[str, Any]:
-    """Return the networks that act in the games, by the games' names."""
+    """Return the networks of the games' policies, by the games' names."""
     return {name: network(policy) for name, policy in POLICIES.items()}
 
 
 def network(name: str) -> dict[str, Any]:
-    """Return a shipped policy as a page's script takes it.
+    """Return a shipped policy in the form that the page's scripts expect.
 
-    Weights lose their last eight bits, a relative 2⁻¹⁶; what is left is kept byte by byte, the
-    first of all weights, then the second and the third, which compresses better.
+    Weights lose their last eight bits, a relative 2⁻¹⁶. The rest is stored by bytes: the first
+    bytes of all weights, then the second and the third ones, which compresses better.
     """
     path = configs_dir() / "policies" / f"{name}.safetensors"
     file = policy_file.read(path)
@@ -105,7 +105,7 @@ def network(name: str) -> dict[str, Any]:
     }
     weights, actions = file.weights(shapes).values(), settings.actions
     assert isinstance(actions, Discrete | MultiDiscrete)
-    n = (settings.observations.size + 4) // 17  # components, if it plays tube feed
+    n = (settings.observations.size + 4) // 17  # number of components, if the policy plays TubeFeed
     order = mouth_order(n, LETTERS, settings.backward)
     return {
         "policy": name,
@@ -121,7 +121,7 @@ def network(name: str) -> dict[str, Any]:
 
 
 def shortened(numbers: NDArray[np.float32]) -> bytes:
-    """Return numbers to the nearest of 24 bits, byte by byte, the most significant first."""
+    """Round numbers to 24 bits; return the most significant byte of each, then the others."""
     bits = numbers.astype("<f4").view("<u4").astype(np.uint64)
     rounded = (bits + 0x7F + ((bits >> np.uint64(8)) & np.uint64(1))) >> np.uint64(8)
     return b"".join(

@@ -1,8 +1,8 @@
-"""Packed memory: what chains of every length work on, and what they share, as bytes to be loaded.
+"""Packed memory: the data of chains of every length, and the data that they share, as bytes.
 
-A *block* holds NamedTuples of arrays as kernels see them (`engine.compile.by_pointer`): their words
-and the arrays' data. Addresses among the words count from where their block begins, or that of what
-all chains share; whoever loads a block adds where that is. Only what is not zero is kept.
+A *block* holds NamedTuples of arrays in the kernels' form (`engine.compile.by_pointer`): their
+words and the arrays' data. Addresses among the words are relative to the start of their block or of
+the shared block; the loader adds the actual start. Only nonzero parts are stored.
 """
 
 from collections.abc import Iterator
@@ -26,26 +26,26 @@ from magfold_env.simulation.pack import pack, quadrature_of
 from magfold_env.simulation.quadrature import single_rule, width_rule
 
 LENGTHS = range(2, 13)
-FRAMES = 2048  # that are kept before a page takes them
+FRAMES = 2048  # recorded before a page must fetch them
 WORD = 8  # bytes
-ALIGNED = 64  # bytes: arrays begin with a cache line
-NEAR = 32  # bytes: zeros between two pieces that are not worth a third number
+ALIGNED = 64  # bytes: arrays begin at a cache line
+NEAR = 32  # bytes: shorter runs of zeros do not split a piece
 
 TYPES = {"float64": "f64", "float32": "f32", "int64": "i64", "bool": "u8"}
 
 
 def standard(n: int) -> Scene:
-    """Return the scene whose casing and magnets a page's chains have."""
+    """Return a scene with the casing and magnets of a page's chains."""
     return Scene(sequence=("NNNN",) * n, start_angles=(0.0,) * (n - 1))
 
 
 class Chain(NamedTuple):
-    """All that one chain needs."""
+    """All data of one chain."""
 
     model: Model
     state: State
     work: Work
-    probe: Work  # another, so that to measure changes nothing
+    probe: Work  # separate scratch space, so that measuring does not affect the run
     record: Record
     settings: Settings
     view: View
@@ -54,7 +54,7 @@ class Chain(NamedTuple):
 
 
 class Shared(NamedTuple):
-    """What chains of all lengths share, with what the rest of it is made of."""
+    """Data that chains of all lengths share, and the data for computing the rest of it."""
 
     tables: Tables
     far: FarKit
@@ -62,7 +62,7 @@ class Shared(NamedTuple):
 
 
 def shared_of(scene: Scene) -> Shared:
-    """Return what chains with a scene's magnets share, with what is yet to be made left at zero."""
+    """Return what chains with a scene's magnets share; parts still to be computed are zero."""
     magnets, part = pack(scene).magnets, scene.magnets
     made = magnets.tables
     if part is None or made.end == 0.0 or made.far.end == 0.0:
@@ -103,7 +103,7 @@ def _far_kit(magnets: Magnets, side: float) -> FarKit:
 
 
 def chain_of(scene: Scene, couplings: Couplings) -> Chain:
-    """Return room for chains as long as a scene's, with what they keep of it."""
+    """Return the data of chains as long as the scene's, with what they keep of the scene."""
     n, part = scene.n, scene.magnets
     model = pack(scene)._replace(
         magnets=couplings.magnets, obstacles=np.zeros((ix.WALLS + MOST_OBSTACLES, ix.RADIUS + 1))
@@ -127,14 +127,14 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
 
 
 def _word(packed: Any, name: str, count: int = 1) -> NDArray[Any]:
-    """Return words of a marked NamedTuple from a field on, to be written to."""
+    """Return a writable view of a marked NamedTuple's words, from a field on."""
     place = pointer_types.place_of(packed, name)
     words = pointer_types.words_of(packed)[place : place + count]
     return words.view(np.float64) if isinstance(getattr(packed, name), float) else words
 
 
 class Field(NamedTuple):
-    """Where the data of an array lie in a block."""
+    """Where an array's data lie in a block."""
 
     offset: int
     type: str
@@ -142,32 +142,32 @@ class Field(NamedTuple):
 
 
 class Image(NamedTuple):
-    """A block as it is kept."""
+    """A block in its stored form."""
 
     size: int
     data: bytes
-    """What is not zero, piece after piece."""
+    """The pieces that are not zero, one after another."""
     pieces: list[tuple[int, int]]
-    """Where the pieces lie in the block, and how long they are."""
+    """Where each piece lies in the block, and how long it is."""
     own: list[int]
-    """Where addresses lie that count from the beginning of this block."""
+    """Where addresses relative to the beginning of this block lie."""
     shared: list[int]
-    """And those that count from the beginning of the shared one."""
+    """Where addresses relative to the beginning of the shared block lie."""
     roots: dict[str, int]
-    """Where the words of every NamedTuple begin."""
+    """Where each NamedTuple's words begin."""
     fields: dict[str, Field]
     """Arrays by the names of their fields, such as ``state.q``."""
 
 
 class Block:
-    """Memory that NamedTuples are packed into, which must live as long as the block.
+    """Memory into which NamedTuples are packed; these must live as long as the block.
 
-    What they have in common with the ``shared`` block lies there alone.
+    Arrays that are also in the ``shared`` block are stored only there.
     """
 
     def __init__(self, packed: tuple[Any, ...], shared: "Block | None" = None) -> None:
         self._data = bytearray()
-        self._ranges: dict[int, tuple[int, int]] = {}  # by address: size, and place here
+        self._ranges: dict[int, tuple[int, int]] = {}  # by address: size, and place in this block
         self._own: list[int] = []
         self._others: list[int] = []
         self._fields: dict[str, Field] = {}
@@ -196,7 +196,7 @@ class Block:
         return place
 
     def find(self, array: NDArray[Any]) -> int | None:
-        """Return where an array's data lie here, if they do."""
+        """Return where an array's data lie in this block, or None."""
         address = array.ctypes.data
         for first, (size, place) in self._ranges.items():
             if first <= address < first + size:
@@ -204,7 +204,7 @@ class Block:
         return None
 
     def _put(self, array: NDArray[Any]) -> int:
-        """Return where an array's data lie, having put them there."""
+        """Store an array's data and return where they lie."""
         found = self.find(array)
         if found is not None:
             return found
@@ -217,7 +217,7 @@ class Block:
         return self._put(array)
 
     def image(self) -> Image:
-        """Return the block as it is kept."""
+        """Return the block in its stored form."""
         filled = np.flatnonzero(np.frombuffer(self._data, dtype=np.uint8))
         gaps = np.flatnonzero(np.diff(filled) > NEAR)
         first = filled[np.concatenate([[0], gaps + 1])] // WORD * WORD
@@ -229,7 +229,7 @@ class Block:
 
 
 def _arrays(packed: Any, name: str, word: int) -> Iterator[tuple[int, str, NDArray[Any]]]:
-    """Yield where the addresses lie in a marked NamedTuple at a word, and the arrays' names."""
+    """Yield the place of each address in a marked NamedTuple at a word, and the array's name."""
     for field, value in zip(packed._fields, packed, strict=True):
         if isinstance(value, np.ndarray):
             yield word, f"{name}.{field}", value
@@ -242,7 +242,7 @@ def _arrays(packed: Any, name: str, word: int) -> Iterator[tuple[int, str, NDArr
 
 
 def images() -> tuple[Image, dict[int, Image]]:
-    """Return the block of what all chains share, and those of chains, by their length."""
+    """Return the shared block, and the chains' blocks by length."""
     shared = shared_of(standard(LENGTHS[0]))
     block = Block(shared)
     chains = {n: Block(chain_of(standard(n), shared.couplings), block).image() for n in LENGTHS}

@@ -1,7 +1,7 @@
-// Networks that act: layers of numbers, what they are shown of observations, the likeliest action.
+// The policies' networks: their layers, their inputs, and the most likely action.
 
 export class Network {
-  /** `told` is what the build wrote of a policy. */
+  /** `told` is what the build wrote about a policy. */
   constructor(told) {
     Object.assign(this, { ...told, last: [] });
     const numbers = lengthened(told.weights);
@@ -17,14 +17,14 @@ export class Network {
     });
   }
 
-  /** Forget what was seen: another episode begins. */
+  /** Forget past observations, for a new episode. */
   begin() {
     this.last = [];
   }
 
-  /** Return the likeliest action, a list of numbers, having seen one more observation. */
+  /** Return the most likely action, a list of numbers, after one more observation. */
   act(observation) {
-    // Before the first there were others like it.
+    // The first observation fills the whole stack.
     while (this.last.length < this.frames) this.last.push(observation);
     this.last = [...this.last.slice(1), observation];
     const seen = this.order ? this.#fromTheMouth(observation) : this.last.flatMap((each) => [...each]);
@@ -50,7 +50,7 @@ export class Network {
     return values;
   }
 
-  /** Order an observation of tube feed, see magfold_env.envs.wrappers.mouth_order. */
+  /** Reorder an observation of TubeFeed, see magfold_env.envs.wrappers.mouth_order. */
   #fromTheMouth(observation) {
     const { order } = this, n = order.length - 1, first = 3 * (n - 1);
     const step = observation.subarray(first, first + n).reduce((a, b) => a + b, 0);
@@ -59,7 +59,7 @@ export class Network {
   }
 }
 
-/** Return numbers of which 24 bits are told, byte by byte, the most significant first. */
+/** Return numbers from their first 24 bits: the most significant byte of each comes first. */
 function lengthened(text) {
   const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const count = bytes.length / 3, words = new Uint32Array(count);

@@ -1,10 +1,10 @@
-// What a page may say of a scene: the entries that magfold_env.scene.Scene has by the same names.
-// Here they are only checked and spelled out, a value for every component.
+// The entries of a scene that a page may set; magfold_env.scene.Scene has the same names. This file
+// only checks the entries and expands them to one value per component.
 
 export const POLES = { N: 1, S: -1, "-": 0 };
 const RIGHT_ANGLE = Math.PI / 2;
 
-/** A scene that is not allowed; `problems` say what: {key, value, allowed}. */
+/** The error for an invalid scene; each of its `problems` is {key, value, allowed}. */
 export class SceneError extends Error {
   constructor(problems) {
     super(problems.map(({ key, value, allowed }) =>
@@ -31,7 +31,7 @@ const tolerance = [(value) => isNumber(value) && value >= 1e-12 && value <= 0.1,
   "must be a number from 1e-12 to 0.1"];
 const count = (most) => [(value) => Number.isInteger(value) && value > 0 && value <= most,
   `must be a whole number from 1 to ${most}`];
-// Like magfold_env.scene.base.Most, whose entries these are.
+// Like magfold_env.scene.base.Most, and with the same entries.
 const upTo = ({ most, unit, usual, others }) => [(value) => positive[0](value) && value <= most,
   (value) => {
     if (!(value > most)) return positive[1];
@@ -49,12 +49,12 @@ class Reader {
   }
 
   refuse(key, value, allowed) {
-    // A value that stands for all components is wrong once.
+    // Report a value that stands for all components only once.
     if (this.problems.at(-1)?.key === key) return;
     this.problems.push({ key, value, allowed: typeof allowed === "string" ? allowed : allowed(value) });
   }
 
-  /** Return a group as an object; entries that are none of its names are refused. */
+  /** Return a group as an object; unknown entries are refused. */
   group(key, value, names) {
     if (value === undefined || value === null) return {};
     if (typeof value !== "object" || Array.isArray(value)) {
@@ -75,7 +75,7 @@ class Reader {
     return value;
   }
 
-  /** Return a list of `count` numbers; one number stands for as many if `spreads` says so. */
+  /** Return a list of `count` numbers; if `spreads` is true, one number stands for all. */
   each(key, value, count, [allows, allowed], spreads = true) {
     if (spreads && !Array.isArray(value)) {
       this.one(key, value, undefined, [allows, allowed]);
@@ -92,9 +92,9 @@ class Reader {
 }
 
 /**
- * Return all that kernels must be told of a scene, component 1 first.
+ * Return everything about a scene that kernels need, component 1 first.
  *
- * `layout` is the build's. Raises a SceneError. Where the start is left to chance, `start` is null.
+ * `layout` comes from the build; `start` is null if it is left to chance. Throws a SceneError.
  */
 export function readScene(scene, layout) {
   const read = new Reader(), standard = layout.scene;
@@ -149,7 +149,7 @@ export function readScene(scene, layout) {
   return found;
 }
 
-/** Refuse what a tube leaves no room for; magfold_env.scene.Scene has the same rules. */
+/** Refuse what has no space in a tube; magfold_env.scene.Scene has the same rules. */
 function checkTube(read, entries, { bore, start, obstacles }, { diagonal, rounding, scene }) {
   const play = Math.max((bore - diagonal) / 2, 0), { side } = scene.casing;
   if (start?.some((offset) => Math.abs(offset) > play + rounding * diagonal)) {
@@ -180,7 +180,7 @@ export function cornersOf([x, y, length, width, heading]) {
   });
 }
 
-/** Whether two convex outlines overlap: no edge of one of them separates them. */
+/** Whether two convex outlines overlap: no edge of either separates them. */
 function overlap(one, other) {
   return [one, other].every((outline) => outline.every(([x, y], k) => {
     const [nextX, nextY] = outline[(k + 1) % outline.length];

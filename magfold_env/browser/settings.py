@@ -1,9 +1,9 @@
-"""What a page may say of a chain, and the kernel that makes of it all that follows.
+"""The settings of a chain in a page, and the kernel that sets up the chain from them.
 
-Nothing is allocated here: room for a chain of n components is there beforehand, see
-`magfold_env.browser.memory`, and what a scene's other groups say, such as the casing, lies in it.
-The rules of `scene.numbers` are compiled here; what `simulation.pack` does
-with arrays that they make, is done without, and tests compare every bit.
+Nothing is allocated here: `magfold_env.browser.memory` allocates chains of n components in advance,
+and they already contain the scene's other groups, such as the casing. This module compiles the
+rules of `scene.numbers`. It repeats the work of `simulation.pack` without its arrays, and tests
+compare every bit.
 """
 
 import math
@@ -24,18 +24,18 @@ MOST_OBSTACLES = 8
 
 MOUNTS = ("free", "pinned", "tube")
 FREE, PINNED, TUBE = range(3)
-# `Settings.choice`: a mount, whether feed is forward, whether magnets are loaded at the mouth, and
-# how many obstacles there are.
+# `Settings.choice`: the mount, whether the feed is forward, whether magnets are loaded at the
+# mouth, and the number of obstacles.
 MOUNT, FORWARD, AT_MOUTH, OBSTACLES = range(4)
-# `Settings.number`: the scene's entries of these names, gravity normal to the plane among them, and
-# the time between two frames, and the solver's. Without a limit of its force, or frames, a number
-# is infinite, or 0.
+# `Settings.number`: gravity normal to the plane, entries of the scene and of its solver, and the
+# time between two frames. FORCE_LIMIT is infinite if there is no limit, and INTERVAL is 0 if no
+# frames are recorded.
 NORMAL, DURATION, FORCE_LIMIT, BORE, WALL, INTERVAL, TOLERANCE, MAX_STEPS = range(8)
-# `Settings.obstacles`: centre [m], lengths along the heading and across [m], the heading [rad].
+# `Settings.obstacles`: centre [m], lengths along and across the heading [m], heading [rad].
 X, Y, LENGTH, WIDTH, HEADING = range(5)
 
-_DIGITS = 1e15  # of an obstacle's axis
-_ROUND = 1.5 * 2.0**52  # added and taken away, it leaves a whole number
+_DIGITS = 1e15  # digits of an obstacle's axis
+_ROUND = 1.5 * 2.0**52  # adding and then subtracting it rounds to a whole number
 _TURNED = tuple(TURNED)
 _face_charge, _typical_rate = inlined(numbers.face_charge), inlined(numbers.typical_rate)
 _square_inertia = inlined(numbers.square_inertia)
@@ -44,9 +44,9 @@ _friction_limit, _rectangle = inlined(numbers.friction_limit), inlined(numbers.r
 
 @by_pointer
 class Numbers(NamedTuple):
-    """The words of a chain in which its numbers lie, to be written between two calls of kernels."""
+    """The words that hold a chain's numbers; they are only written between two calls of kernels."""
 
-    magnetic: IntArray  # one each, as in `Model`
+    magnetic: IntArray  # one word each, as in `Model`
     frictional: IntArray
     tube: IntArray
     at_mouth: IntArray
@@ -58,44 +58,44 @@ class Numbers(NamedTuple):
     max_steps: IntArray
     duration: Array
     interval: Array  # of `Record`
-    obstacles: IntArray  # address and shape of the model's, (3,)
-    boxes: IntArray  # addresses and lengths of those of the scratch space, (12,)
-    probe: IntArray  # and of that of what is measured
+    obstacles: IntArray  # address and shape of the model's obstacles, (3,)
+    boxes: IntArray  # addresses and lengths of the scratch space's boxes, (12,)
+    probe: IntArray  # the same for the probe's scratch space
 
 
 @by_pointer
 class Settings(NamedTuple):
     """A chain of n components, component 1 first; see `magfold_env.scene`.
 
-    Masses and speeds of the feed are written where kernels read them.
+    Masses and feed speeds are written directly to the arrays that kernels read.
     """
 
     pole: Annotated[IntArray, "n", 4]  # outward poles of the faces, 1 N, −1 S, 0 no magnet
     remanence: Annotated[Array, "n", 4]  # [T]
     face: Array  # widths and heights of the pole faces, (2, 4) [m]
-    friction: PerBody  # in the engine's order, as are masses, speeds and the start
+    friction: PerBody  # in the engine's order, like masses, speeds and the start
     start: Annotated[Array, 1, "n + 1"]  # joint angles [rad], or in a tube the hinges' offsets [m]
     obstacles: Annotated[Array, MOST_OBSTACLES, 5]
     choice: Annotated[IntArray, 4]
     number: Annotated[Array, 8]
     numbers: Numbers
-    headings: Annotated[Array, 1, "n"]  # scratch: those of a chain in the tube, and
-    depth: Annotated[Array, 1]  # its length
+    headings: Annotated[Array, 1, "n"]  # scratch: headings of a chain in the tube
+    depth: Annotated[Array, 1]  # scratch: length of that chain
 
 
 @inlined
 def is_flipped(settings: Settings) -> bool:
-    """Whether the engine counts from component n: the end that a forward feed holds."""
+    """Whether the engine counts from component n, the end that a forward feed holds."""
     return settings.choice[MOUNT] == TUBE and settings.choice[FORWARD] == 1
 
 
 @kernel
 def set_up(settings: Settings, model: Model, state: State, view: View) -> None:
-    """Make a chain of its settings, at the beginning of its run.
+    """Set up a chain from its settings, at the start of its run.
 
-    State and scratch space must be as they were made: zeros but for what never changes.
+    State and scratch space must be as allocated: zero except for what never changes.
     """
-    # What is written among the words is not read here: a compiler may take it to be constant.
+    # Words written here are not read back, because the compiler may assume that they are constant.
     tube = settings.choice[MOUNT] == TUBE
     number, words = settings.number, settings.numbers
     at_mouth = tube and settings.choice[AT_MOUTH] == 1
@@ -122,7 +122,7 @@ def set_up(settings: Settings, model: Model, state: State, view: View) -> None:
 
 @inlined
 def face_charge(settings: Settings, i: int, f: int) -> float:
-    """Return the charge that a pole face has if it has a magnet [A·m]."""
+    """Return the charge of a pole face that has a magnet [A·m]."""
     return _face_charge(settings.remanence[i, f], settings.face[0, f], settings.face[1, f])
 
 
@@ -130,7 +130,7 @@ def face_charge(settings: Settings, i: int, f: int) -> float:
 def put_charges(settings: Settings, charge: Array) -> tuple[float, bool]:
     """Fill in the signed charges of the pole faces in the engine's order, (n, 4) [A·m].
 
-    Returns the largest that a face may have, and whether any has one.
+    Returns the largest charge that any face could have, and whether any face has one.
     """
     n, flip = charge.shape[0], is_flipped(settings)
     largest, any_charge = 0.0, False
@@ -139,7 +139,7 @@ def put_charges(settings: Settings, charge: Array) -> tuple[float, bool]:
             strength = face_charge(settings, i, f)
             largest = max(largest, strength)
             any_charge = any_charge or settings.pole[i, f] != 0
-            # Seen from the other end of the chain a casing is turned by half a turn.
+            # Seen from the chain's other end, a casing is turned by 180°.
             k, g = (n - 1 - i, _TURNED[f]) if flip else (i, f)
             charge[k, g] = float(settings.pole[i, f]) * strength
     return largest, any_charge
@@ -147,7 +147,7 @@ def put_charges(settings: Settings, charge: Array) -> tuple[float, bool]:
 
 @kernel
 def put_masses(settings: Settings, model: Model) -> tuple[float, float, bool]:
-    """Fill in moments of inertia and friction.
+    """Fill in moments of inertia and friction limits.
 
     Returns the mean and the least mass [kg], and whether there is friction.
     """
@@ -163,7 +163,7 @@ def put_masses(settings: Settings, model: Model) -> tuple[float, float, bool]:
 
 @kernel
 def mean(values: Array) -> float:
-    """Return the mean of fewer than 16 numbers, summed in the order in which NumPy does."""
+    """Return the mean of fewer than 16 numbers, summed in NumPy's order."""
     n = values.size
     total, first = 0.0, 0
     if n >= 8:
@@ -176,7 +176,7 @@ def mean(values: Array) -> float:
 
 @inlined
 def typical_rate(settings: Settings, model: Model, charge: float, mass: float) -> float:
-    """Return the rate that the strongest force gives one component [rad/s]."""
+    """Return the typical rate of one component under the strongest force [rad/s]."""
     widest = 0.0
     for f in range(4):
         widest = max(widest, settings.face[0, f])
@@ -187,11 +187,11 @@ def typical_rate(settings: Settings, model: Model, charge: float, mass: float) -
 
 @kernel
 def put_obstacles(settings: Settings, model: Model) -> None:
-    """Fill in what does not move: the tube's walls, if there is one, then obstacles."""
+    """Fill in the solids: the walls of the tube, if there is one, then the obstacles."""
     words, number = settings.numbers, settings.number
     count = 0
     if settings.choice[MOUNT] == TUBE:
-        # Longer than the chain: nothing comes to its inner end.
+        # Walls longer than the chain, so that nothing reaches their inner end.
         length = 2.0 * model.n * model.bodies.length[0]
         middle = 0.5 * (number[BORE] + number[WALL])
         for y in (middle, -middle):
@@ -212,7 +212,7 @@ def put_rectangle(
 ) -> None:
     """Fill in a row of the obstacles."""
     s, c = sincos(heading)
-    # Rounded, as a scene's are, so that no sine's last bit counts.
+    # Rounded like a scene's, so that the last bits of sines do not matter.
     filled = _rectangle(x, y, along, across, rounded(c), rounded(s), model.rounding)
     for k in range(len(filled)):
         model.obstacles[row, k] = filled[k]
@@ -226,7 +226,7 @@ def rounded(x: float) -> float:
 
 @kernel
 def begin(settings: Settings, model: Model, state: State, fastest_rate: float) -> None:
-    """Fill in what every run begins with, see `engine.workspace.new_state`."""
+    """Fill in the initial state of every run, see `engine.workspace.new_state`."""
     tube = settings.choice[MOUNT] == TUBE
     state.clock[ix.BRAKE] = state.clock[ix.BUMP] = math.inf
     state.clock[ix.STEP] = 0.1 / fastest_rate
@@ -238,13 +238,13 @@ def begin(settings: Settings, model: Model, state: State, fastest_rate: float) -
         for f in range(4):
             state.waiting[i, f] = model.charge[i, f]
             if tube and settings.choice[AT_MOUTH] == 1:
-                # A component's magnets act from when its leading hinge reaches the mouth.
+                # A component's magnets act as soon as its leading hinge reaches the mouth.
                 model.charge[i, f] = 0.0
 
 
 @kernel
 def put_start(settings: Settings, model: Model, state: State) -> None:
-    """Lay the chain where its angles, or its hinges' offsets, say."""
+    """Lay the chain according to its angles or its hinges' offsets."""
     n, start = model.n, settings.start
     if settings.choice[MOUNT] != TUBE:
         for k in range(1, n):
@@ -260,7 +260,7 @@ def put_start(settings: Settings, model: Model, state: State) -> None:
 
 @kernel
 def choose(settings: Settings, state: State, k: int) -> None:
-    """Give component k, the next to leave its tube, its magnets; pause when it is out."""
+    """Set the magnets of component k, the next to leave its tube; pause when it is out."""
     n, held = state.speed.size, state.counter[ix.N_HELD]
     i, turned = (n - 1 - k, True) if is_flipped(settings) else (k, False)
     for f in range(4):
@@ -271,9 +271,9 @@ def choose(settings: Settings, state: State, k: int) -> None:
 
 @kernel
 def draw(settings: Settings, model: Model, spread: float) -> None:
-    """Turn ``start``, even numbers from [−1, 1), into a start as `Scene.draw` does.
+    """Turn ``start``, uniform numbers from [−1, 1), into a start as `Scene.draw` does.
 
-    ``spread`` is the scene's of start angles [rad].
+    ``spread`` is the scene's spread of start angles [rad].
     """
     n, scale = model.n, spread
     if settings.choice[MOUNT] == TUBE:
@@ -286,10 +286,10 @@ def draw(settings: Settings, model: Model, spread: float) -> None:
 
 @kernel
 def overlap(settings: Settings, model: Model, state: State, work: Work) -> int:
-    """Return what is wrong with where a chain begins, as a whole number; 0 if nothing.
+    """Return a code for the first overlap in the chain's initial pose; 0 if there is none.
 
-    k components and obstacles overlap in pairs: 100 i + j is of components i and j, −i of
-    component i and an obstacle; numbers begin with 1.
+    The code is 100 i + j for components i and j, and −i for component i and an obstacle. Components
+    are numbered from 1.
     """
     if settings.choice[MOUNT] == TUBE:
         return 0

@@ -1,8 +1,8 @@
-"""The words of least magnetic energy, for a page: what `mf.minimise` ranks.
+"""The words of least magnetic energy, for a page: the ranking of `mf.minimise`.
 
-Words are visited depth first, in the order S, L, R, and the pairs of a component are added when it
-is laid. Nothing is allocated here, and all of it can be done in parts: how far a search has come
-lies in its arrays.
+The search visits words depth first, in the order S, L, R, and adds a component's pair energies when
+it lays the component. Nothing is allocated here, and a search can run in parts, because its arrays
+record its progress.
 """
 
 import math
@@ -30,9 +30,9 @@ from magfold_env.minimiser.energies import TIE
 from magfold_env.minimiser.lattice import HEADINGS, TURNS
 
 MOST = 8
-"""States that are kept."""
+"""Largest number of states kept."""
 
-# `Search.progress`: components that are laid but the first, −1 at the end; states that were found.
+# `Search.progress`: number of laid components after the first, −1 at the end; states found.
 DEPTH, FOUND = range(2)
 
 _TURNS = tuple(int(turn) for turn in TURNS)
@@ -41,61 +41,61 @@ _HEADINGS = tuple((int(x), int(y)) for x, y in HEADINGS)
 
 @by_pointer
 class Couplings(NamedTuple):
-    """What two components do to each other on the lattice, see `minimiser.arms.PairTable`."""
+    """Energies of two components on the lattice, see `minimiser.arms.PairTable`."""
 
     magnets: Magnets
     half: Array  # half a casing's diagonal, (1,) [m]
     energy: Annotated[Array, "cells", "cells", 4, FACES, FACES]
-    """Of faces of unit charge by cell and quarter turns [J/(A·m)²]."""
-    known: Annotated[IntArray, "cells", "cells", 4]  # 1 where that is filled in
-    charge: Annotated[Array, 2, FACES]  # scratch: those of two components
-    pose: Pose  # and where they lie, (2,) each
+    """Energies of faces with unit charge, by cell and quarter turns [J/(A·m)²]."""
+    known: Annotated[IntArray, "cells", "cells", 4]  # 1 where the energy is filled in
+    charge: Annotated[Array, 2, FACES]  # scratch: charges of two components
+    pose: Pose  # scratch: their poses, (2,) each
     nodes: Nodes
 
 
 @by_pointer
 class Search(NamedTuple):
-    """All words of a chain of n components, component 1 first, and the best of them so far."""
+    """A search through all words of n components, component 1 first, and the best ones so far."""
 
     coupling: Array  # `Couplings.energy`
     charge: Annotated[Array, "n", FACES]  # of the faces [A·m]
-    unit: Annotated[Array, 1]  # of energy: so close are equal ones [J]
-    x: IntPerBody  # cells of the components that are laid, and their headings
+    unit: Annotated[Array, 1]  # energies this close count as equal [J]
+    x: IntPerBody  # cells and headings of the laid components
     y: IntPerBody
     quarter: IntPerBody
     component: IntPerBody
-    tried: IntPerBody  # letters of the joint behind each that were tried
-    energy: PerBody  # of the components up to each [J]
-    best: Annotated[Array, MOST]  # energies of the states found, the lowest first [J]
+    tried: IntPerBody  # number of letters tried at the joint behind each component
+    energy: PerBody  # energy of the components up to each [J]
+    best: Annotated[Array, MOST]  # energies of the states found, lowest first [J]
     letter: Annotated[IntArray, MOST, "n"]  # 1 L, 0 S, −1 R
-    stable: Annotated[IntArray, MOST]  # whether they are folded, and no equal poles touch
+    stable: Annotated[IntArray, MOST]  # whether a state is folded and no equal poles touch
     progress: Annotated[IntArray, 2]
 
 
 def new_couplings(magnets: Magnets, length: float, longest: int) -> Couplings:
-    """Return room for the couplings of chains of up to ``longest`` components.
+    """Allocate the couplings of chains of up to ``longest`` components.
 
-    ``length`` is that of a component from hinge to hinge [m].
+    ``length`` is a component's length from hinge to hinge [m].
     """
     sizes, half = {"cells": 4 * (longest - 1) + 1, "n": 2}, np.array([0.5 * length])
     return zeros(Couplings, sizes, magnets=magnets, half=half, nodes=new_nodes(magnets, 2))
 
 
 def new_search(couplings: Couplings, n: int) -> Search:
-    """Return room for a search of chains of n components."""
+    """Allocate a search for chains of n components."""
     return zeros(Search, {"n": n}, coupling=couplings.energy)
 
 
 @kernel
 def couple(couplings: Couplings, n: int, most: int) -> int:
-    """Fill in up to ``most`` couplings that chains of n components need; returns 1 at the end."""
+    """Fill in up to ``most`` couplings that chains of n components need; return 1 at the end."""
     reach, middle, filled = 2 * (n - 1), couplings.energy.shape[0] // 2, 0
     for x in range(-reach, reach + 1):
         rest = reach - abs(x)
         for y in range(-rest, rest + 1, 2):
             if x == 0 and y == 0:
                 continue
-            # Every turn changes the parity of the cell's x, its y and the heading together.
+            # Each turn changes the parities of the cell's x, its y and the heading together.
             for quarter in range(x % 2, 4, 2):
                 if couplings.known[x + middle, y + middle, quarter] == 0:
                     if filled == most:
@@ -109,7 +109,7 @@ def couple(couplings: Couplings, n: int, most: int) -> int:
 
 @kernel
 def put_pose(couplings: Couplings, x: int, y: int, quarter: int) -> None:
-    """Lay a second component in a cell, the first at the origin heading along +x."""
+    """Place the second component in a cell; the first one is at the origin and heads along +x."""
     pose, half = couplings.pose, couplings.half[0]
     pose.cos[0], pose.sin[0], pose.x[0], pose.y[0] = 1.0, 0.0, 0.0, 0.0
     c, s = _HEADINGS[quarter]
@@ -119,7 +119,7 @@ def put_pose(couplings: Couplings, x: int, y: int, quarter: int) -> None:
 
 @kernel
 def put_energies(couplings: Couplings, out: Array) -> None:
-    """Fill in the energies of all pairs of faces of two components as they lie (4, 4)."""
+    """Fill in the energies (4, 4) of all pairs of faces of two components in their poses."""
     charge = couplings.charge
     for a in range(FACES):
         for b in range(FACES):
@@ -131,7 +131,7 @@ def put_energies(couplings: Couplings, out: Array) -> None:
 
 @kernel
 def begin_search(settings: Settings, couplings: Couplings, search: Search) -> None:
-    """Begin to visit the words of a chain, of which no state is known."""
+    """Begin the search through a chain's words; no state is known yet."""
     largest = 0.0
     for i in range(search.x.size):
         search.component[i] = i
@@ -149,7 +149,7 @@ def begin_search(settings: Settings, couplings: Couplings, search: Search) -> No
 
 @kernel
 def visit(search: Search, most: int) -> int:
-    """Go on for up to ``most`` steps; returns 1 once all words were visited."""
+    """Continue for up to ``most`` steps; return 1 once all words have been visited."""
     table = PairTable(search.coupling, search.coupling.shape[0] // 2, search.charge, False)
     last, depth = search.x.size - 1, search.progress[DEPTH]
     for _ in range(most):
@@ -188,7 +188,7 @@ def lay(search: Search, depth: int) -> None:
 
 @kernel
 def keep(search: Search) -> None:
-    """Put the word that is laid among the best, behind those of equal energy, or leave it."""
+    """Insert the laid word among the best, after words of equal energy, or discard it."""
     last, count = search.x.size - 1, search.progress[FOUND]
     energy = search.energy[last]
     place = count
@@ -210,7 +210,7 @@ def keep(search: Search) -> None:
 
 @kernel
 def is_stable(search: Search) -> int:
-    """Whether the word that is laid is folded, and no equal poles touch."""
+    """Whether the laid word is folded and no equal poles touch."""
     table = PairTable(search.coupling, search.coupling.shape[0] // 2, search.charge, True)
     for k in range(1, search.x.size):
         if _TURNS[search.tried[k - 1] - 1] == 0:

@@ -1,8 +1,8 @@
-"""The largest of the magnets' tables, made by the kernels that make it elsewhere.
+"""The largest of the magnets' tables, computed by the same kernels as elsewhere.
 
-It is a megabyte that no compression makes smaller, and takes a page 0.2 s to make. The tables of
-joints' angles are a quarter of that, take 0.35 s, and are kept as they are. So is what takes no
-room, such as knots and matrices, as `simulation.far_table` has them; tests compare every bit.
+The table is a megabyte that compression does not reduce, and a page computes it in 0.2 s. The
+tables of joint angles are a quarter of that size and would take 0.35 s, so they are stored, as are
+small data such as the knots and matrices of `simulation.far_table`. Tests compare every bit.
 """
 
 from typing import NamedTuple
@@ -16,25 +16,25 @@ from magfold_env.simulation.far_table import fill, filter_rows
 
 @by_pointer
 class FarKit(NamedTuple):
-    """What the table of casings farther apart is made of."""
+    """The data from which the table of casings farther apart is computed."""
 
     magnets: Magnets
-    far: Array  # distances at which few nodes do [m]
-    near: Array  # and others
+    far: Array  # distances at which few nodes suffice [m]
+    near: Array  # the other distances [m]
     few: Array  # offsets and weights of the nodes of a face, (2, count)
     many: Array
-    far_values: Array  # energies there, (distances, turns, turns)
+    far_values: Array  # energies at far distances, (distances, turns, turns)
     near_values: Array
-    values: Array  # both, (radial·turns, turns)
-    turned: Array  # scratch, as long
-    band: Array  # matrix of the radial splines, used up, (radial + 2, 9)
-    right: Array  # scratch, (radial + 2, turns·turns); its first and last row are zeros
-    heading: IntArray  # which directions the table's columns are, (turns + 12,)
+    values: Array  # energies at all distances, (radial·turns, turns)
+    turned: Array  # scratch of the same size
+    band: Array  # matrix of the radial splines, overwritten, (radial + 2, 9)
+    right: Array  # scratch, (radial + 2, turns·turns); its first and last rows are zero
+    heading: IntArray  # directions of the table's columns, (turns + 12,)
 
 
 @kernel
 def make_far_table(kit: FarKit, tables: Tables) -> None:
-    """Fill in the table of casings farther apart, see `build_far_table`."""
+    """Fill in the table for casings farther apart, see `build_far_table`."""
     soft, soften = tables.far.soft, tables.far.soften
     fill(kit.magnets, kit.far, soft, soften, kit.few[0], kit.few[1], kit.far_values)
     fill(kit.magnets, kit.near, soft, soften, kit.many[0], kit.many[1], kit.near_values)
@@ -59,7 +59,7 @@ def make_far_table(kit: FarKit, tables: Tables) -> None:
 
 @kernel
 def turn(values: Array, out: Array) -> None:
-    """Exchange the last two axes of values (…·turns, turns)."""
+    """Swap the last two axes of values (…·turns, turns)."""
     turns = values.shape[1]
     for d in range(values.shape[0] // turns):
         for b in range(turns):

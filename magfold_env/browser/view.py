@@ -1,4 +1,4 @@
-"""What a page sees of a chain: how it lies, its letters, its energies and how its run ended."""
+"""A chain as a page sees it: its pose, letters and energies, and how its run ended."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -23,20 +23,20 @@ from magfold_env.fold import FoldStatus
 from magfold_env.simulation.endings import FOLDED_WITHIN
 from magfold_env.simulation.view import public_state
 
-# `View.energy`: of magnets that act, and of motion [J].
+# `View.energy`: magnetic, of active magnets only, and kinetic [J].
 MAGNETIC, KINETIC = range(2)
-# `View.feed`: the time [s], how far the feed has gone [m], its mean force since the frame before
-# [N], and when that was [s] and the impulse of the drive then [N·s].
+# `View.feed`: the time [s], the feed's travel [m], its mean force since the previous frame [N], and
+# that frame's time [s] and impulse of the drive [N·s].
 TIME, ADVANCE, PUSH, BEFORE, IMPULSE = range(5)
-# `View.number`: components out of the tube, and those that have their magnets.
+# `View.number`: numbers of components out of the tube, and of components with their magnets.
 RELEASED, LOADED = range(2)
 
 STATUSES = tuple(FoldStatus)
 _FOLDED, _MISFOLDED = STATUSES.index(FoldStatus.FOLDED), STATUSES.index(FoldStatus.MISFOLDED)
 _HELD, _UNSETTLED = STATUSES.index(FoldStatus.HELD), STATUSES.index(FoldStatus.UNSETTLED)
-BY_BREAKDOWN = -1  # what `endings.BREAKDOWNS` says of an outcome
+BY_BREAKDOWN = -1  # the status is in `endings.BREAKDOWNS`
 
-AT_MOUTH = 1e-6  # sides by which a leading hinge is outside, see `fold.loaded`
+AT_MOUTH = 1e-6  # [sides] tolerance for a leading hinge to count as outside, see `fold.loaded`
 
 
 @by_pointer
@@ -47,7 +47,7 @@ class View(NamedTuple):
     rate: PerBody  # [rad/s]
     base: Annotated[Array, 2]  # [m]
     velocity: Annotated[Array, 2]  # of the base [m/s]
-    letter: IntPerBody  # of joints, 1 L, 0 S, −1 R; the last is none
+    letter: IntPerBody  # of the joints: 1 L, 0 S, −1 R; the last is unused
     energy: Annotated[Array, 2]
     feed: Annotated[Array, 5]
     number: Annotated[IntArray, 2]
@@ -57,10 +57,10 @@ class View(NamedTuple):
 def look(
     flip: int, model: Model, state: State, work: Work, record: Record, view: View, frame: int
 ) -> None:
-    """Fill in the view of a recorded frame, or of the present if ``frame`` is negative.
+    """Fill in the view of a recorded frame, or of the present state if ``frame`` is negative.
 
-    ``flip`` is 1 if the engine counts from component n. The scratch space is not that of the run.
-    How far the feed has gone is that of the present.
+    ``flip`` is 1 if the engine counts from component n. The scratch space must not be the run's.
+    The feed's travel is always the present one.
     """
     n = model.n
     lo, q, v = state.counter[ix.N_HELD], state.q, state.v
@@ -76,7 +76,7 @@ def look(
         view.letter[k] = letter(view.heading[k + 1] - view.heading[k])
     view.energy[KINETIC] = momentum.kinetic_of(lo, model, work, q, v)
     first = tube.place_all(lo, model, q, work.pose)
-    # Of hundreds of frames as the dynamics looks it up, within the magnets' accuracy.
+    # Recorded frames, often hundreds, use the dynamics' tables, within the magnets' accuracy.
     view.energy[MAGNETIC] = (
         magnet_energy(first, model, work) if frame < 0 else potential_energy(first, model, q, work)
     )
@@ -92,7 +92,7 @@ def look(
 
 @kernel
 def letter(angle: float) -> int:
-    """Return the letter nearest to a joint's angle [rad]: thresholds at ±45°."""
+    """Return the letter nearest to a joint's angle [rad]; the thresholds are ±45°."""
     turn = 2.0 * math.pi
     angle -= turn * math.floor(angle / turn + 0.5)
     return int(angle > 0.25 * math.pi) - int(angle < -0.25 * math.pi)
@@ -100,11 +100,11 @@ def letter(angle: float) -> int:
 
 @kernel
 def loaded(model: Model, lo: int, base: float) -> int:
-    """Return how many components have their magnets, see `fold.loaded`; the base is at x [m]."""
+    """Return how many components have their magnets, see `fold.loaded`; ``base`` is its x [m]."""
     if not model.at_mouth:
         return model.n
     count = 0
-    # From the outermost that the tube holds, or from the last one, on.
+    # Start from the outermost held component, or from the last one if none is held.
     for behind in range(0 if lo > 0 else 1, model.n - lo + 1):
         count += int(base + behind * model.bodies.length[0] > AT_MOUTH * model.side)
     return count
@@ -112,7 +112,7 @@ def loaded(model: Model, lo: int, base: float) -> int:
 
 @kernel
 def ending(outcome: int, state: State, view: View) -> int:
-    """Return which of the STATUSES a run has that ended so, or BY_BREAKDOWN; see `look`."""
+    """Return the index in STATUSES for a run that ended so, or BY_BREAKDOWN; see `look`."""
     if outcome == outcomes.TIMED_OUT:
         return _UNSETTLED
     if outcome != outcomes.RESTED:

@@ -1,13 +1,13 @@
-# Numba's own modules know no types.
+# Numba's own modules have no type annotations.
 # pyright: basic
 
-"""Kernels -> one WebAssembly module that imports nothing. All that touches compilers' insides.
+"""Compile kernels to one WebAssembly module without imports; uses compilers' internals.
 
-Numba only lowers kernels (`engine.compile.numba_private`): what it writes down before it optimises
-is the same on every machine, and LLVM optimises it again for WebAssembly. Its words of eight bytes
-hold addresses of four; the rest of them is zero. What other machines have an instruction or a
-library for are the engine's own kernels here: sines, cosines, and products that are rounded only
-with a sum. Then LLD links what LLVM wrote.
+Numba only lowers kernels (`engine.compile.numba_private`): its code before optimisation is the same
+on every machine, and LLVM optimises it for WebAssembly. Words of eight bytes hold addresses of
+four; their other bytes are zero. Where other machines have an instruction or a library, the
+engine's own kernels are used here: for sines, cosines, and fused multiply-adds. Then LLD links
+LLVM's output.
 """
 
 import importlib.util
@@ -36,9 +36,9 @@ STACK = 256 * 1024  # bytes
 LINKERS = ("wasm-ld", "wasm-ld-22", "wasm-ld-21", "wasm-ld-20", "wasm-ld-19")
 NO_LINKER = f"needs a linker for WebAssembly: {pip_install('browser')}, or Debian's package lld"
 
-_KINDS = {"int64": ("i64", "i32"), "float64": ("double", "double")}  # in kernels, and outside
+_KINDS = {"int64": ("i64", "i32"), "float64": ("double", "double")}  # in kernels, and for callers
 _POINTER = ("ptr", "ptr")
-# The upper half of a product of 64 bits, for quotients by constants: in halves of 32 bits.
+# The upper 64 bits of a product, for division by constants, computed from halves of 32 bits.
 _MULTIPLY = """
 define i128 @__multi3(i128 %a, i128 %b) noinline optnone {
   %a0 = trunc i128 %a to i64
@@ -83,8 +83,8 @@ define i128 @__multi3(i128 %a, i128 %b) noinline optnone {
 
 
 Exports = Mapping[str, tuple[Any, tuple[Any, ...]]]
-"""By name, kernels that a module shows to the outside, and examples of what they take: marked
-NamedTuples and numbers. They return a number or nothing."""
+"""By name, the kernels that a module exports, and examples of their arguments: marked NamedTuples
+and numbers. The kernels return a number or nothing."""
 
 
 @jit.kernel
@@ -103,14 +103,14 @@ def cosine(x: float) -> float:
 def fused(a: float, b: float, c: float) -> float:
     """Return a·b + c, rounded once, for |a|, |b| < 2⁹⁹⁶: `elementary.fma_in_parts`, unbranched.
 
-    Its branch is taken or not as the bits fall: no processor foresees that.
+    That function's branch depends on the last bits, which no processor can predict.
     """
     high, low = elementary._product(a, b)
     rest, lower = elementary._sum(c, low)
     total, last = elementary._sum(high, rest)
     odd, error = elementary._sum(lower, last)
     bits, sign = np.float64(odd).view(np.int64), np.float64(error).view(np.int64)
-    # One up or down, towards the error, where there is one and the last bit is even.
+    # If there is an error and the last bit is even, go one up or down, towards the error.
     change = (~bits & 1) & np.int64(error != 0.0)
     bits += change - 2 * (change & ((bits ^ sign) >> 63))
     return total + np.int64(bits).view(np.float64)
@@ -130,12 +130,12 @@ _PER_LN2, _LN2, _LN2_REST = (
 )
 _P1, _P2, _P3 = 1.66666666666666019037e-01, -2.77777777770155933842e-03, 6.61375632143793436117e-05
 _P4, _P5 = -1.65339022054652515390e-06, 4.13813679705723846039e-08
-_LEAST, _MOST = -708.0, 709.0  # beyond, 0 or infinite
+_LEAST, _MOST = -708.0, 709.0  # the result is 0 or infinite beyond
 
 
 @jit.kernel
 def exponential(x: float) -> float:
-    """Exponential function, to within a unit in the last place; 0 below e⁻⁷⁰⁸."""
+    """Exponential function, to within one unit in the last place; results below e⁻⁷⁰⁸ become 0."""
     if not x > _LEAST:
         return 0.0 if x <= _LEAST else x
     if x > _MOST:
@@ -150,7 +150,7 @@ def exponential(x: float) -> float:
     return np.int64(bits).view(np.float64)
 
 
-# What stands for a library's functions, and for LLVM's intrinsics of these names.
+# Replacements for a library's functions and for LLVM's intrinsics of these names.
 _INSTEAD: dict[str, tuple[Any, int]] = {
     "sin": (sine, 1),
     "cos": (cosine, 1),
@@ -162,7 +162,7 @@ _ROOT = "llvm.sqrt.f64"
 
 
 def linker() -> list[str] | None:
-    """Return the command of a linker for WebAssembly, or None if there is none here."""
+    """Return the command of a WebAssembly linker, or None if none is installed."""
     if importlib.util.find_spec("ziglang") is not None:
         return [sys.executable, "-m", "ziglang", "wasm-ld"]
     found = next((path for name in LINKERS if (path := shutil.which(name))), None)
@@ -170,10 +170,10 @@ def linker() -> list[str] | None:
 
 
 def module(exports: Exports) -> bytes:
-    """Return a WebAssembly module of some kernels and all that they call.
+    """Return a WebAssembly module of kernels and everything that they call.
 
-    Integers that they take or return have 32 bits outside, and addresses are numbers. It shows its
-    memory, and from which address on (``__heap_base``) that is free.
+    For callers, integer arguments and results have 32 bits, and addresses are numbers. The module
+    exports its memory and the address from which the memory is free (``__heap_base``).
     """
     command = linker()
     if command is None:
@@ -192,12 +192,12 @@ def module(exports: Exports) -> bytes:
 
 
 def _program(exports: Exports) -> str:
-    """Return all code in LLVM's language, before it is optimised."""
-    parts: dict[Any, str] = {}  # in the order in which it was lowered
+    """Return all code in LLVM's language, before optimisation."""
+    parts: dict[Any, str] = {}  # in the order of lowering
 
     def lowered(kernel: Any, signature: tuple[Any, ...]) -> str:
         compiled = _lowered(kernel, signature)
-        for each in compiled.library.needed:  # again and again, once for every caller
+        for each in compiled.library.needed:  # the same code is listed for each caller
             if each not in parts:
                 parts[each] = str(each._final_module)
         return compiled.fndesc.llvm_func_name
@@ -216,7 +216,7 @@ def _program(exports: Exports) -> str:
     main = llvm.parse_assembly(_here(shown))
     for text in parts.values():
         main.link_in(llvm.parse_assembly(_here(text)))
-    # A library's root is the instruction that every processor has.
+    # Every processor has an instruction for the library's square root.
     text = str(main).replace("call double @sqrt(", f"call double @{_ROOT}(")
     if f"declare double @{_ROOT}(" not in text:
         text += f"\ndeclare double @{_ROOT}(double)\n"
@@ -233,7 +233,7 @@ def _program(exports: Exports) -> str:
 
 @cache
 def _lowered(kernel: Any, signature: tuple[Any, ...]) -> Any:
-    """Return what numba knows of a kernel that it has only written down."""
+    """Return numba's result for a kernel that it has only lowered."""
     made = cast("Any", numba.njit)(
         pipeline_class=numba_private.LoweringCompiler,
         no_cpython_wrapper=True,
@@ -247,7 +247,7 @@ def _lowered(kernel: Any, signature: tuple[Any, ...]) -> Any:
 
 
 def _here(text: str) -> str:
-    """Return code for WebAssembly instead of this machine."""
+    """Return the code changed to target WebAssembly instead of this machine."""
     lines = [line for line in text.splitlines() if not line.startswith("target ")]
     target = f'target datalayout = "{_machine().target_data}"\ntarget triple = "{TRIPLE}"'
     return "\n".join([target, *lines])
@@ -263,9 +263,9 @@ def _machine() -> Any:
 def _caller(
     name: str, inner: str, kinds: Sequence[str], result: str, linkage: str = "", how: str = ""
 ) -> str:
-    """Return a function that calls a kernel as numba does, for callers that know nothing of it.
+    """Return a function that calls a kernel by numba's convention, for callers that do not use it.
 
-    ``kinds`` and ``result`` are numba's types of what it takes and returns.
+    ``kinds`` and ``result`` are numba's types of the arguments and the result.
     """
     given, passed, lines = [], ["ptr %out", "ptr %error"], []
     for k, kind in enumerate(kinds):
@@ -295,7 +295,7 @@ def _caller(
 
 
 def _object(text: str, exports: Exports) -> bytes:
-    """Return a file of machine code that defines some functions and shows no others."""
+    """Return an object file that exports only these functions."""
     program = llvm.parse_assembly(text)
     program.verify()
     kept = {*exports, "__multi3"}

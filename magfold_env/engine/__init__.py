@@ -1,1 +1,1 @@
-"""Physics of one chain: compiled kernels that see scalars, arrays and NamedTuples of arrays."""
+"""Physics of one chain: compiled kernels on scalars, arrays and NamedTuples of arrays."""

@@ -1,6 +1,6 @@
-"""Cholesky's method for small dense matrices, by rows, which vectorises without any sum reordered.
+"""Cholesky's method for small dense matrices, by rows, vectorised without reordering sums.
 
-A = UᵀU. What is left of A after k rows is updated at once, so that no loop adds into one number.
+A = UᵀU. Each row immediately updates the rest of A, so that no loop adds into a single number.
 """
 
 import math
@@ -11,9 +11,9 @@ from magfold_env.engine.state import Array, IntArray
 
 @kernel
 def load(size: int, source: Array, taken: IntArray, diagonal: Array, matrix: Array) -> None:
-    """Copy the upper triangle of ``source``, and add ``diagonal`` to it, to be factorised.
+    """Copy the upper triangle of ``source`` plus ``diagonal`` to ``matrix``, for `factorise`.
 
-    Rows that are not ``taken`` get no positive diagonal, by which they are left out.
+    Rows that are not ``taken`` get a diagonal of 0, so that `factorise` leaves them out.
     """
     for r in range(size):
         row, copied = source[r], matrix[r]
@@ -24,7 +24,7 @@ def load(size: int, source: Array, taken: IntArray, diagonal: Array, matrix: Arr
 
 @inlined
 def finish_row(k: int, size: int, matrix: Array, inverse: Array) -> bool:
-    """Divide row k by the root of its pivot; False, and a row of zeros, if that is not positive."""
+    """Divide row k by the root of its pivot; if this is not positive, clear it and return False."""
     row, pivot = matrix[k], matrix[k, k]
     positive = pivot > 0.0
     inverse[k] = 1.0 / math.sqrt(pivot) if positive else 0.0
@@ -35,7 +35,7 @@ def finish_row(k: int, size: int, matrix: Array, inverse: Array) -> bool:
 
 @kernel
 def factorise(size: int, matrix: Array, inverse: Array) -> bool:
-    """Replace the upper triangle of the leading ``size`` rows by U; whether A is positive definite.
+    """Replace the upper triangle of the leading ``size`` rows by U; True if A is positive definite.
 
     A row whose pivot is not positive is left out, as if its unknown were zero. Reciprocals of the
     diagonal are left in ``inverse``, 0 where a row is left out.

@@ -1,8 +1,8 @@
 """Sines, directions, logarithms and roots in plain arithmetic, the same on every machine.
 
-Mathematical libraries differ in the last bits, and a fold that rattles in one bit ends elsewhere.
-Nothing here calls one; sine, cosine and logarithm have no branch either, so that loops over them
-vectorise.
+Mathematical libraries differ in the last bits, and if one bit changes, a fold may end differently.
+Nothing here calls such a library. Sine, cosine and logarithm also have no branches, so that loops
+over them vectorise.
 """
 
 import math
@@ -12,15 +12,15 @@ import numpy as np
 
 from magfold_env.engine.compile.jit import PRIVATE, inlined
 
-# Adding and taking away 1.5·2⁵² rounds a float to an integer and leaves that integer in the
-# low bits of the sum.
+# Adding and subtracting 1.5·2⁵² rounds a float to an integer; the low bits of the sum are that
+# integer.
 _ROUND = 1.5 * 2.0**52
 
 _TWO_OVER_PI = 2.0 / math.pi
 _HALF_PI = math.pi / 2.0
 _HALF_PI_REST = 6.123233995736766e-17  # π/2 = _HALF_PI + _HALF_PI_REST, to 107 bits
 
-_SPLIT = 2.0**27 + 1.0  # halves of a float's digits: their products are exact
+_SPLIT = 2.0**27 + 1.0  # splits a float's digits into halves, whose products are exact
 
 # The polynomials of fdlibm's k_sin.c and k_cos.c for |r| ≤ π/4.
 _S1 = -1.66666666666666324348e-01
@@ -39,10 +39,10 @@ _C6 = -1.13596475577881948265e-11
 
 @inlined
 def fma_in_parts(a: float, b: float, c: float) -> float:
-    """Return a·b + c, rounded once, for |a|, |b| < 2⁹⁹⁶, in operations that each round.
+    """Return a·b + c, rounded once, for |a|, |b| < 2⁹⁹⁶, by operations that each round.
 
-    The product and the sums are found with their rounding errors. What is left of them is added
-    rounded to odd, so that the last sum rounds as if it were the first [1]_.
+    The product and the sums are found together with their rounding errors. The remaining parts are
+    added with rounding to odd, so that the last sum rounds as if it were the only one [1]_.
 
     References
     ----------
@@ -62,7 +62,7 @@ def fma_in_parts(a: float, b: float, c: float) -> float:
 
 @inlined
 def _sum(a: float, b: float) -> tuple[float, float]:
-    """Return a + b, and what its rounding loses."""
+    """Return a + b and its rounding error."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
@@ -70,7 +70,7 @@ def _sum(a: float, b: float) -> tuple[float, float]:
 
 @inlined
 def _product(a: float, b: float) -> tuple[float, float]:
-    """Return a·b, and what its rounding loses."""
+    """Return a·b and its rounding error."""
     scaled_a, scaled_b = _SPLIT * a, _SPLIT * b
     a_high, b_high = scaled_a - (scaled_a - a), scaled_b - (scaled_b - b)
     a_low, b_low = a - a_high, b - b_high
@@ -80,7 +80,7 @@ def _product(a: float, b: float) -> tuple[float, float]:
     )
 
 
-# a·b + c, rounded once, wherever the kernel is inlined; in parts it takes several times as long.
+# a·b + c, rounded once wherever it is inlined; `fma_in_parts` takes several times as long.
 fma: Any = PRIVATE.fma if PRIVATE else fma_in_parts
 
 
@@ -88,15 +88,15 @@ fma: Any = PRIVATE.fma if PRIVATE else fma_in_parts
 def sincos(x: float) -> tuple[float, float]:
     """Sine and cosine of x [rad] to within 1.3e-16, for |x| ≤ 1e14.
 
-    x = k π/2 + r; the polynomials give the sine and the cosine of r, and the two low bits of k
-    say which of them is which and their signs.
+    x = k π/2 + r; the polynomials give the sine and cosine of r, and the two low bits of k decide
+    which of them is the sine of x, and the signs.
     """
     shifted = fma(x, _TWO_OVER_PI, _ROUND)
     k = shifted - _ROUND
     r = fma(-k, _HALF_PI_REST, fma(-k, _HALF_PI, x))
     z = r * r
     zz = z * z
-    # In pairs, for fewer operations wait for one another than in Horner's scheme.
+    # In pairs, because fewer operations depend on one another than in Horner's scheme.
     p = fma(zz, fma(zz, fma(z, _S6, _S5), fma(z, _S4, _S3)), fma(z, _S2, _S1))
     q = fma(zz, fma(zz, fma(z, _C6, _C5), fma(z, _C4, _C3)), fma(z, _C2, _C1))
     s = fma(r * z, p, r)
@@ -108,14 +108,14 @@ def sincos(x: float) -> tuple[float, float]:
     return np.int64(sine).view(np.float64), np.int64(cosine).view(np.float64)
 
 
-# Tangents between which a quotient is reduced by the next of three angles, and those angles'.
+# Tangents of the limits between the three reduction angles, and of the middle angle.
 _TAN_PI_16, _TAN_3_PI_16 = 0.198912367379658, 0.6681786379192989
 _TAN_PI_8 = math.sqrt(2.0) - 1.0
 
 
 @inlined
 def direction(x: float, y: float) -> float:
-    """Angle of the vector (x, y) [rad], from −π to π, to within 6e-16 of itself; 0 for no vector.
+    """Angle of the vector (x, y) [rad], −π to π, relative error below 6e-16; 0 for a zero vector.
 
     The quotient of the coordinates is reduced by 0, π/8 or π/4 to at most tan π/16, where ten terms
     of the arc tangent's series are exact to rounding.
@@ -155,10 +155,10 @@ _BIAS = 1023
 
 @inlined
 def log1p(z: float) -> float:
-    """Natural logarithm of 1 + z for z ≥ 0, to within 3e-16 of itself.
+    """Natural logarithm of 1 + z for z ≥ 0, with a relative error below 3e-16.
 
-    1 + z is divided by the nearest power of two, which leaves a factor m between 1/√2 and √2;
-    log m = 2 atanh(s), s = (m − 1)/(m + 1), is summed as a series in s².
+    1 + z is divided by the nearest power of two, which leaves a factor m between 1/√2 and √2; log m
+    = 2 atanh(s), with s = (m − 1)/(m + 1), is a series in s².
     """
     bits = np.float64(_SQRT2 * (1.0 + z)).view(np.int64) & _EXPONENT
     power = np.int64(bits).view(np.float64)
@@ -180,19 +180,19 @@ def log1p(z: float) -> float:
 
 @inlined
 def square(x: float) -> float:
-    """Return x², which a library's power may round otherwise."""
+    """Return x², which a library's power function may round differently."""
     return x * x
 
 
-# The bits of 1, less what makes a float's bits nearest to its logarithm on the whole.
+# The bits of 1, minus an offset that makes a float's bits best approximate its logarithm.
 _ONE = 4606979756816785920
 
 
 @inlined
 def inverse_root(x: float, degree: int) -> float:
-    """Return x to the power of −1/degree to within 1e-15 of itself, for normal numbers x > 0.
+    """Return x to the power −1/degree, relative error below 1e-15, for normal numbers x > 0.
 
-    Newton's method from a guess that divides the exponent, 5 % off at most. The degree is 3 or 5.
+    Newton's method starts from a guess that divides the exponent, at most 5 % off. Degrees: 3, 5.
     """
     y = np.int64(_ONE + (_ONE - np.float64(x).view(np.int64)) // degree).view(np.float64)
     share = 1.0 / degree
@@ -206,9 +206,9 @@ def inverse_root(x: float, degree: int) -> float:
 
 @inlined
 def time_across(gap: float, rate: float, acceleration: float) -> tuple[float, float]:
-    """First time t > 0 with r t + a t²/2 = g for a gap g ≥ 0, and the rate then; or ∞ and 0.
+    """First time t > 0 with r t + a t²/2 = g for a gap g ≥ 0, and the rate at t; or ∞ and 0.
 
-    In the form that does not cancel.
+    The form of the solution avoids cancellation.
     """
     root = rate * rate + 2.0 * acceleration * gap
     if rate < 0.0:

@@ -1,40 +1,40 @@
-"""Entries of the arrays that hold one number of a chain each: its counters, clocks, and rows."""
+"""Names of the entries of arrays that hold a chain's single numbers, such as its counters."""
 
-# `State.counter`. FRESH (1) has the accelerations found anew, MOREAU_LEFT counts steps still to be
-# taken by Moreau's scheme, QUICK_TOUCHES touches in a row with next to no time between. A run ends
-# when KEEP components are held; −1: when the chain rests, or at the time END. FEEDING is 1 while
-# the feed knows what is asked of it, PARKED is 1 once it stands still for good, SLIPPING −1 or 1,
-# the sign of its force, while that is all the drive can do, and 2 while the pusher's stop keeps the
-# base from being pulled inward. STIFF is 1 while steps are Chebyshev's, and negative while so many
-# others must come before. DICE is where the random numbers of bumps are, MILLISECONDS how many
-# whole ones the drive's force has been averaged over.
+# `State.counter`. FRESH 1 makes the next step recompute the accelerations. MOREAU_LEFT is the
+# number of Moreau steps still to take, QUICK_TOUCHES the number of successive touches with almost
+# no time between. A run ends when KEEP components are held; if KEEP is −1, when the chain rests or
+# at the time END. FEEDING is 1 while the drive carries out its request, PARKED is 1 once the feed
+# stands still for good. SLIPPING is the sign of the drive's force, −1 or 1, while it slips, and 2
+# while the pusher's stop keeps the base from being pulled inward. STIFF is 1 while steps are
+# Chebyshev's; −k means k explicit steps first. DICE is the state of the bumps' random numbers,
+# MILLISECONDS the number of closed milliseconds.
 N_HELD, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, MOREAU_LEFT, SECOND_STEPS = range(8)
 QUICK_TOUCHES, KEEP, FEEDING, STIFF, PARKED, SLIPPING, DICE, MILLISECONDS = range(8, 16)
 
-# `State.clock`. BRAKE is how long the next step may be before a component stops, LAST_STEP 0 if
-# there is none to compare with, MARK when the base is at the feed's next mark, see `chain.feed`,
-# END when the run ends at the latest, BUMP when the next bump comes. SECOND, and SECOND_STEPS, are
-# of when the present second began.
+# `State.clock`. BRAKE is the longest next step before a component stops; LAST_STEP is 0 without a
+# last step for comparison. MARK is the time at which the base reaches the feed's next mark, see
+# `chain.feed`; END is the run's latest end, BUMP the time of the next bump. SECOND and SECOND_STEPS
+# are the time and the steps at which the present second began.
 TIME, STEP, FRAME_TIME, BRAKE, SECOND, LAST_STEP, LAST_ERROR, MARK, END, BUMP = range(10)
 
-# `State.feed`: how deep in the tube the innermost hinge was at first and the next mark [m], which
-# WAY that is (−1, 0 or 1), the speed that is asked for [m/s], and since when the drive slips [s].
+# `State.feed`: the innermost hinge's initial depth in the tube and the next mark [m], the direction
+# WAY to it (−1, 0 or 1), the requested speed [m/s], and the time since which the drive slips [s].
 DEPTH, NEXT, WAY, ASKED, SINCE = range(5)
 
-# `State.account`: the drive's IMPULSE on the chain [N·s] and the work done by it, by bumps and by
-# loading magnets at the mouth; what IMPACTS took [J]; the PEAK of the drive's mean forces [N], and
-# its impulse BEFORE the present millisecond.
+# `State.account`: the drive's IMPULSE on the chain [N·s], the work of the drive, of bumps and of
+# loading magnets at the mouth [J], the energy lost in IMPACTS [J], the PEAK of the drive's mean
+# forces [N], and its impulse BEFORE the present millisecond [N·s].
 IMPULSE, FED, BUMPED, LOADED, IMPACTS, PEAK, BEFORE = range(7)
 
-# `Recursion.base`: the mass that goes along with the base while the drive slips, 0 while it does
-# not [kg], and its force then; what else pulls at what the tube holds [N].
+# `Recursion.base`: while the drive slips, the mass that moves with the base [kg] and the drive's
+# force, else 0; and the other forces along the tube on the held components [N].
 CARRIED, DRIVE, PULL = range(3)
 
-# `Rows.counts`: where joint stops, contacts and all rows end; contacts just let go; how many rows
-# the last accelerations were found with.
+# `Rows.counts`: where joint stops, contacts and all rows end; contacts just let go; the number of
+# rows in the last solve for accelerations.
 JOINT_STOPS, CONTACTS, ALL_ROWS, LET_GO, SOLVED = range(5)
 
-# `Model.obstacles`: centre [m], direction of the longer side, half sizes of the core along it and
-# across [m], radius of the corners [m]. A tube's two walls come first.
+# `Model.obstacles`: centre [m], direction of the longer side, half sizes of the core along and
+# across it [m], radius of the corners [m]. A tube's two walls come first.
 X, Y, C, S, A, B, RADIUS = range(7)
 WALLS = 2

@@ -1,20 +1,20 @@
-"""How a step, and an integration, can end; and the limits on work that end one."""
+"""The outcomes of a step and of an integration, and the limits on work that can end one."""
 
 from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.jit import inlined
 from magfold_env.engine.state import Model, State
 
-# One step, after which the integration goes on; other outcomes end both.
+# Outcomes of a step after which the integration continues; all others end both.
 ACCEPTED, TOUCHED, RATTLED = range(-3, 0)
 
-# An integration.
+# Outcomes of an integration.
 REACHED, RESTED, CAPPED, UNDERFLOW, NOT_FINITE, TOO_CROWDED, NO_SOLUTION, PAUSED, JAMMED = range(9)
 RAN_AWAY, LOCKED = 9, 11
 
-# A chain that had its time to settle and still moves.
+# A chain that still moves after its time to settle.
 TIMED_OUT = 10
 
-# Evaluations in a turn, times n², since forces act between pairs: 7 ms, or 50 in a browser.
+# Evaluations in a turn times n², as forces act between pairs: 7 ms, or 50 ms in a browser.
 TURN = 40_000
 
 
@@ -22,14 +22,14 @@ TURN = 40_000
 def end_of_turn(model: Model, state: State) -> int:
     """Return the count of evaluations at which a kernel returns to its caller.
 
-    It pauses so that progress can be shown, a limit kept, and a run stopped.
+    It returns so that the caller can show progress, enforce a limit, or stop the run.
     """
     return state.counter[ix.EVALUATIONS] + 1 + TURN // (model.n * model.n)
 
 
 @inlined
 def out_of_work(model: Model, state: State) -> bool:
-    """Whether the run, or its present second of simulated time, has had all the steps it may."""
+    """Whether the run, or its present second of simulated time, has used up its steps."""
     if state.clock[ix.TIME] >= state.clock[ix.SECOND] + 1.0:
         state.clock[ix.SECOND] = state.clock[ix.TIME]
         state.counter[ix.SECOND_STEPS] = state.counter[ix.STEPS]

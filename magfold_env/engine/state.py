@@ -1,7 +1,7 @@
-"""What the kernels see: NamedTuples of arrays and scalars, in SI units.
+"""The kernels' data: NamedTuples of arrays and scalars, in SI units.
 
-Inside the engine a chain is indexed from its inner end, the one that is pinned or held in the
-tube, and a straight chain points along +x. ``simulation.pack`` turns a scene into this form.
+Inside the engine a chain is indexed from its inner end, which may be pinned or held in the tube,
+and a straight chain points along +x. ``simulation.pack`` converts a scene to this form.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from magfold_env.engine.compile.jit import inlined, kernel
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-# Of how many dimensions, and how long; `engine.workspace.zeros` makes them.
+# Shapes of arrays, which `engine.workspace.zeros` allocates.
 PerBody = Annotated[Array, "n"]
 IntPerBody = Annotated[IntArray, "n"]
 Coordinates = Annotated[Array, "n + 2"]
@@ -41,7 +41,7 @@ class Bodies(NamedTuple):
 
 @by_pointer
 class Pose(NamedTuple):
-    """Where the components are: heading cosines and centres [m], each of shape (n,)."""
+    """The components' poses: cosines and sines of headings, and centres [m], each of shape (n,)."""
 
     cos: PerBody
     sin: PerBody
@@ -51,64 +51,64 @@ class Pose(NamedTuple):
 
 @by_pointer
 class Magnets(NamedTuple):
-    """Pole faces of a casing and the quadrature that replaces them.
+    """Pole faces of a casing and their quadrature.
 
     A casing has eight pole faces, numbered 0-3 (the outer ones, front-left first) and 4-7 (their
-    inner counterparts, with the opposite sign). *Ranks* are sets of nodes for whole casings, the
-    coarsest first, *levels* those for single pole faces; level 0 is the last rank. See
-    ``engine.magnets`` for how they act together, and `simulation.near_table` for the tables.
+    inner counterparts, with the opposite sign). *Ranks* are sets of nodes for whole casings,
+    coarsest first, *levels* are sets for single pole faces; level 0 is the last rank. See
+    `engine.magnets.pairs` for how they act together, and `simulation.near_table` for the tables.
     """
 
-    strips: bool  # charged rectangles standing on the plane; else point charges
-    even: bool  # all of one height
+    strips: bool  # upright charged rectangles; else point charges
+    even: bool  # all have the same height
     height2: float  # H² of the first face [m²]
-    rank_count: IntArray  # nodes a pole face at every rank, (ranks,)
-    rank_radius: Array  # distances of casings within which a rank is in full force, (ranks,) [m]
-    far_radius: float  # casings farther apart are expanded, see `magnets.multipoles` [m]
+    rank_count: IntArray  # nodes per pole face at every rank, (ranks,)
+    rank_radius: Array  # distances of casings within which a rank has full weight, (ranks,) [m]
+    far_radius: float  # casings farther apart use expansions, see `magnets.multipoles` [m]
     far_order: int
-    group_radius: float  # segments of k components farther apart than k times this are, too [m]
-    face_moment: Array  # with unit charge in the casing's frame, (4, 2, terms) [√(µ0/4π) m^k]
-    node_x: Array  # nodes in the casing's frame, (ranks, most nodes a casing) [m]
+    group_radius: float  # so do segments of k components farther apart than k times this [m]
+    face_moment: Array  # for unit charge in the casing's frame, (4, 2, terms) [√(µ0/4π) m^k]
+    node_x: Array  # nodes in the casing's frame, (ranks, most nodes per casing) [m]
     node_y: Array
     node_weight: Array  # share of the face's charge, signed for inner faces
-    nearest2: float  # squared distance of the nearest that nodes come to each other [m²]
-    depth: float  # of the outermost face: distance from the centre [m]
+    nearest2: float  # least squared distance of nodes; smaller ones are replaced by it [m²]
+    depth: float  # distance of the outermost face from the centre [m]
     face_x: Array  # centres of the pole faces in the casing's frame, (8,) [m]
     face_y: Array
-    face_tx: Array  # vectors along their widths and as long, (8,) [m]
+    face_tx: Array  # vectors along their widths, of the same length, (8,) [m]
     face_ty: Array
     face_half: Array  # half their heights, (8,) [m]
-    level_count: IntArray  # nodes a face at every level, (levels,); then those of `sheets.between`
+    level_count: IntArray  # nodes per face at every level, (levels,); then in `sheets.between`
     level_node: Array  # offsets along the width, in widths, (levels, most nodes in whole lanes)
     level_weight: Array  # shares of the charge
-    level_radius: Array  # within it, level k is in full force; (levels,) [m], [0] unused
+    level_radius: Array  # within it, level k has full weight; (levels,) [m], [0] unused
     reach: float  # centres farther apart than this have no near faces [m]
-    graded: IntArray  # 1: faces that may be so near that `magnets.sheets` is for them, (8, 8)
+    graded: IntArray  # 1: faces that may be so near that they use `magnets.sheets`, (8, 8)
     tables: Tables
 
 
 @by_pointer
 class Field(NamedTuple):
-    """An even field and a fixed magnet, whose pole faces are cut into strips of equal width."""
+    """A uniform field and a fixed magnet with pole faces divided into strips of equal width."""
 
     present: bool
-    x: float  # flux density of the even field [T]
+    x: float  # flux density of the uniform field [T]
     y: float
     strip_x: Array  # centres of the strips, (strips,) [m]
     strip_y: Array
-    strip_tx: float  # vector along a strip's width and as long [m]
+    strip_tx: float  # vector along a strip's width, of the same length [m]
     strip_ty: float
     strip_q: Array  # charges, (strips,) [A·m]
     strip_half: float  # half the magnet's height [m]
-    graded: IntArray  # 1: faces that may be so near to it, (8,)
+    graded: IntArray  # 1: faces that may be so near to the magnet, (8,)
 
 
 @by_pointer
 class Tables(NamedTuple):
     """Splines, see `simulation.near_table`: face pairs (4 i + j) of unit charge [J/(A·m)²]."""
 
-    end: float  # joint angles from −end to end are covered [rad]; 0: there are none
-    finest: float  # how near to the ends the knots of ``one`` crowd [rad]; 0: they are even
+    end: float  # joint angles from −end to end are covered [rad]; 0: no splines
+    finest: float  # finest knot distance of ``one`` near the ends [rad]; 0: even knots
     one: Array  # (knots + 4, 16)
     two: Array  # (knots + 4, (knots + 4)·16)
     far: FarTable
@@ -118,17 +118,17 @@ class Tables(NamedTuple):
 class FarTable(NamedTuple):
     """Splines for casings farther apart, see `engine.magnets.far_table`.
 
-    They are over 1/r and the directions to each other, seen from both; poles nearer than ``soft``
-    act more softly in them.
+    Their variables are 1/r and both directions from one casing to the other; poles nearer than
+    ``soft`` are softened.
     """
 
-    end: float  # centres so far apart are covered [m]; 0: there are none
+    end: float  # largest covered distance of centres [m]; 0: no table
     density: float  # knots of 1/r, from 1/end on [m]
     energy: Array  # front-left faces of unit charge [J/(A·m)²], (knots + 2, turns + 3, turns + 12):
-    # directions from the second casing a right angle apart side by side
+    # directions from the second casing that are right angles apart are side by side
     soft: float  # [m]
-    soften: Array  # energy of nearer nodes [1/m], a polynomial in the rest of ρ², (4,)
-    reach: float  # centres farther apart than this have no such nodes [m]
+    soften: Array  # energy of nearer nodes [1/m], a polynomial in ρ² − soft², (4,)
+    reach: float  # casings with centres farther apart have no such nodes [m]
 
 
 @by_pointer
@@ -140,47 +140,47 @@ class Model(NamedTuple):
     magnets: Magnets
     charge: Array  # signed charge of each outer pole face, (n, 4) [A·m]; 0 is no magnet
     magnetic: bool
-    side: float  # of the casing [m]
-    rounding: float  # radius of its corners [m]
-    stop_overshoot: float  # how far beyond its stop a joint may be tried [rad]
+    side: float  # side of the casing [m]
+    rounding: float  # radius of the casing's corners [m]
+    stop_overshoot: float  # how far beyond its stop a joint may be in a trial [rad]
     friction_limit: Array  # largest friction force µ m g of a released component, (n,) [N]
     friction_radius: float  # c of the friction ellipsoid (vx, vy, c·ω) [m]
     frictional: bool
     gravity_x: float  # in-plane [m/s²]
     gravity_y: float
     field: Field
-    contact: bool  # joint stops and squares act
+    contact: bool  # joint stops and contacts of squares act
     tube: bool
     at_mouth: bool  # components have magnets only outside the tube
     force_limit: float  # of the drive [N]
     obstacles: Annotated[Array, "obstacles", 7]  # the tube's walls first, see `engine.indices`
     pinned: bool  # the innermost hinge is fixed
-    bump_rate: float  # mean number of bumps a second [1/s]
-    bump_speed: float  # by which each changes velocities [m/s]
+    bump_rate: float  # mean number of bumps per second [1/s]
+    bump_speed: float  # change of velocity by each bump [m/s]
     bump_seed: int
-    bump_duration: float  # how long they go on [s]
+    bump_duration: float  # time after which bumps end [s]
     tolerance: float  # [rad]
-    typical_rate: float  # a typical angular rate [rad/s]: errors of rates are judged by it
-    fastest_rate: float  # that of the lightest component [rad/s]: short times are judged by it
+    typical_rate: float  # a typical angular rate [rad/s], the scale for errors of rates
+    fastest_rate: float  # the lightest component's typical rate [rad/s], the scale for short times
     max_steps: int
     max_steps_per_second: int
-    duration: float  # longest time to settle in [s], from the last release if there is a tube
+    duration: float  # longest time to settle [s], from the last release if there is a tube
 
 
 @by_pointer
 class State(NamedTuple):
-    """The moving part; every array is updated in place. See `engine.indices`."""
+    """The state of a run; every array is updated in place. See `engine.indices`."""
 
     q: Coordinates  # headings, then the base [rad, m]
-    v: Coordinates  # their rates [rad/s, m/s]
+    v: Coordinates  # rates of the coordinates [rad/s, m/s]
     lock: IntPerBody  # joint k joins components k-1 and k; -1, +1: at that stop, 0: not
     stuck: IntPerBody  # 1: held by friction
     counter: Annotated[IntArray, 16]
     clock: Annotated[Array, 10]  # [s]
-    feed: Annotated[Array, 5]  # of its base and its drive
-    account: Annotated[Array, 7]  # of its energy
+    feed: Annotated[Array, 5]  # of the base and the drive
+    account: Annotated[Array, 7]  # of impulses and energies
     waiting: Annotated[Array, "n", 4]  # charges that components get at the mouth [A·m]
-    speed: PerBody  # of the feed while each component is in the mouth [m/s]; below 0 it pulls back
+    speed: PerBody  # of the feed while each component is in the mouth [m/s]; negative: inward
 
 
 @by_pointer
@@ -192,12 +192,12 @@ class Record(NamedTuple):
     q: Annotated[Array, "capacity", "n + 2"]
     v: Annotated[Array, "capacity", "n + 2"]
     lo: Annotated[IntArray, "capacity"]
-    impulse: Annotated[Array, "capacity"]  # of the drive so far [N·s]
+    impulse: Annotated[Array, "capacity"]  # of the drive up to each frame [N·s]
 
 
 @by_pointer
 class Segments(NamedTuple):
-    """Runs of 1, 2, 4, … components and what they feel from each other.
+    """Segments of 1, 2, 4, … components, and their actions on each other.
 
     See `engine.magnets.multipole_tree`. Row i is component i, row ``start[l] + s`` segment s of
     level l.
@@ -208,42 +208,42 @@ class Segments(NamedTuple):
     x: PerRow  # centres [m]
     y: PerRow
     body: Annotated[Array, "n", 2, "terms"]  # moments in the components' own frames
-    moment: Moments  # and in the world
-    local: Moments  # derivatives of the others' potential at the centres
+    moment: Moments  # moments in the world's frame
+    local: Moments  # derivatives of the other segments' potential at the centres
     push: Annotated[Array, "rows", 2]  # forces on the centres [N]
-    stack: Annotated[IntArray, "depth", 3]  # levels and segments of pairs yet to be looked at
-    top: Annotated[IntArray, 1]  # how many those are
-    pair: Annotated[IntArray, "batch", 2]  # casings to be summed one by one
+    stack: Annotated[IntArray, "depth", 3]  # levels and segments of pairs still to be visited
+    top: Annotated[IntArray, 1]  # number of these pairs
+    pair: Annotated[IntArray, "batch", 2]  # pairs of casings to sum one by one
     scratch: Annotated[Array, 13, "terms"]  # of `engine.magnets.multipoles`
 
 
 @by_pointer
 class Stencils(NamedTuple):
-    """The splines that are not zero at pairs' poses, with the charges folded in.
+    """The nonzero splines at pairs' poses, summed with the charges.
 
-    A pair has the slot of its number, which others may share if the chain is long.
+    A pair's number gives its slot, which other pairs may share if the chain is long.
     """
 
-    pair: Annotated[IntArray, "slots"]  # the number of whose it is; 0: nobody's
+    pair: Annotated[IntArray, "slots"]  # number of the pair that owns the slot; 0: none
     cell: Annotated[IntArray, "slots"]  # of the table
     value: Annotated[
         Array, "slots", 4, 16
     ]  # by direction from the second casing; other two together [J]
-    column: Annotated[Array, 31, 8]  # of pairs that are looked up together, see `far_table`
-    here: Annotated[Array, 2, 16]  # combined at a heading, and their slopes
+    column: Annotated[Array, 31, 8]  # of pairs looked up together, see `far_table`
+    here: Annotated[Array, 2, 16]  # values combined at a direction, and their slopes
     sum: Annotated[Array, 16]
     product: Annotated[Array, 4, 16]  # of charges, by face of the first casing [A²·m²]
-    begin: Annotated[IntArray, 4]  # where these faces begin in the table
+    begin: Annotated[IntArray, 4]  # first column of each face in the table
 
 
 @by_pointer
 class Bends(NamedTuple):
-    """The splines that are not zero at joints' angles, with the charges folded in.
+    """The nonzero splines at joints' angles, summed with the charges.
 
-    Row i is of component i and the next one, or the next but one; see `engine.magnets.near_table`.
+    Row i is for components i and i + 1, or i and i + 2; see `engine.magnets.near_table`.
     """
 
-    one_cell: IntPerBody  # number of the space between knots, from 1 on; 0: none
+    one_cell: IntPerBody  # number of the interval between knots, from 1; 0: none
     one: Annotated[Array, "n", 6]  # [J]
     two_cell: IntPerBody
     two: Annotated[Array, "n", 36]
@@ -255,13 +255,13 @@ class Bends(NamedTuple):
 class Nodes(NamedTuple):
     """Scratch space of the magnets' sums and splines."""
 
-    faces: IntPerBody  # charged faces a casing
-    along: PerNode  # those of charged faces in their casing's frame [m]
+    faces: IntPerBody  # charged faces per casing
+    along: PerNode  # nodes of charged faces in their casing's frame [m]
     across: PerNode
-    x: PerNode  # and in the world
+    x: PerNode  # nodes in the world [m]
     y: PerNode
     q: PerNode  # their charges [A·m]
-    half: PerNode  # half the height of what they stand for [m]
+    half: PerNode  # half the heights of their lines [m]
     segments: Segments
     lane_x: PerLane  # sums of the vectorised loops
     lane_y: PerLane
@@ -273,21 +273,21 @@ class Nodes(NamedTuple):
 
 @by_pointer
 class Rigid(NamedTuple):
-    """What pairs do to each other while all joints between them are at their stops."""
+    """Stored interactions of pairs with all joints between them at stops."""
 
-    charge: Annotated[Array, "n", 4]  # for which the rest is valid [A·m]
-    stop: IntPerBody  # joint k is at its left (1) or right (2) stop, or at none (0)
-    reach: IntPerBody  # the last component to which each is rigidly joined
-    code: Annotated[IntArray, "n", "spans"]  # see `engine.magnets.chain`; 0: none kept
-    force: Annotated[Array, "n", "spans", 3]  # on i in its frame [N], torque about its centre
-    pose: Pose  # of the two casings for which they are being found
+    charge: Annotated[Array, "n", 4]  # for which the other fields are valid [A·m]
+    stop: IntPerBody  # joint k is at its left (1) or right (2) stop, or at neither (0)
+    reach: IntPerBody  # the last component to which each one is rigidly joined
+    code: Annotated[IntArray, "n", "spans"]  # see `engine.magnets.chain`; 0: none stored
+    force: Annotated[Array, "n", "spans", 3]  # on i in its own frame [N], torque about its centre
+    pose: Pose  # of the two casings of the pair being computed
     charges: Annotated[Array, 2, 4]
     nodes: Nodes
 
 
 @by_pointer
 class Loads(NamedTuple):
-    """What acts on the components: forces at their centres, torques about them, each (n,)."""
+    """Loads on the components: forces at their centres, torques about the centres, each (n,)."""
 
     fx: PerBody  # [N]
     fy: PerBody
@@ -296,11 +296,11 @@ class Loads(NamedTuple):
 
 @by_pointer
 class Centres(NamedTuple):
-    """How the components' centres move, each of shape (n,)."""
+    """The motion of the components' centres, each of shape (n,)."""
 
     vx: PerBody  # [m/s]
     vy: PerBody
-    ax: PerBody  # accelerations that remain when those of the coordinates are zero [m/s²]
+    ax: PerBody  # accelerations at zero accelerations of the coordinates [m/s²]
     ay: PerBody
 
 
@@ -310,9 +310,9 @@ class Recursion(NamedTuple):
 
     articulated: Annotated[Array, "n", 7]  # inertias, see `articulated.factor`
     sweep: Annotated[Array, "sweep", "n"]  # of `recursion.accelerate`
-    hold: PerBody  # torques that keep locked joints [N·m]
+    hold: PerBody  # torques that hold locked joints [N·m]
     base: Annotated[Array, 3]  # see `engine.indices`
-    unlocked: IntPerBody  # zeros: the locks of a chain whose joints all turn
+    unlocked: IntPerBody  # zeros: the locks of a chain with all joints free
     force: Coordinates  # generalised, without constraints
 
 
@@ -320,13 +320,13 @@ class Recursion(NamedTuple):
 class Stages(NamedTuple):
     """Scratch space of a Runge-Kutta step, see `engine.stepping.stages`."""
 
-    q: Coordinates  # within the step
+    q: Coordinates  # at a stage
     v: Coordinates
-    new_q: Coordinates  # at its end
+    new_q: Coordinates  # at the end of the step
     new_v: Coordinates
     slope_q: Annotated[Array, "stages", "n + 2"]
     slope_v: Annotated[Array, "stages", "n + 2"]
-    drive: Annotated[Array, "stages"]  # force with which the drive keeps its speed [N]
+    drive: Annotated[Array, "stages"]  # force by which the drive keeps its speed [N]
 
 
 @by_pointer
@@ -337,23 +337,23 @@ class Boxes(NamedTuple):
     y: PerBox
     c: PerBox  # axes
     s: PerBox
-    a: PerBox  # half sizes along them and across [m]
+    a: PerBox  # half sizes along and across the axes [m]
     b: PerBox
 
 
 @by_pointer
 class Sweep(NamedTuple):
-    """Scratch space of `engine.contact.sweep`, where a motion takes a time of 1.
+    """Scratch space of `engine.contact.sweep`; a motion takes a time of 1.
 
-    A look has a slot each: the first one, and two that take turns.
+    Slots hold samples: the first one has its own slot, the others use two alternately.
     """
 
     path: Annotated[Array, 4, "n + 2"]  # coefficients of the coordinates' changes [rad, m]
-    turn: PerBody  # bounds of headings' rates [rad]
-    twist: PerBody  # and of their accelerations
-    way: PerBody  # bounds of the centres' speeds [m]
-    bend: PerBody  # and of their accelerations
-    turns: PerBody  # sums of the bounds of joints' rates, up to each component's inner joint [rad]
+    turn: PerBody  # bounds on the headings' rates [rad]
+    twist: PerBody  # bounds on their accelerations
+    way: PerBody  # bounds on the centres' speeds [m]
+    bend: PerBody  # bounds on their accelerations
+    turns: PerBody  # sums of bounds on joint rates, up to each component's inner joint [rad]
     x: Annotated[Array, 3, "n"]  # centres of the squares [m]
     y: Annotated[Array, 3, "n"]
     c: Annotated[Array, 3, "n"]  # their first axes
@@ -362,7 +362,7 @@ class Sweep(NamedTuple):
 
 @by_pointer
 class Rows(NamedTuple):
-    """Constraints: joint stops, then contacts, then three a component that friction may hold."""
+    """Constraints: joint stops, contacts, then three rows per component that friction may hold."""
 
     counts: Annotated[IntArray, 5]  # see `engine.indices`
     id: Annotated[IntArray, "rows", 4]  # joint and sign; box, other and its corner; component
@@ -370,17 +370,17 @@ class Rows(NamedTuple):
     response: Annotated[Array, "rows", "n + 2"]  # M⁻¹Jᵀ
     delassus: Annotated[Array, "rows", "rows"]
     bias: PerRow
-    gap: PerRow  # of contacts, when the step begins [m]
+    gap: PerRow  # of contacts at the beginning of the step [m]
     multiplier: PerRow
     passive: IntPerRow
     equality: IntPerRow
     rate: PerRow  # w
     trial: PerRow
     update: PerRow
-    diagonal: PerRow  # what is added to that of the matrix
+    diagonal: PerRow  # added to the matrix's diagonal
     cholesky: Annotated[Array, "rows", "rows"]
-    inverse: PerRow  # reciprocals of its diagonal
-    hopping: IntPerBody  # joints that left their stops for next to no time
+    inverse: PerRow  # reciprocals of the factor's diagonal
+    hopping: IntPerBody  # joints that left their stops for almost no time
 
 
 @by_pointer
@@ -392,7 +392,7 @@ class Newton(NamedTuple):
     point: Coordinates  # y
     gradient: Coordinates
     step: Coordinates
-    inverse: Coordinates  # of the factorised hessian's diagonal
+    inverse: Coordinates  # reciprocals of the factorised Hessian's diagonal
     scale: PerRow
     friction_limit: PerRow  # largest friction force, in a component's first row
     offset: PerRow  # w where y is 0
@@ -405,27 +405,27 @@ class Newton(NamedTuple):
 
 @by_pointer
 class Friction(NamedTuple):
-    """Scratch space of what friction stops and holds, see `engine.friction`."""
+    """Scratch space for components that friction stops and holds, see `engine.friction`."""
 
-    motion: IntPerBody  # of a component: what becomes of it, see `engine.friction.sticking`
+    motion: IntPerBody  # a component's next motion, see `engine.friction.sticking`
     braking: PerBody  # when components may stop [s]
-    slow: IntPerBody  # 1: friction is not among the smooth forces, but solved for
+    slow: IntPerBody  # 1: friction is solved for and is not a smooth force
     before: Coordinates  # velocities before components were put to rest
-    change: Coordinates  # of accelerations, by friction that tears loose
+    change: Coordinates  # of accelerations, as friction tears loose
     newton: Newton
 
 
 @by_pointer
 class Moreau(NamedTuple):
-    """Scratch space of a step of Moreau's, see `engine.stepping.moreau`."""
+    """Scratch space of a Moreau step, see `engine.stepping.moreau`."""
 
-    smooth: Coordinates  # accelerations without constraints, when the step begins
+    smooth: Coordinates  # accelerations without constraints, at the beginning of the step
     middle_q: Coordinates
     middle_v: Coordinates
     middle_smooth: Coordinates  # accelerations without constraints, in the middle
     new_q: Coordinates
     new_v: Coordinates
-    force: Coordinates  # of all but inertia and constraints, in the middle
+    force: Coordinates  # without inertia and constraints, in the middle
 
 
 @by_pointer
@@ -448,14 +448,14 @@ class Work(NamedTuple):
 
 @inlined
 def copy(source: Array, target: Array, first: int) -> None:
-    """Copy the entries from ``first`` on: an assignment of whole arrays would allocate."""
+    """Copy the entries from ``first`` on, since assigning whole arrays would allocate."""
     for k in range(first, source.size):
         target[k] = source[k]
 
 
 @kernel
 def is_finite(values: Array) -> bool:
-    """Whether every number is."""
+    """Whether every number is finite."""
     for value in values:
         if not math.isfinite(value):
             return False

@@ -1,4 +1,4 @@
-"""Allocate what the kernels work on."""
+"""Allocate the kernels' data."""
 
 import math
 from collections.abc import Mapping
@@ -15,27 +15,27 @@ from magfold_env.engine.state import Array
 from magfold_env.engine.stepping import bumps
 from magfold_env.engine.stepping.stages import STAGES
 
-# Constraints are solved densely; longer chains must do without contact and friction.
+# Constraints use dense matrices; longer chains cannot have contact or friction.
 MOST_CONSTRAINED = 500
-# Stops between the ends of a rigid part are kept as one integer to base 3.
+# One base-3 integer stores the stops between the ends of a rigid part.
 MOST_SPANS = 39
-# Pairs of casings whose place in the table is kept; those of longer chains share.
+# Number of pairs of casings with stored table cells; pairs of longer chains share slots.
 MOST_STENCILS = 144
 
 T = TypeVar("T", bound=tuple[Any, ...])
 
 
 def zeros(kind: type[T], sizes: Mapping[str, int], **given: Any) -> T:
-    """Return a NamedTuple of arrays of zeros, of the shapes that its fields are annotated with.
+    """Return a NamedTuple of zeroed arrays with the shapes in its fields' annotations.
 
     Parameters
     ----------
     kind
-        Its class; NamedTuples within are made too.
+        Its class; inner NamedTuples are created too.
     sizes
-        How long the dimensions are that have names.
+        Sizes of the named dimensions.
     given
-        Fields that are not to be zeros.
+        Values of fields that are not zeroed.
     """
     values: list[Any] = []
     for name, field, shape in _layout(kind):
@@ -51,7 +51,7 @@ def zeros(kind: type[T], sizes: Mapping[str, int], **given: Any) -> T:
 
 @lru_cache(maxsize=64)
 def _layout(kind: type[Any]) -> list[tuple[str, Any, tuple[str | int, ...]]]:
-    """Return what fields hold: their names, the type of numbers or the class, and the shape."""
+    """Return the fields' names, their types of numbers or classes, and their shapes."""
     found: list[tuple[str, Any, tuple[str | int, ...]]] = []
     for name, hint in get_type_hints(kind, include_extras=True).items():
         shape = getattr(hint, "__metadata__", ())
@@ -63,7 +63,7 @@ def _layout(kind: type[Any]) -> list[tuple[str, Any, tuple[str | int, ...]]]:
 def new_state(model: arrays.Model, angles: Array) -> arrays.State:
     """Return a chain at rest with the given headings (n,) and its inner end at the origin.
 
-    With a tube all of it is inside, the outer tip at the mouth.
+    With a tube the whole chain is inside, with its outer tip at the mouth.
     """
     n = model.n
     state = zeros(arrays.State, {"n": n, "n + 2": n + 2})
@@ -114,7 +114,7 @@ def new_nodes(magnets: arrays.Magnets | None, n: int) -> arrays.Nodes:
     ranks = most = lanes = 1
     if magnets is not None:
         ranks, most = magnets.rank_count.size, 8 * int(magnets.rank_count.max())
-        # Sums over levels need room too.
+        # Sums over levels need space too.
         lanes = max(most, magnets.level_node.shape[1])
     levels = 1 + (n - 1).bit_length() if n >= multipole_tree.LONG else 1
     rows = [-(-n // 2**level) for level in range(levels)]
@@ -135,19 +135,19 @@ def new_nodes(magnets: arrays.Magnets | None, n: int) -> arrays.Nodes:
 
 
 def new_rigid(magnets: arrays.Magnets | None, n: int) -> arrays.Rigid:
-    """Room for the forces of pairs that are joined rigidly; nothing is known yet."""
+    """Scratch space for the forces of rigidly joined pairs, with nothing stored yet."""
     sizes = {"n": n, "spans": max(min(n - 1, MOST_SPANS), 1)}
     pose = zeros(arrays.Pose, {"n": 2})
     return zeros(arrays.Rigid, sizes, pose=pose, nodes=new_nodes(magnets, 2))
 
 
-# What kernels never look at in chains without magnets, and without contact and friction.
+# Placeholders for chains without magnets, or without contact and friction.
 NO_NODES = new_nodes(None, 1)
 NO_RIGID = new_rigid(None, 1)
 NO_NEWTON = zeros(arrays.Newton, {"n + 2": 3, "rows": 1})
 
 
 def new_record(model: arrays.Model, interval: float, capacity: int) -> arrays.Record:
-    """Room for ``capacity`` frames, one every ``interval`` seconds; 0 records nothing."""
+    """Allocate ``capacity`` frames, one every ``interval`` seconds; 0 records nothing."""
     sizes = {"n + 2": model.n + 2, "capacity": capacity}
     return zeros(arrays.Record, sizes, interval=interval)

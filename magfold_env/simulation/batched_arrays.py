@@ -1,4 +1,4 @@
-"""Many copies of a NamedTuple, side by side in memory, each accessed by kernels by one pointer."""
+"""Many copies of a NamedTuple, side by side in memory; kernels access each by one pointer."""
 
 from collections.abc import Collection, Sequence
 from operator import attrgetter
@@ -13,8 +13,8 @@ from magfold_env.engine.state import Array, IntArray
 T = TypeVar("T", bound=tuple[Any, ...])
 
 WORD = 8  # bytes
-LINE = 8  # words of a cache line: arrays begin with one
-_PLACES: dict[tuple[type, str], int] = {}  # of numbers among the words
+LINE = 8  # words in a cache line; arrays begin at one
+_PLACES: dict[tuple[type, str], int] = {}  # places of numbers among the words
 
 
 class BatchedArrays(Generic[T]):
@@ -28,8 +28,8 @@ class BatchedArrays(Generic[T]):
     count
         Number of copies.
     own
-        Arrays that each copy owns, such as ``bodies.mass``; all by default. The other arrays are
-        those of the original.
+        Arrays that each copy owns, such as ``bodies.mass``; all by default. Copies share the
+        original's other arrays.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class BatchedArrays(Generic[T]):
         """Return a number of all copies, (count,), settable between two calls of kernels."""
         if POINTERS:
             original = self._originals[0]
-            if (type(original), name) not in _PLACES:  # which take long to find
+            if (type(original), name) not in _PLACES:  # finding them is slow
                 _PLACES[type(original), name] = pointer_types.place_of(original, name)
             return self._words[:, _PLACES[type(original), name]].view(np.float64)
         return self.references.number(name)
@@ -114,7 +114,7 @@ class BatchedArrays(Generic[T]):
 
 
 class Rows:
-    """The copies as tuples, for kernels that take no addresses."""
+    """The copies as tuples, for kernels that do not take addresses."""
 
     def __init__(self, batched: BatchedArrays[Any], count: int) -> None:
         self._batched = batched

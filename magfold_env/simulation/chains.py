@@ -1,4 +1,4 @@
-"""Chains side by side, run by compiled calls on several threads; a session has one row."""
+"""Chains side by side, run by compiled calls on several threads; a session is one row."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -23,9 +23,9 @@ from magfold_env.simulation.work_queue import WorkQueue
 
 OWN = ("charge", "friction_limit", "bodies.mass", "bodies.inertia", "obstacles")
 """Parts of a model that may differ between chains, besides the numbers that `Chains` names."""
-AT_ONCE = 64  # chains that one compiled call runs, each for at most 50 ms
+AT_ONCE = 64  # chains per compiled call, each run for at most 50 ms
 _FIRST = np.zeros(1, dtype=np.int64)
-_CODES: dict[str, Any] = {}  # where those of `runs.run` and `runs.energy` lie, once compiled
+_CODES: dict[str, Any] = {}  # addresses of `runs.run` and `runs.energy`, once compiled
 
 
 class Chains:
@@ -64,7 +64,7 @@ class Chains:
         self._references: tuple[Any, Any, Any] = references
         self._frame_rate = frame_rate if count == 1 else None
         self.state = self._states.row(0)
-        """That of the first chain."""
+        """State of the first chain."""
         self.frames = Frames(models[0], self.state, self._frame_rate)
         """Record of a single chain."""
         self.paper_step: float | None = None

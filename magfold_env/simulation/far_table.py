@@ -25,17 +25,17 @@ from magfold_env.simulation.quadrature import graded_rule, width_rule
 # Distances of centres, in sides of a casing: touching squares are a side or more apart. Knots at
 # smaller distances keep the effect of the end of the splines away from there.
 NEAREST, FARTHEST = 0.856, 18.9
-RADIAL = 41  # knots
-TURNS = 48  # and in a whole turn
-SOFT = 0.26  # sides within which nodes are softened
-POLE = math.sqrt(3.0) - 2.0  # of the filter that undoes the sampling of cubic splines
-NEAR_NODES, FAR_NODES = 10, 5  # of a face
-NEAR = 2.2  # sides from which on few nodes do
+RADIAL = 41  # number of radial knots
+TURNS = 48  # number of knots in a full turn
+SOFT = 0.26  # [sides] softening radius
+POLE = math.sqrt(3.0) - 2.0  # pole of the filter that undoes the sampling of cubic splines
+NEAR_NODES, FAR_NODES = 10, 5  # nodes per face
+NEAR = 2.2  # [sides] distance from which few nodes suffice
 PROBES = 100
 
 
 def build_far_table(magnets: Magnets, side: float) -> tuple[FarTable, float]:
-    """Compute the splines for casings of four equal magnets and a side [m].
+    """Compute the splines for casings with four equal magnets and a given side [m].
 
     Also returns their error, as a share of the force between two flush faces.
     """
@@ -61,10 +61,10 @@ def _width(magnets: Magnets) -> float:
 
 @kernel
 def softening(soft: float, height2: float, out: Array) -> None:
-    """Fill the energy of lines of unit charge about a distance, as a polynomial in ρ² (4,)."""
+    """Fill in the polynomial (4,) in ρ² for the energy of lines of unit charge about a distance."""
     s, far = soft * soft, math.sqrt(soft * soft + height2)
     force, out[0] = node_law(True, True, height2, 0.0, s)
-    # The force divided by the distance is twice the energy's slope by ρ²; its derivatives by ρ²,
+    # The force divided by the distance is twice the energy's slope in ρ²; its derivatives in ρ²,
     # times the height squared:
     slope = 0.5 / (far * s) - far / (s * s) + 0.5 / (s * soft)
     curve = 2.0 * far / (s * s * s) - 1.0 / (far * s * s) - 0.25 / (far * far * far * s)
@@ -84,7 +84,7 @@ def fill(
     for d in range(distances.size):
         for b in range(turns):
             for e in range(turns):
-                # Copies: as seen from the other casing, of the mirror image, and of both.
+                # Copies for the view from the other casing, the mirror image, and both.
                 here, b2, e2 = b * turns + e, (turns // 4 - b) % turns, (turns // 4 - e) % turns
                 first = min(here, e * turns + b, b2 * turns + e2, e2 * turns + b2)
                 if first < here:
@@ -101,7 +101,7 @@ def face_energy(
     magnets: Magnets, distance: float, toward: float, turn: float, soft: float, soften: Array,
     offset: Array, weight: Array,
 ) -> float:  # fmt: skip
-    """Energy of the front-left faces of two casings, of unit charge [J/(A·m)²].
+    """Energy of two casings' front-left faces of unit charge [J/(A·m)²].
 
     The second is in the direction ``toward`` and turned by ``turn`` [rad], as seen from the first.
     """
@@ -192,7 +192,7 @@ def _error(table: FarTable, magnets: Magnets, side: float) -> float:
     rng = np.random.default_rng(0)
     distances = side * rng.uniform(1.0, math.sqrt(2.0), PROBES)
     toward, turn = rng.uniform(-math.pi, math.pi, (2, PROBES))
-    # All pairs of faces are those of casings turned by right angles.
+    # Casings turned by right angles give all pairs of faces.
     quarters = 0.5 * math.pi * np.array(list(product(range(4), range(4))))
     places = np.stack(
         np.broadcast_arrays(

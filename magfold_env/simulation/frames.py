@@ -20,8 +20,8 @@ from magfold_env.simulation.pack import pack
 from magfold_env.simulation.view import Orientation
 
 ROOM = 4096  # frames kept before they are moved out of the kernels' record
-FASTEST = 1e6  # frames a second [1/s]
-APART = 1e-9  # [s] frames that are nearer to each other are of one moment
+FASTEST = 1e6  # frames per second [1/s]
+APART = 1e-9  # [s] nearer frames count as the same moment
 
 
 class Frames:

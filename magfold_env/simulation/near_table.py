@@ -1,8 +1,8 @@
 """Build the splines of ``engine.magnets.near_table``, once per geometry.
 
-The energy of neighbours depends on the angle of one joint, and that of components two places apart
-on two angles. Both are bilinear in the charges of the faces. The sixteen energies of pairs of faces
-of unit charge are therefore summed over nodes at many angles, as exactly as possible, and
+The energy of neighbours depends on one joint angle, and the energy of components two places apart
+depends on two. Both are bilinear in the charges of the faces. The sixteen energies of pairs of
+faces of unit charge are therefore summed over nodes at many angles, as exactly as possible, and
 interpolated by splines.
 """
 
@@ -74,7 +74,7 @@ def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
 
 @kernel
 def angles_at(shares: Array, end: float, finest: float, spaces: int, out: Array) -> None:
-    """Fill in the joint angles below which given shares of all knots are, and knots per radian.
+    """Fill in the joint angles below which given shares of all knots lie, and knots per radian.
 
     ``out`` has shape (2, shares). `knots_at` gives the places of knots, and bisection
     inverts it.
@@ -103,8 +103,7 @@ def joint_angles(shares: Array, spaces: int, graded: bool) -> tuple[Array, Array
 def sites(spaces: int) -> Array:
     """Return the interpolation angles of the splines, as shares of the end.
 
-    These are the knots and, near the ends, middles between them; their number is that of the
-    splines.
+    These are the knots and, near the ends, middles between them; there are as many as splines.
     """
     return np.sort(np.concatenate([np.linspace(-1.0, 1.0, spaces + 1), _middles(spaces, 2)]))
 

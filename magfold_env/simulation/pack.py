@@ -50,9 +50,9 @@ from magfold_env.simulation.quadrature import (
 
 # Share of the accuracy that the error of splines may use.
 TABLE_SHARE = 0.05
-FAR_ACCURACY = 1e-3  # the finest that the table of casings farther apart serves
-FAR_SHARE = 0.7  # of it, that the table's estimated error may take up
-PAST_STOP = 0.2  # of the angle that flush magnets would have to turn on by to meet
+FAR_ACCURACY = 1e-3  # the finest accuracy for which the far table is used
+FAR_SHARE = 0.7  # of the accuracy: the far table's largest estimated error
+PAST_STOP = 0.2  # of the further turn at which flush magnets would meet
 
 # [m²] Nodes of touching faces are no closer than this: sums that round differently must cancel.
 TOUCHING2 = 1e-12
@@ -64,13 +64,13 @@ _NONE = np.zeros(0)
 NO_FIELD = Field(False, 0.0, 0.0, _NONE, _NONE, 0.0, 0.0, _NONE, 0.0, np.zeros(8, dtype=np.int64))
 NO_FAR_TABLE = FarTable(0.0, 0.0, np.zeros((0, 0, 0)), 0.0, np.zeros(4), 0.0)
 NO_TABLES = Tables(0.0, 0.0, np.zeros((0, 16)), np.zeros((0, 16)), NO_FAR_TABLE)
-TURNED = [2, 3, 0, 1]  # faces of a casing that is turned by half a turn
-# The faces look along the diagonals.
+TURNED = [2, 3, 0, 1]  # faces of a casing turned by 180°
+# The faces point along the diagonals.
 FACE_X, FACE_Y = math.sqrt(0.5) * np.array([[1.0, -1.0, -1.0, 1.0], [1.0, 1.0, -1.0, -1.0]])
 
 
 def reversed_inside(scene: Scene) -> bool:
-    """Whether the engine indexes this scene's chain from component n.
+    """Whether the engine indexes a scene's chain from component n.
 
     The engine counts from the held end. In forward feed, component n is held.
     """
@@ -105,9 +105,9 @@ class Values(NamedTuple):
     mass: Array  # (m, n) [kg]
     inertia: Array  # (m, n) [kg m²]
     friction: Array  # coefficients, (m, n)
-    charge: Array  # the largest that a pole face may have, (m,) [A·m]
+    charge: Array  # largest possible charge of a pole face, (m,) [A·m]
     normal: Array  # gravity normal to the plane, (m,) [m/s²]
-    pull: Array  # and in it, (m, 2)
+    pull: Array  # gravity in the plane, (m, 2) [m/s²]
 
 
 class Numbers(NamedTuple):
@@ -216,7 +216,7 @@ def charges(scene: Scene) -> Array:
     """Signed charge of each outer pole face in the engine's order, shape (n, 4) [A·m]."""
     charge = scene.charges
     if reversed_inside(scene):
-        # Seen from the other end of the chain, a casing is turned by half a turn.
+        # Seen from the other end of the chain, a casing is turned by 180°.
         charge = charge[::-1, TURNED]
     return np.ascontiguousarray(charge)
 
@@ -278,7 +278,7 @@ def _far_table_of(side: float, sizes: MagnetSizes) -> tuple[FarTable, float]:
 def quadrature_of(
     casing: Casing, magnets: MagnetsPart, rule: Rule, turned: bool = False
 ) -> Magnets:
-    """Return the nodes of a casing's eight pole faces, optionally ``turned`` by half a turn."""
+    """Return the nodes of a casing's eight pole faces, optionally ``turned`` by 180°."""
     return _build(rule, magnets.model == "strips", casing.side, MagnetSizes.of(magnets, turned))
 
 
@@ -292,7 +292,7 @@ class MagnetSizes(NamedTuple):
 
     @classmethod
     def of(cls, magnets: MagnetsPart, turned: bool) -> MagnetSizes:
-        """Return the sizes of a scene's magnets, optionally for a casing turned by half a turn."""
+        """Return the sizes of a scene's magnets, optionally for a casing turned by 180°."""
         lengths = (magnets.lengths[name] for name in get_args(Length))
         return cls(*((each[2:] + each[:2] if turned else each) for each in lengths))
 

@@ -16,9 +16,9 @@ nodes  1 mm     3.5 mm   5 mm     7 mm     8.5 mm   12 mm
 16     2e-5     2e-6     1e-7     4e-14    -        -
 =====  =======  =======  =======  =======  =======  =======
 
-A bound on a component's total force needs more nodes than that of a pair, because errors of pairs
-add up. The same tests check the bounds on random pairs, including sliding ones, and on folded
-chains.
+A bound on a component's total force needs more nodes than a bound on a pair's force, because errors
+of pairs add up. The same tests check the bounds on random pairs, including sliding ones, and on
+folded chains.
 """
 
 from __future__ import annotations
@@ -34,21 +34,21 @@ from magfold_env.scene import Magnets
 
 
 class Rule(NamedTuple):
-    """Nodes a pole face by distance: of casings at every *rank*, of single faces at every *level*.
+    """Nodes per pole face by distance: of casings at each *rank*, of single faces at each *level*.
 
-    Level 0 is the last rank. Ranks depend on the room between casings, which is the distance of
-    their centres less twice the depth of the outer faces; levels depend on the distance of the
-    faces' centres. Both are in widths of the widest pole face.
+    Level 0 is the last rank. Ranks depend on the room between casings, the distance between their
+    centres less twice the depth of the outer faces; levels depend on the distance between the
+    faces' centres. Both distances are in widths of the widest pole face.
     """
 
-    ranks: tuple[int, ...]  # nodes a face, from far to near
-    rooms: tuple[float, ...]  # room within which all but the first rank act
+    ranks: tuple[int, ...]  # nodes per face, from far to near
+    rooms: tuple[float, ...]  # rooms within which the ranks after the first act
     levels: tuple[int, ...]  # nodes of near faces
-    radii: tuple[float, ...]  # distances within which these act
-    graded: int = 0  # nodes of faces that may touch, see `graded_rule`; 0: they are as all others
+    radii: tuple[float, ...]  # distances within which the levels act
+    graded: int = 0  # nodes of faces that may touch, see `graded_rule`; 0: as for other faces
     far: float = math.inf  # distance of casings beyond which they are expanded, in their diagonals
-    order: int = 1  # of that expansion; a field needs dipoles
-    groups: float = math.inf  # and that of segments of the chain, over the number of components
+    order: int = 1  # order of that expansion; a field needs dipoles
+    groups: float = math.inf  # the same for segments of the chain, per component
 
 
 # The paper's faces rest at 1, 3.5 and 6 mm from each other. Where the bound allows, the radii keep
@@ -67,7 +67,7 @@ TABLE = {
     1e-6: Rule((2, 3, 5, 8), (5.5, 2.3, 1.2), (20, 24), (7.0 / 6.0, 4.2 / 6.0), 40, 2.55, 7, 8.05),
     0.0: Rule((12,), (), (24, 32), (7.0 / 6.0, 4.2 / 6.0), 64),
 }
-# Of the energy sums that splines interpolate: their errors are 1e-8, below those of the splines.
+# The rule for energy sums that splines interpolate, with errors of 1e-8, below the splines' errors.
 TABLE_RULE = Rule((8,), (), (16, 32), (1.5, 1.0), 64)
 # Touching faces of the magnets in the table are a sixth of their width apart.
 TABLE_GAP = 1.0 / 6.0

@@ -27,10 +27,10 @@ from magfold_env.simulation.pack import inner_offsets, pack, reversed_inside
 
 Progress = Callable[[float, int], object]
 
-ARRIVED = 1e-9  # diagonals that a feed may be from where it is to go
+ARRIVED = 1e-9  # [diagonals] tolerance for a feed's destination
 
 _ROW = np.zeros(1, dtype=np.int64)
-_SPARES = 8  # for chains of one kind; a fold takes less time than making room for it
+_SPARES = 8  # for chains of one kind; a fold takes less time than allocating its memory
 
 
 @lru_cache(maxsize=16)
@@ -65,7 +65,7 @@ class Account(NamedTuple):
     impacts: float
     """Energy lost in impacts [J]."""
     push_peak: float
-    """See `Fold.push_peak` [N]."""
+    """Peak of the drive's force [N], see `Fold.push_peak`."""
 
 
 class Session:
@@ -105,7 +105,7 @@ class Session:
         spare = _spare_of(model)
         try:
             chains = spare.pop()
-        except IndexError:  # or another thread took it
+        except IndexError:  # or another thread has taken it
             chains = Chains([model], 1)
         weakref.finalize(self, spare.append, chains).atexit = False
         if scene.mount == "tube":
@@ -199,7 +199,7 @@ class Session:
     def potential(self) -> float:
         """Energy whose exact gradient gives the simulated magnet forces [J].
 
-        It equals `energy` within the accuracy of the magnets; `energy` uses sums, the dynamics
+        It equals `energy` within the accuracy of the magnets; `energy` uses sums; the dynamics uses
         tables.
         """
         return float(feed.potential_of(self._model, self._state, self._work))

@@ -1,4 +1,4 @@
-"""From a scene to a fold, one or many on all cores, and the magnet forces."""
+"""Simulate one fold, or many on all cores, and compute magnet forces."""
 
 import os
 import threading

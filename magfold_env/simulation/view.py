@@ -141,7 +141,7 @@ def advances(length: Array, counters: IntArray, q: Array, depth: Array, out: Arr
             x -= length[i] * math.cos(q[k, i])
         if held == 0:
             x = length.sum()
-        out[k] = x if x > 0.0 else 0.0  # nor where numbers broke down
+        out[k] = x if x > 0.0 else 0.0  # 0 also if x is not a number
 
 
 @dataclass(frozen=True)

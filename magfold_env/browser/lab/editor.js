@@ -1,11 +1,11 @@
-// The poles of a chain as buttons: four a component, as they lie when it heads to the right.
+// A chain's poles as buttons, four per component, arranged as when it heads to the right.
 
 const FACE_NAMES = ["front left", "back left", "back right", "front right"];
-const GRID = [1, 0, 2, 3]; // faces, row by row as they are seen
+const GRID = [1, 0, 2, 3]; // faces in the order shown, row by row
 const POLE_NAMES = { N: "north", S: "south", "-": "no magnet" };
 
 class Editor {
-  /** `changed` is called with a sequence whenever a face gets another of the `poles`. */
+  /** `changed` is called with the sequence when the user gives a face another of the `poles`. */
   constructor(parent, changed, poles = "NS-") {
     Object.assign(this, { parent, changed, poles, sequence: [], first: 0 });
     parent.addEventListener("click", ({ target }) => {
@@ -15,7 +15,7 @@ class Editor {
     parent.addEventListener("keydown", (event) => this.#key(event));
   }
 
-  /** Show some components, of which the first one is number `first`, counted from 0. */
+  /** Show some components; `first` is the index of the first one, counted from 0. */
   show(sequence, first = 0) {
     const same = sequence.length === this.sequence.length && first === this.first;
     Object.assign(this, { sequence: [...sequence], first });
@@ -29,7 +29,7 @@ class Editor {
     }
   }
 
-  /** Give a face another pole, by default the next one. */
+  /** Give a face another pole, by default the next in order. */
   turn(component, face, pole = this.#after(this.sequence[component][face])) {
     if (!this.poles.includes(pole)) return;
     const faces = [...this.sequence[component]];

@@ -1,8 +1,8 @@
-// The word that is wanted, as outlines of casings.
+// The target word, drawn as outlines of casings.
 
 const TURNS = { L: Math.PI / 2, S: 0, R: -Math.PI / 2 };
 
-/** Draw a word where the chain would lie at the end if it folded so; other lengths have no outline. */
+/** Draw the word as an outline where the folded chain would lie; only if the lengths agree. */
 function drawGhost(parent, motion, word) {
   if (word.length !== motion.count - 1) return;
   const end = motion.at(motion.end), middle = Math.floor(motion.count / 2);
@@ -13,7 +13,7 @@ function drawGhost(parent, motion, word) {
   for (const [k, [x, y]] of centres.entries()) outline(parent, motion, x + dx, y + dy, turned[k]);
 }
 
-/** Draw a word as large as its picture allows, the components numbered. */
+/** Draw a word as large as its picture allows, with numbered components. */
 function drawTarget(picture, motion, word) {
   picture.replaceChildren();
   const angles = headingsOf(word), centres = motion.centres(angles, [0, 0]), { diagonal } = motion;

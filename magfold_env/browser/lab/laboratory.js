@@ -1,8 +1,8 @@
-// The laboratory: a scene that is set by hand, the engine that folds it, and the film of the fold.
+// The laboratory: a scene that the user edits, the engine that folds it, and the fold's replay.
 
 const FRAME_RATE = 240; // [1/s] of simulated time
-const ADDRESS_RATE = 4; // [1/s] at most; browsers throttle those who write it often, or throw
-const SLOWED = 0.1; // seconds of simulated time in one, while it is fed by hand
+const ADDRESS_RATE = 4; // [1/s] at most; browsers throttle frequent changes of address, or throw
+const SLOWED = 0.1; // simulated seconds per second while the user feeds the chain by hand
 const USUAL = {
   sequence: ["SNNS", "NNSN", "SSSN", "NNNS", "SSSS", "NNSN"],
   mount: "tube",
@@ -15,7 +15,7 @@ const SAME_START = { keepStart: true };
 const WALL = { position: [0.06, 0.02], size: [0.03, 0.003], heading: 0 };
 
 class Laboratory {
-  /** `told` is what the build wrote of games and networks. */
+  /** `told` is what the build wrote about games and networks. */
   constructor(engine, told) {
     this.engine = engine;
     this.player = new Player();
@@ -30,7 +30,7 @@ class Laboratory {
 
   // --- the scene ---
 
-  /** Take a scene from a link; the usual one if there is none, or if it is not allowed. */
+  /** Load the scene from a link, or the default scene if there is none or it is invalid. */
   read(link) {
     clearTimeout(this.writing);
     this.writing = undefined;
@@ -49,7 +49,7 @@ class Laboratory {
     this.fold();
   }
 
-  /** Change entries of the scene, and fold it anew from a start of its own; see `fold`. */
+  /** Change entries of the scene, and fold it again from a new start; see `fold`. */
   change(entries, { keepStart = false } = {}) {
     const { start_angles: _a, start_offsets: _o, ...kept } = this.scene;
     const before = this.scene;
@@ -82,13 +82,13 @@ class Laboratory {
     this.#run(() => this.player.play());
   }
 
-  /** Let the chain come to its end, and then do something; a long fold lets the page do other work. */
+  /** Run to the end, then do something; during a long fold the page can do other work. */
   async #run(then) {
     const { chain } = this;
     let shown = false;
     byId("status").textContent = "folding";
     byId("status").dataset.status = "";
-    await nextFrame(); // what was clicked shows at once
+    await nextFrame(); // so that the page shows the click immediately
     if (this.chain !== chain || this.play.name) return;
     for (const _ of chain.running()) {
       if (!shown) this.#showMotion();
@@ -103,7 +103,7 @@ class Laboratory {
     then();
   }
 
-  /** Begin a run with a start that is kept, so that the same scene folds the same way. */
+  /** Begin a run from a stored start, so that the same scene always folds the same way. */
   #begin(frameRate) {
     this.feeding = undefined;
     const next = this.engine.chain(this.scene, { frameRate });
@@ -186,7 +186,7 @@ class Laboratory {
     this.#run(() => this.player.seek(this.player.motion.end));
   }
 
-  // --- what is shown of the scene ---
+  // --- display of the scene ---
 
   #showSettings() {
     const { sequence, mount, feed, friction, magnets, obstacles } = this.scene;
@@ -240,7 +240,7 @@ class Laboratory {
     byId("problem").hidden = text === "";
   }
 
-  // --- what is pressed ---
+  // --- controls ---
 
   #listen() {
     const on = (id, kind, act) => byId(id).addEventListener(kind, act);
@@ -280,10 +280,10 @@ class Laboratory {
     this.#listenToDrawing();
   }
 
-  /** Show how the fold ended, and all of it. */
+  /** Show how the fold ended, and its whole motion. */
   #prepareSheet() {
     const { player } = this;
-    if (!this.play.name && this.chain.status === null) this.#showMotion(); // as far as it has come
+    if (!this.play.name && this.chain.status === null) this.#showMotion(); // the motion so far
     player.pause();
     player.seek(player.motion.end);
     player.camera.fit();
@@ -294,7 +294,7 @@ class Laboratory {
     this.change({ feed: { ...this.scene.feed, ...entries } }, "speed" in entries ? SAME_START : {});
   }
 
-  /** Want a word: show its outline, and whether the chain folded so. */
+  /** Set the target word: show its outline, and whether the chain folded into it. */
   want(word) {
     byId("wanted").value = this.wanted = word.toUpperCase().replace(/[^LRS]/g, "");
     this.#writeAddress();
@@ -325,7 +325,7 @@ class Laboratory {
     });
   }
 
-  /** Turn the pole of a magnet that is clicked, unless the view was dragged. */
+  /** Change the pole of a clicked magnet, unless the user dragged the view. */
   #listenToDrawing() {
     const drawing = byId("drawing");
     let pressed;
@@ -337,7 +337,7 @@ class Laboratory {
     });
   }
 
-  /** Have the address hold the scene, after a while in which more may change. */
+  /** Write the scene to the address, after a delay that gathers further changes. */
   #writeAddress(after = 1000 / ADDRESS_RATE) {
     const write = () => {
       this.writing = undefined;
@@ -357,7 +357,7 @@ class Laboratory {
   }
 }
 
-/** Return a scene with all that can be set here spelled out; raises a SceneError. */
+/** Return a scene with every entry that the page can set; throws a SceneError. */
 function editable(scene, layout) {
   const told = readScene(scene, layout);
   const one = (key, values) => {
@@ -373,10 +373,10 @@ function editable(scene, layout) {
   };
 }
 
-/** Wait while the page does what else there is to do. */
+/** Wait while the page does other work. */
 const otherWork = () => new Promise((goOn) => { setTimeout(goOn); });
 
-/** Wait until the page has drawn a frame; a page that is hidden draws none. */
+/** Wait until the page has drawn a frame; a hidden page draws none. */
 const nextFrame = () => new Promise((goOn) => {
   requestAnimationFrame(() => setTimeout(goOn));
   setTimeout(goOn, 50);
@@ -384,7 +384,7 @@ const nextFrame = () => new Promise((goOn) => {
 
 const randomFaces = () => Array.from({ length: 4 }, () => "NS"[Math.floor(2 * Math.random())]).join("");
 
-/** Return the wall that a row of fields tells of. */
+/** Return the wall that a row of input fields describes. */
 function wallOf(row) {
   const of = (name) => row.querySelector(`[data-name="${name}"]`).valueAsNumber;
   return {
@@ -394,13 +394,13 @@ function wallOf(row) {
   };
 }
 
-/** Return the rectangle [mm], y down, in which a chain that leaves its tube stays for the most. */
+/** Return the rectangle [mm], y down, in which a chain that leaves its tube mostly stays. */
 function roomOf({ diagonal, count }) {
   const length = diagonal * (0.6 * count + 1);
   return { x: -1.5 * diagonal, y: -length / 2, w: length + 1.5 * diagonal, h: length };
 }
 
-/** Return the bytes of a long text in base64; letter by letter, which takes a tenth of the time. */
+/** Decode a long base64 text; a loop over the letters takes a tenth of the time. */
 function bytesOf(text) {
   const letters = atob(text), bytes = new Uint8Array(letters.length);
   for (let k = 0; k < bytes.length; k++) bytes[k] = letters.charCodeAt(k);

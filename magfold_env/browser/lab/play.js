@@ -1,20 +1,20 @@
-// Environments to be played by hand, on the same draw as a policy that comes along.
+// Environments to play by hand; a policy can play the same draw for comparison.
 
-const PLAYED_AT = 0.1; // seconds of simulated time in one, while a chain is fed by hand
+const PLAYED_AT = 0.1; // simulated seconds per second while the user feeds the chain by hand
 const TASKS = {
   tube_feed: (game) => `Choose the poles and the speed of each component as it leaves the tube, so that the chain folds into ${game.target}.`,
   unknown_floor: (game) => `Push and pull the chain, so that it folds into ${game.target}. Friction, magnets and drive are not what they seem; what has folded wrong can be drawn in again.`,
 };
 
 class Play {
-  /** `told` is what the build wrote of games and networks; `player` shows their films. */
+  /** `told` is what the build wrote about games and networks; `player` shows the replays. */
   constructor(engine, player, { games, networks }) {
     Object.assign(this, { engine, player, games, networks, name: "" });
     this.faces = new Editor(byId("next"), ([faces]) => this.#choose(faces), "NS");
     this.#listen();
   }
 
-  /** Play an environment from now on, by its name; none if that is empty. */
+  /** Select the environment to play by its name; an empty name selects none. */
   open(name) {
     this.game?.chain.free();
     Object.assign(this, { name, game: null, rows: {}, running: false });
@@ -22,7 +22,7 @@ class Play {
     if (name) this.begin();
   }
 
-  /** Begin an episode, on a draw of its own unless one is given. */
+  /** Begin an episode, with a new draw unless one is given. */
   begin(draw) {
     this.game ??= new GAMES[this.name](this.engine, this.games[this.name]);
     const { game } = this;
@@ -41,7 +41,7 @@ class Play {
     this.player.camera.look(roomOf(this.player.motion));
   }
 
-  // --- what is done ---
+  // --- actions ---
 
   #choose(faces) {
     this.chosen = faces;
@@ -50,7 +50,7 @@ class Play {
     this.#tell();
   }
 
-  /** Feed the next component out, as it was chosen. */
+  /** Feed the next component out with the chosen magnets and speed. */
   feedNext() {
     const { game } = this, from = game.chain.time;
     if (game.done) return;
@@ -74,7 +74,7 @@ class Play {
     requestAnimationFrame(() => this.#step());
   }
 
-  /** Play the episode of the same draw by the policy. */
+  /** Let the policy play an episode with the same draw. */
   async watch() {
     const { name, engine, draw } = this;
     const game = new GAMES[name](engine, this.games[name]), network = new Network(this.networks[name]);
@@ -133,7 +133,7 @@ class Play {
     for (const { chain } of this.player.chains) chain.draw(state);
   }
 
-  // --- what is shown ---
+  // --- display ---
 
   #film(from, game = this.game) {
     const motion = new Motion(game.chain.frames());
@@ -154,14 +154,14 @@ class Play {
     this.#tell();
   }
 
-  /** Tell what the draw was, once it may be known. */
+  /** Return a text that reveals the draw after the episode. */
   #hidden({ chain: { told }, factors }) {
     const strengths = told.remanence.flat(), range = (values, digits) =>
       [Math.min(...values), Math.max(...values)].map((each) => each.toFixed(digits)).join(" to ");
     return `hidden were friction ${told.friction[0].toFixed(2)}, magnets of ${range(strengths, 2)} T, and a drive that makes ${range(factors, 2)} of the speed asked`;
   }
 
-  /** Say how the episode stands. */
+  /** Show the state of the episode. */
   #tell() {
     const { game } = this, floor = this.name === "unknown_floor";
     byId("choice").hidden = floor || game.done;

@@ -1,13 +1,13 @@
 // A scene as a link, and as the file that Python and the command line read.
 
-/** Return what stands behind the # of a link that holds a scene and the word that is wanted. */
+/** Return the part after the # of a link that contains a scene and the target word. */
 function toLink(scene, wanted) {
   const bytes = new TextEncoder().encode(JSON.stringify({ scene, wanted }));
   const text = btoa(String.fromCharCode(...bytes));
   return text.replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "");
 }
 
-/** Return { scene, wanted } of what stands behind the # of a link; raises a SceneError. */
+/** Return { scene, wanted } from the part of a link after its #; throws a SceneError. */
 function fromLink(text) {
   const refuse = (allowed) => new SceneError([{ key: "link", value: text, allowed }]);
   let told;
@@ -35,7 +35,7 @@ function flow(value) {
   if (typeof value === "object") {
     return `{${Object.entries(value).map(([key, each]) => `${key}: ${flow(each)}`).join(", ")}}`;
   }
-  // YAML takes 1e-7 for a word.
+  // YAML reads 1e-7 as a string.
   if (typeof value === "number") return String(value).replace(/^(-?\d+)e/, "$1.0e");
   return JSON.stringify(value);
 }

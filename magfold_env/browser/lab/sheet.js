@@ -1,6 +1,6 @@
-// The assembly sheet: what is printed of the page, on A4 with what a workshop needs.
+// The assembly sheet: the page's A4 print version, with what a workshop needs.
 
-/** Show what to build: the chain laid straight, what it is made of, and its scene. */
+/** Show what to build: the straight chain, its parts and its scene. */
 function showSheet(motion, scene, { magnets, casing }) {
   const picture = byId("straight"), { diagonal, count } = motion;
   picture.replaceChildren();

@@ -1,17 +1,17 @@
-// Words by their magnetic energy, beside the fold: which of them it ended in, and which is wanted.
+// A list of words by magnetic energy that marks the word of the fold and the target word.
 
-const AT_ONCE = 6; // milliseconds of a search between two looks at what else there is to do
+const AT_ONCE = 6; // milliseconds of a search before the page can do other work
 
 class States {
-  /** `want` is called with a word that is chosen. */
+  /** `want` is called with the word that the user chooses. */
   constructor(parent, want) {
     Object.assign(this, { parent, want, of: null, found: [] });
   }
 
   /**
-   * Rank the words of a chain, unless they are those of the last one, and mark some.
+   * Rank a chain's words, unless they are already shown, and mark some of them.
    *
-   * `scene` is the chain's; `isCurrent` says whether it is still asked for.
+   * `scene` is the chain's scene; `isCurrent` returns whether this ranking is still needed.
    */
   async rank(chain, scene, isCurrent) {
     const of = JSON.stringify([scene.sequence, scene.magnets]);
@@ -33,7 +33,7 @@ class States {
     this.#build();
   }
 
-  /** Tell which word the chain folded into, and which is wanted. */
+  /** Mark the word into which the chain folded, and the target word. */
   mark(word, wanted) {
     Object.assign(this, { word, wanted });
     for (const row of this.parent.rows) {

@@ -1,1 +1,1 @@
-"""The articulated chain: recursion, many chains side by side, feed and momentum."""
+"""The articulated chain: recursions for one chain and for many, feed, and momentum."""

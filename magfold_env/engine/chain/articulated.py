@@ -1,12 +1,11 @@
-"""Dynamics of a planar chain in O(n): kinematics, generalised forces, and the mass matrix solved.
+"""Dynamics of a planar chain in O(n): kinematics, generalised forces, accelerations.
 
 The specification is equation 39 of the paper, (Γ + Rᵀ E R) ω̇ = Q with absolute headings as
-coordinates. It is solved by a planar articulated-body recursion: seen from its inner hinge, the
-part of the chain beyond it answers a hinge acceleration ``a`` with the force ``P a + p`` (``P``
-symmetric 2×2), so one sweep from tip to root and one back suffice. All arrays are indexed from
-the inner end; ``lo`` is the first component that moves freely. Coordinates, velocities and
-generalised forces are packed as (n + 2,): the headings, then the inner hinge of component ``lo``,
-the *base*.
+coordinates. A planar articulated-body recursion solves it: the part of the chain beyond a hinge
+responds to a hinge acceleration ``a`` with the force ``P a + p`` (``P`` symmetric 2×2), so one
+sweep from tip to root and one back suffice. All arrays are indexed from the inner end; ``lo`` is
+the first component that moves freely. Coordinates, velocities and generalised forces are packed as
+(n + 2,): the headings, then the inner hinge of component ``lo``, the *base*.
 """
 
 import math
@@ -15,7 +14,7 @@ from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import sincos
 from magfold_env.engine.state import Array, Bodies, Centres, IntArray, Loads, Pose, Recursion
 
-FREE, DRIVEN = 0.0, math.inf  # masses of the base, see `solve`
+FREE, DRIVEN = 0.0, math.inf  # values of ``base``, see `solve`
 
 
 @kernel
@@ -35,7 +34,7 @@ def place(lo: int, bodies: Bodies, q: Array, pose: Pose) -> None:
 
 @kernel
 def centre_velocities(lo: int, bodies: Bodies, pose: Pose, v: Array, vx: Array, vy: Array) -> None:
-    """Velocities of the centres [m/s] for the velocities ``v`` (n + 2,)."""
+    """Fill velocities of the centres [m/s] for the velocities ``v`` (n + 2,)."""
     n = bodies.mass.size
     x, y = v[n], v[n + 1]
     for i in range(lo, n):
@@ -48,7 +47,7 @@ def centre_velocities(lo: int, bodies: Bodies, pose: Pose, v: Array, vx: Array, 
 
 @kernel
 def centripetal(lo: int, bodies: Bodies, pose: Pose, v: Array, ax: Array, ay: Array) -> None:
-    """Accelerations of the centres [m/s²] that remain when ω̇ and the base's are zero."""
+    """Fill the centres' accelerations [m/s²] at zero ω̇ and zero acceleration of the base."""
     x, y = 0.0, 0.0
     for i in range(lo, bodies.mass.size):
         w2 = v[i] * v[i]
@@ -60,14 +59,14 @@ def centripetal(lo: int, bodies: Bodies, pose: Pose, v: Array, ax: Array, ay: Ar
 
 @inlined
 def centre_motion(lo: int, bodies: Bodies, pose: Pose, v: Array, centres: Centres) -> None:
-    """Velocities of the centres, and accelerations that remain when those of ``v`` are zero."""
+    """Fill the centres' velocities, and accelerations that remain when ``v`` is constant."""
     centre_velocities(lo, bodies, pose, v, centres.vx, centres.vy)
     centripetal(lo, bodies, pose, v, centres.ax, centres.ay)
 
 
 @kernel
 def generalise(lo: int, bodies: Bodies, pose: Pose, loads: Loads, out: Array) -> None:
-    """Generalised forces (n + 2,) of forces at the centres [N] and torques about them [N·m]."""
+    """Fill generalised forces (n + 2,) for forces at centres [N] and torques about them [N·m]."""
     n, fx, fy = bodies.mass.size, loads.fx, loads.fy
     sx, sy = 0.0, 0.0
     for i in range(n - 1, lo - 1, -1):
@@ -85,11 +84,11 @@ def generalise(lo: int, bodies: Bodies, pose: Pose, loads: Loads, out: Array) ->
 
 @kernel
 def factor(lo: int, bodies: Bodies, pose: Pose, lock: IntArray, chain: Recursion) -> None:
-    """Sweep from tip to root; ``chain.articulated`` keeps 1/D, h (2), D and P (xx, xy, yy).
+    """Sweep from tip to root; store 1/D, h (2), D and P (xx, xy, yy) in ``chain.articulated``.
 
-    Row i holds them as seen from the inner hinge of component i. A component whose ``lock`` is
-    not 0 turns with the one before it, or not at all if it is the first: it is not eliminated
-    but carried along, so that locked components move as one rigid body.
+    Row i holds the values at the inner hinge of component i. A component whose ``lock`` is not 0
+    turns with the component before it, or not at all if it is the first. It is not eliminated but
+    carried along, so that locked components move as one rigid body.
     """
     art = chain.articulated
     pxx, pxy, pyy = 0.0, 0.0, 0.0
@@ -131,10 +130,10 @@ def solve(
 ) -> None:  # fmt: skip
     """Solve M(φ) a = Q for generalised forces ``force`` (n + 2,); ``out`` may be ``force``.
 
-    ``base`` is the mass [kg] that goes along with the base, which is then kept from moving across
-    the tube: FREE lets it move as it will, DRIVEN has it follow its own law, so that it does not
-    accelerate here. The same solve turns impulses into changes of velocity. ``chain.hold`` gets the
-    torques that keep locked components, on the outer side of their inner hinges; 0 for the others.
+    ``base`` is the mass [kg] that moves with the base, which then moves only along the tube. FREE
+    means a free base without such a mass; DRIVEN means a prescribed motion, so the base does not
+    accelerate here. The same solve turns impulses into velocity changes. ``chain.hold`` gets the
+    torques that hold locked components, on the outer side of their inner hinges; 0 for others.
     """
     n, art, hold = bodies.mass.size, chain.articulated, chain.hold
     px, py, carried = 0.0, 0.0, 0.0
@@ -151,7 +150,7 @@ def solve(
             carried = k
     ax, ay = 0.0, 0.0
     if base == FREE:
-        # Nothing but the base's own force acts on the innermost hinge: P a + p = force.
+        # Only the base's generalised force acts on the innermost hinge: P a + p = force.
         bx = force[n] - px
         by = force[n + 1] - py
         det = art[lo, 4] * art[lo, 6] - art[lo, 5] * art[lo, 5]

@@ -1,12 +1,12 @@
-"""The feed: the drive that moves the base, and what happens where the base comes to.
+"""The feed: the drive that moves the base, and the events at positions that the base reaches.
 
 A held component is released when its inner hinge passes the mouth on the way out. A feed that
-turns back draws free components in: each is held again where its inner hinge is a whole number of
-diagonals inside, if it lies straight enough; else it stays free, between the walls. Once all are
-out there is nothing left that could draw them in.
+reverses draws free components in. A component that lies straight enough is held again when its
+inner hinge is a whole number of diagonals inside; others stay free, between the walls. Once all
+components are out, the feed cannot draw them in.
 
-The drive keeps the speed asked for while that takes no more than it can give; else it slips: it
-gives what it can, and the base moves by itself.
+The drive keeps the requested speed if its force suffices. Otherwise it slips: it exerts its
+greatest force, and the base moves according to all forces.
 """
 
 import math
@@ -20,23 +20,23 @@ from magfold_env.engine.elementary import sincos, time_across
 from magfold_env.engine.magnets.chain import potential_energy
 from magfold_env.engine.state import Array, Model, State, Work
 
-STRAIGHT = 0.2  # [rad] of the heading of a component that may be held again
-NOWHERE = 1e-9  # of the side: a feed that has gone no farther is where it was at first
-ASKED_WITHIN = 1e-9  # [m/s] and share of a speed: differences that are none
-STALLED = 2  # slips, and the pusher's stop keeps the base where it is
-BORNE_WITHIN = 1e-6  # share of the force limit below which a drive moves the base off the stop
+STRAIGHT = 0.2  # [rad] largest heading at which a component may be held again
+NOWHERE = 1e-9  # [sides] a feed that has moved no farther is at its start
+ASKED_WITHIN = 1e-9  # [m/s], and share of a speed: smaller differences do not count
+STALLED = 2  # the drive slips, and the pusher's stop holds the base in place
+BORNE_WITHIN = 1e-6  # relative margin below the force limit at which a drive leaves the stop
 MARK_WITHIN = 1e-10  # [m]
-SOONEST = 1e-8  # [s] in which a drive that slips is not looked at again
+SOONEST = 1e-8  # [s] a slipping drive is not checked again sooner
 
 
 @kernel
 def begin(model: Model, state: State, work: Work) -> None:
-    """Have the drive do what is asked of it, and find the base's next mark."""
+    """Apply the requested speed to the drive, and find the base's next mark."""
     n, lo = model.n, state.counter[ix.N_HELD]
     speed = float(state.speed[lo - 1])
     stopped = speed <= 0.0 and is_at_stop(model, state)
     if stopped:
-        speed = 0.0  # no drive moves the stop
+        speed = 0.0  # the stop cannot move
     if stopped or lo == n:
         state.counter[ix.SLIPPING] = 0
     state.feed[ix.ASKED] = speed
@@ -46,13 +46,13 @@ def begin(model: Model, state: State, work: Work) -> None:
         state.feed[ix.SINCE] = state.clock[ix.TIME]
     if slips(state) and jump != 0.0:
         state.counter[ix.SLIPPING] = 1 if jump > 0.0 else -1
-    # What was found of the last step's end may no longer hold.
+    # Values from the end of the last step may no longer hold.
     state.counter[ix.FRESH] = 1
     carry(model, state, work)
     if state.counter[ix.SLIPPING] == 0:
         change_speed(model, state, work, speed)
     if state.clock[ix.TIME] == 0.0:
-        # A run begins with the chain as fast as it is fed.
+        # A run begins with the chain at the feed's speed, so this impulse does not count.
         state.account[ix.BEFORE] = state.account[ix.IMPULSE]
     load(model, state, work)
     aim(model, state)
@@ -65,7 +65,7 @@ def begin(model: Model, state: State, work: Work) -> None:
 
 @kernel
 def inside_force(model: Model, state: State, work: Work, until: float) -> float:
-    """Mean force that a chain that is all inside takes [N]: gravity and an outer field pull."""
+    """Mean force for moving a chain that is all inside [N], against gravity and an outer field."""
     force = -whole_mass(model) * model.gravity_x
     x = state.q[model.n]
     way = state.v[model.n] * (until - state.clock[ix.TIME])
@@ -79,32 +79,32 @@ def inside_force(model: Model, state: State, work: Work, until: float) -> float:
 
 @inlined
 def is_too_much(model: Model, state: State, impulse: float) -> bool:
-    """Whether the drive gives way to an impulse [N·s]; with nothing outside yet it never does."""
+    """Whether the drive gives way to an impulse [N·s]; never while the whole chain is inside."""
     most = ledger.most_force(model, state) * ledger.MEAN_OVER
     return state.counter[ix.N_HELD] < model.n and abs(impulse) > most
 
 
 @inlined
 def drives(model: Model, state: State) -> bool:
-    """Whether the drive moves a chain that is partly outside, or its stop keeps it."""
+    """Whether the drive or its stop sets the base's speed while the chain is partly outside."""
     return is_partly_out(model, state) and not slips(state)
 
 
 @inlined
 def slips(state: State) -> bool:
-    """Whether the drive slips and the base moves by itself, not kept by the pusher's stop."""
+    """Whether the drive slips and the pusher's stop does not hold the base."""
     return abs(state.counter[ix.SLIPPING]) == 1
 
 
 @inlined
 def is_at_stop(model: Model, state: State) -> bool:
-    """Whether the pusher is at its stop, beyond which it does not go back."""
+    """Whether the pusher is at its stop, behind which it cannot go."""
     return advance(model, state) <= NOWHERE * model.side
 
 
 @inlined
 def borne(model: Model, state: State, force: float) -> float:
-    """Of the force that keeps the base's speed, what the drive bears [N]: its stop may help it."""
+    """Return the drive's part of the force that keeps the base's speed [N]; its stop may help."""
     most = ledger.most_force(model, state)
     helped = force > most and state.v[model.n] == 0.0 and is_at_stop(model, state)
     return most if helped else force
@@ -112,7 +112,7 @@ def borne(model: Model, state: State, force: float) -> float:
 
 @inlined
 def note_step(state: State, work: Work, impulse: float, way: float) -> None:
-    """Book an impulse of the drive [N·s] while the base went so far [m]."""
+    """Record an impulse of the drive [N·s] over a displacement ``way`` of the base [m]."""
     state.account[ix.IMPULSE] += impulse
     if slips(state):
         state.account[ix.FED] += work.chain.base[ix.DRIVE] * way
@@ -122,7 +122,7 @@ def note_step(state: State, work: Work, impulse: float, way: float) -> None:
 
 @kernel
 def carry(model: Model, state: State, work: Work) -> None:
-    """Let the components that the tube holds go along with the base while the drive slips."""
+    """Set the mass of the held components, which moves with the base while the drive slips."""
     carried, force = 0.0, 0.0
     if slips(state):
         force = state.counter[ix.SLIPPING] * ledger.most_force(model, state)
@@ -134,7 +134,7 @@ def carry(model: Model, state: State, work: Work) -> None:
 
 @kernel
 def slip(model: Model, state: State, work: Work, force: float) -> None:
-    """Let the drive slip, which a force of this sign would have kept from it."""
+    """Make the drive slip; ``force`` has the sign of the force that would have kept its speed."""
     if state.counter[ix.SLIPPING] == 0:
         state.feed[ix.SINCE] = state.clock[ix.TIME]
     state.counter[ix.SLIPPING] = 1 if force > 0.0 else -1
@@ -147,8 +147,8 @@ def slip(model: Model, state: State, work: Work, force: float) -> None:
 def needed_force(lo: int, model: Model, work: Work, acceleration: Array) -> float:
     """Force along the tube with which the drive keeps its speed [N].
 
-    By Newton's law for the chain outside: its mass times its acceleration, less what else acts on
-    it and on what the tube holds. Needs the forces that went with the accelerations.
+    By Newton's law for the chain outside: its mass times its acceleration, less the other forces on
+    it and on the components in the tube. Needs the forces that belong to the accelerations.
     """
     n, rows = model.n, work.rows
     force = momentum_along(lo, model, work, acceleration)
@@ -159,9 +159,9 @@ def needed_force(lo: int, model: Model, work: Work, acceleration: Array) -> floa
 
 @kernel
 def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew: bool) -> bool:
-    """Whether the drive goes on as it does, slipping or not; else it is to begin anew.
+    """Whether the drive continues in its state, slipping or not; if not, it has to restart.
 
-    The accelerations may be ``anew``, else the last step's end was this one's beginning.
+    ``anew`` means that the accelerations were recomputed and are not from the last step's end.
     """
     lo, n, slipping = state.counter[ix.N_HELD], model.n, state.counter[ix.SLIPPING]
     if state.counter[ix.FEEDING] == 0:
@@ -186,19 +186,19 @@ def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew:
         return False
     behind = slipping * (state.feed[ix.ASKED] - state.v[n])
     caught_up = behind <= ASKED_WITHIN * (1.0 + abs(state.feed[ix.ASKED]))
-    # One that has just begun to slip takes a step, whatever rounding says.
+    # A drive that has just begun to slip takes one step, regardless of rounding.
     began_before = state.clock[ix.TIME] > state.feed[ix.SINCE]
     if caught_up and began_before and slipping * acceleration[n] >= 0.0:
         state.counter[ix.SLIPPING] = 0
         return False
-    # It may turn round on its way.
+    # The base may reverse on its way to the mark.
     aim(model, state)
     return True
 
 
 @kernel
 def time_to_change(model: Model, state: State, acceleration: Array) -> float:
-    """Time until a drive that slips comes to its next mark, or to the speed asked for [s]."""
+    """Time until a slipping drive reaches its next mark or the requested speed [s]."""
     v, a, soonest = state.v[model.n], acceleration[model.n], math.inf
     behind = state.feed[ix.ASKED] - v
     if behind * a > 0.0:
@@ -222,12 +222,12 @@ def is_at_mark(state: State) -> bool:
 
 @kernel
 def aim(model: Model, state: State) -> None:
-    """Note where something next happens to the base [m], and which way that is.
+    """Set the base's next mark, the x [m] of the next event, and the direction to it.
 
-    On its way out it comes to where the outermost held component is released. On its way in it
-    comes to whole diagonals inside the mouth, where components may be held again, and to where the
-    feed has gone back all its way. Magnets that act outside only are lost and won at whole
-    diagonals, the mouth itself included.
+    On the way out, the mark is where the outermost held component is released. On the way in, marks
+    are whole diagonals inside the mouth, where components may be held again, and the position at
+    which the feed started. Magnets that act only outside are added and removed at whole diagonals,
+    including the mouth itself.
     """
     i = state.counter[ix.N_HELD] - 1
     x, v, diagonal = float(state.q[model.n]), state.v[model.n], float(model.bodies.length[i])
@@ -250,11 +250,11 @@ def aim(model: Model, state: State) -> None:
 
 @kernel
 def pass_mark(model: Model, state: State, work: Work) -> None:
-    """Do what happens where the base is now: at the feed's next mark."""
+    """Handle the event at the mark that the base has reached."""
     n, mark = model.n, float(state.feed[ix.NEXT])
     inward = state.feed[ix.WAY] < 0.0
     if abs(state.q[n] - mark) <= MARK_WITHIN:
-        state.q[n] = mark  # but for rounding it is there; a drive that slips may have come farther
+        state.q[n] = mark  # removes rounding; a slipping drive may be farther
     if not inward and mark > 0.0:
         release(model, state)
         if state.counter[ix.N_HELD] == 0:
@@ -270,7 +270,7 @@ def pass_mark(model: Model, state: State, work: Work) -> None:
 
 @kernel
 def stop(model: Model, state: State, work: Work) -> None:
-    """Let the pusher's stop keep the base, on its way inward, where it is."""
+    """Let the pusher's stop halt the base's inward motion."""
     stalled = slips(state) and state.feed[ix.ASKED] > 0.0
     state.counter[ix.SLIPPING] = STALLED if stalled else 0
     change_speed(model, state, work, 0.0)
@@ -278,7 +278,7 @@ def stop(model: Model, state: State, work: Work) -> None:
 
 @inlined
 def lies_in_tube(model: Model, state: State) -> bool:
-    """Whether the innermost free component lies in the tube as it may be held."""
+    """Whether the innermost free component lies in the tube so that it may be held."""
     if not is_partly_out(model, state):
         return False
     i = state.counter[ix.N_HELD]
@@ -288,10 +288,10 @@ def lies_in_tube(model: Model, state: State) -> bool:
 
 @kernel
 def load(model: Model, state: State, work: Work) -> None:
-    """Give components that come to be outside their magnets, if they have them only there.
+    """Add the magnets of components that are now outside, if magnets act only there.
 
-    And take them from those that come to be inside. A component is inside while the base is so
-    deep that its leading hinge would be if all behind it were in line.
+    Remove the magnets of components that are now inside. A component counts as inside if its
+    leading hinge would be, with the components between it and the base in line.
     """
     if not model.at_mouth:
         return
@@ -313,17 +313,17 @@ def load(model: Model, state: State, work: Work) -> None:
 
 @kernel
 def potential_of(model: Model, state: State, work: Work) -> float:
-    """Energy whose gradient the magnets' forces are [J]."""
+    """Energy whose gradient gives the magnets' forces [J]."""
     first = place_all(state.counter[ix.N_HELD], model, state.q, work.pose)
     return potential_energy(first, model, state.q, work)
 
 
 @kernel
 def release(model: Model, state: State) -> None:
-    """Release the outermost held component; no velocity jumps.
+    """Release the outermost held component; velocities do not jump.
 
-    The base moves to its inner hinge, which is now at the mouth or, if the drive slips, a little
-    beyond.
+    The base becomes that component's inner hinge, which is at the mouth or, if the drive slips,
+    slightly beyond it.
     """
     move_base(model, state, state.counter[ix.N_HELD] - 1, -1.0)
     state.counter[ix.N_HELD] -= 1
@@ -331,9 +331,9 @@ def release(model: Model, state: State) -> None:
 
 @kernel
 def hold(model: Model, state: State, work: Work) -> None:
-    """Hold the innermost free component again, as it lies: an inelastic impact.
+    """Hold the innermost free component again at its present heading: an inelastic impact.
 
-    It turns no more, and the base moves to its outer hinge.
+    The component stops turning, and the base becomes its outer hinge.
     """
     n, i = model.n, state.counter[ix.N_HELD]
     rate = float(state.v[i])
@@ -349,9 +349,9 @@ def hold(model: Model, state: State, work: Work) -> None:
 
 @kernel
 def move_base(model: Model, state: State, i: int, way: float) -> tuple[float, float]:
-    """Move the base to the other hinge of component i, outward or inward (1, −1); returns its span.
+    """Move the base to component i's other hinge, outward or inward (1, −1); return its span.
 
-    The component is then held, or just released: it does not turn.
+    The component is held or has just been released, so it does not turn.
     """
     s, c = sincos(float(state.q[i]))
     x, y = model.bodies.length[i] * c, model.bodies.length[i] * s
@@ -368,7 +368,7 @@ def move_base(model: Model, state: State, i: int, way: float) -> tuple[float, fl
 def change_speed(model: Model, state: State, work: Work, speed: float) -> None:
     """Give the base another feed speed [m/s]; the chain outside feels an impulse.
 
-    Constraints that it violates are met by the impact at the beginning of the next step.
+    If this violates constraints, the impact at the beginning of the next step restores them.
     """
     lo, before = state.counter[ix.N_HELD], float(state.v[model.n])
     if speed == before:

@@ -1,6 +1,6 @@
-"""Momenta and kinetic energy of a chain, and what changes its velocities at once.
+"""Momenta and kinetic energy of a chain, and instantaneous changes of its velocities.
 
-Only forces from outside change the momenta of a free chain.
+Only external forces change the momenta of a free chain.
 """
 
 from magfold_env.engine import indices as ix
@@ -13,7 +13,7 @@ from magfold_env.engine.state import Array, Model, State, Work
 
 @kernel
 def kinetic_of(lo: int, model: Model, work: Work, q: Array, v: Array) -> float:
-    """Kinetic energy of a chain in such a state [J]; finds the pose."""
+    """Kinetic energy of a chain with coordinates ``q`` and velocities ``v`` [J]; finds the pose."""
     place_all(lo, model, q, work.pose)
     energy = energy_outside(lo, model, work, v)
     for i in range(lo):
@@ -23,7 +23,7 @@ def kinetic_of(lo: int, model: Model, work: Work, q: Array, v: Array) -> float:
 
 @kernel
 def energy_outside(lo: int, model: Model, work: Work, v: Array) -> float:
-    """Kinetic energy of the free components [J]; needs the pose, and the loads for scratch."""
+    """Kinetic energy of the free components [J]; needs the pose, and uses the loads as scratch."""
     bodies, vx, vy, energy = model.bodies, work.loads.fx, work.loads.fy, 0.0
     articulated.centre_velocities(lo, bodies, work.pose, v, vx, vy)
     for i in range(lo, model.n):
@@ -58,10 +58,10 @@ def kinetic(lo: int, model: Model, state: State, work: Work) -> tuple[float, flo
 def spread(
     lo: int, model: Model, state: State, work: Work, x: float, y: float, base: float
 ) -> None:
-    """Let the chain take up what changes each free component's velocity by so much [m/s].
+    """Apply to the chain a change (x, y) of each free component's velocity [m/s].
 
-    Its velocity becomes the nearest one that its hinges let it have, in the metric of the mass
-    matrix. ``base`` is the mass of the base, see `articulated.solve`. Needs the pose.
+    The chain gets the nearest velocity that its hinges allow, in the metric of the mass matrix.
+    ``base`` is the base's mass, see `articulated.solve`. Needs the pose.
     """
     bodies, pose, chain, force = model.bodies, work.pose, work.chain, work.chain.force
     for i in range(lo, model.n):
@@ -77,10 +77,10 @@ def spread(
 
 @kernel
 def outer_force(lo: int, model: Model, work: Work) -> tuple[float, float, float]:
-    """Friction and gravity on the whole chain, after `smooth_accelerations`.
+    """Friction and gravity on the whole chain, for use after `smooth_accelerations`.
 
-    Returns their sum [N] and their torque about the centre of mass [N·m]; what the magnets do to
-    each other cancels in both. Leaves the forces themselves, without inertia, in the loads.
+    Returns their sum [N] and their torque about the centre of mass [N·m]; the magnets' mutual
+    forces cancel in both. Leaves the forces, without inertia, in the loads.
     """
     x, y, twist = 0.0, 0.0, 0.0
     centre_x, centre_y, _ = centre_of_mass(lo, model, work)
@@ -109,7 +109,7 @@ def centre_of_mass(lo: int, model: Model, work: Work) -> tuple[float, float, flo
 
 @kernel
 def held_or_walled(model: Model, work: Work) -> bool:
-    """Whether something else from outside acts: friction that is solved for, or a wall."""
+    """Whether another external force acts: friction that is solved for, or a wall."""
     for i in range(model.n):
         if work.friction.slow[i] == 1:
             return True
@@ -123,7 +123,7 @@ def held_or_walled(model: Model, work: Work) -> bool:
 def keep_if_left_alone(
     model: Model, state: State, work: Work, end: Array, velocity: Array, time: float
 ) -> None:
-    """As `keep_momentum` if nothing from outside acts but gravity, for so long."""
+    """Do what `keep_momentum` does if gravity is the only external force during ``time`` [s]."""
     if model.frictional or model.field.present or not is_free(state.counter[ix.N_HELD], model):
         return
     push = 0.0
@@ -138,12 +138,12 @@ def keep_momentum(
     model: Model, state: State, work: Work, end: Array, velocity: Array,
     push_x: float, push_y: float, twist: float,
 ) -> None:  # fmt: skip
-    """Move the new ``velocity`` so that only the outer impulses [N·s, N·m·s] changed the momenta.
+    """Correct the new ``velocity`` so that only external impulses [N·s, N·m·s] change the momenta.
 
-    All else in the step acts between components, and ``end`` is where it ends. The base may be a
-    light component that moves fast: the least of its errors carries a heavy one away. Where
-    velocities jump, the rotation during the step would leave a trace of first order. The chain is
-    moved as one rigid body, so no gap closes faster or slower.
+    Everything else in the step acts between components; ``end`` is the pose at its end. The base
+    may be a light, fast component, whose smallest errors would carry a heavy one away. Where
+    velocities jump, the rotation during the step would leave a first-order error. The correction is
+    a rigid motion of the chain, so it does not change the rate of any gap.
     """
     n, lo = model.n, state.counter[ix.N_HELD]
     if not is_free(lo, model) or held_or_walled(model, work):
@@ -162,9 +162,9 @@ def keep_momentum(
 def momentum(
     lo: int, model: Model, q: Array, v: Array, work: Work
 ) -> tuple[float, float, float, float]:
-    """Linear momentum [kg m/s] of the free components, and angular [kg m²/s] about their centre.
+    """Linear momentum [kg m/s] of the free components; angular [kg m²/s] about their centre.
 
-    And their moment of inertia about it [kg m²]. Leaves the pose of ``q`` in ``work``.
+    Also returns their moment of inertia about it [kg m²]. Leaves the pose of ``q`` in ``work``.
     """
     bodies, pose = model.bodies, work.pose
     articulated.place(lo, bodies, q, pose)

@@ -1,21 +1,20 @@
-"""Accelerations of pinned chains in a single pass each way, for where the chain alone counts.
+"""Accelerations of pinned chains without constraints, in a single sweep each way.
 
-The same articulated-body recursion as ``engine.chain.articulated``, which keeps its stages apart
-because the constraints need them. With r the vector from a component's inner hinge to its centre,
-d to its outer hinge, v = j d (j turns by a right angle) and Q its generalised force, a sweep from
-tip to root finds
+This is the articulated-body recursion of ``engine.chain.articulated``, which has separate stages
+because the constraints need them. With r the vector from a component's inner hinge to its centre, d
+to its outer hinge, v = j d (j turns by a right angle) and Q its generalised force, a sweep from tip
+to root finds
 
     D = I + m r² + vᵀ P v,   h = P v + m j r,   q = p − ω² (P d + m r),   k = (Q − v·q) / D,
     P ← P + m·1 − h hᵀ / D,   p ← q + h k,
 
-and one back the accelerations: α = k − h·a / D, a ← a + v α − ω² d. The next body must wait for
-its neighbour's P, so what counts is the longest chain of dependent operations, not their number:
-D is written as a quadratic form, and the way back as a ← E a + b with E and b found on the way in.
+and a sweep back finds the accelerations: α = k − h·a / D, a ← a + v α − ω² d. Each body must wait
+for its neighbour's P, so the longest chain of dependent operations sets the time, not their number.
+D is therefore a quadratic form, and the sweep back is a ← E a + b with E and b from the sweep in.
 
-Many chains of the same bodies go side by side, one chain a vector lane: every number becomes a row
-of `LANES` numbers, which the compiler turns into vector instructions without any leave to reorder
-arithmetic. So a chain's accelerations are the same bits in any lane, in any batch and on any number
-of threads.
+Many chains of the same bodies run side by side, one chain per vector lane: each number becomes a
+row of `LANES` numbers, which the compiler vectorises without reordering any arithmetic. A chain's
+accelerations are therefore the same bits in any lane, batch and number of threads.
 """
 
 import numba
@@ -28,15 +27,15 @@ from magfold_env.engine.state import Array, Bodies, Model, Work
 ROWS = 10  # of the scratch space (ROWS, n)
 LANES = 32
 
-# Slots of a record. Record i holds what is given of component i, and what its inner hinge has from
-# the components beyond: the sweep inwards leaves P and p there until the next component has read
-# them, then that component's h / D and k, and the sweep outwards the hinge's acceleration.
+# Slots of a record. Record i holds component i's inputs and values at its inner hinge. The inward
+# sweep writes P and p there and, once the next component has read them, that component's h / D and
+# k; the outward sweep writes the hinge's acceleration.
 HEADING, RATE, FORCE, PXX, PXY, PYY, PX, PY, SINE, COSINE = range(10)
 JX, JY, ACCELERATION = PXX, PXY, PYY
 AX, AY = PXX, PXY
 SLOTS = 10
 
-_CACHE_LINE = 8  # numbers
+_CACHE_LINE = 8  # numbers in a cache line
 
 
 @kernel
@@ -44,7 +43,7 @@ def accelerate(
     bodies: Bodies, base_x: float, base_y: float, heading: Array, rate: Array, force: Array,
     scratch: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Angular accelerations (n,) [rad/s²] under generalised forces ``force`` (n,) [N·m].
+    """Fill angular accelerations (n,) [rad/s²] under generalised forces ``force`` (n,) [N·m].
 
     ``base_x``, ``base_y`` is the acceleration of the innermost hinge [m/s²]; its negative acts
     like in-plane gravity. ``scratch`` has the shape (ROWS, n).
@@ -96,9 +95,9 @@ def accelerate(
 
 @inlined
 def swing(model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
-    """Accelerations (n + 2,) of a chain on which nothing but gravity and its pin acts.
+    """Fill accelerations (n + 2,) of a chain on which only gravity and its pin act.
 
-    A hinge that accelerates upwards is gravity; ``work.loads.torque`` stays zero.
+    An upward acceleration of the hinge represents gravity; ``work.loads.torque`` stays zero.
     """
     x, y = -model.gravity_x, -model.gravity_y
     accelerate(model.bodies, x, y, q, v, work.loads.torque, work.chain.sweep, out)
@@ -107,9 +106,9 @@ def swing(model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
 
 
 def new_lanes(chains: int, n: int) -> Array:
-    """Room for ``chains`` chains of n components, shape (blocks, n + 1, SLOTS, LANES), zeroed.
+    """Return zeros for ``chains`` chains of n components, shape (blocks, n + 1, SLOTS, LANES).
 
-    Rows begin with a cache line: a vector that straddles two costs twice the time.
+    Rows begin at a cache line, because a vector that straddles two takes twice the time.
     """
     shape = (-(-chains // LANES), n + 1, SLOTS, LANES)
     size = int(np.prod(shape))
@@ -122,9 +121,9 @@ def accelerate_many(
     bodies: Bodies, base: tuple[float, float], headings: Array, rates: Array,
     forces: Array | None = None,
 ) -> Array:  # fmt: skip
-    """As `accelerate`, for many chains of the same bodies: arrays are (chains, n).
+    """Like `accelerate`, for many chains of the same bodies; arrays are (chains, n).
 
-    Headings may be up to 1e14; forces are none by default.
+    Headings may be up to 1e14; without ``forces`` they are zero.
     """
     chains, n = headings.shape
     blocks = new_lanes(chains, n)
@@ -142,7 +141,7 @@ def accelerate_many(
 
 @parallel_kernel
 def accelerate_blocks(bodies: Bodies, base_x: float, base_y: float, blocks: Array) -> None:
-    """Fill the row ACCELERATION of record i + 1 of all blocks from HEADING, RATE, FORCE of i."""
+    """Fill ACCELERATION of record i + 1 in all blocks from HEADING, RATE and FORCE of record i."""
     for b in numba.prange(blocks.shape[0]):
         accelerate_lanes(bodies, base_x, base_y, blocks[b])
 
@@ -151,8 +150,8 @@ def accelerate_blocks(bodies: Bodies, base_x: float, base_y: float, blocks: Arra
 def accelerate_lanes(bodies: Bodies, base_x: float, base_y: float, lanes: Array) -> None:
     """Do the same for one block (n + 1, SLOTS, LANES).
 
-    The compiler must know its shape, and so how far apart the rows lie; else it would have to allow
-    for their overlapping and do one lane after the other.
+    The compiler must know its shape and thus the spacing of the rows; otherwise it would have to
+    assume that they overlap, and would handle one lane after another.
     """
     if lanes.shape[1] == SLOTS and lanes.shape[2] == LANES:
         _sweep_inwards(bodies, lanes)

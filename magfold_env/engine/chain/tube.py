@@ -1,8 +1,8 @@
 """The tube: which components it holds, and where they lie.
 
-The mouth is at the origin and the feed along +x. Components before ``lo`` are held: they keep
-their headings, with which every casing is within the bore, and move with the base. The outermost
-of them is ``lo − 1``, and its outer hinge is the base.
+The mouth is at the origin, and the feed moves along +x. Components before ``lo`` are held: they
+move with the base and keep their headings, which leave every casing within the bore. The outermost
+held component is ``lo − 1``, and its outer hinge is the base.
 """
 
 import math
@@ -17,13 +17,13 @@ from magfold_env.engine.state import Array, Model, Pose, State, Work
 
 @inlined
 def is_free(lo: int, model: Model) -> bool:
-    """Whether the base moves by itself."""
+    """Whether the base moves freely."""
     return not model.pinned and not (model.tube and lo > 0)
 
 
 @inlined
 def is_partly_out(model: Model, state: State) -> bool:
-    """Whether the tube holds one part of the chain, and another is outside."""
+    """Whether the tube holds one part of the chain while another is outside."""
     return 0 < state.counter[ix.N_HELD] < model.n
 
 
@@ -38,7 +38,7 @@ def base_mass(lo: int, model: Model, work: Work) -> float:
 
 @inlined
 def coordinates(model: Model) -> int:
-    """Return how many coordinates may change: a pinned base, the last two, stays where it is."""
+    """Return how many coordinates may change: a pinned base, the last two, is fixed."""
     return model.n if model.pinned else model.n + 2
 
 
@@ -64,10 +64,10 @@ def whole_mass(model: Model) -> float:
 
 @kernel
 def lie_in_tube(offsets: Array, length: Array, headings: Array, depth: Array) -> None:
-    """Find how held chains lie whose hinges are so far from the tube's axis (m, n + 1) [m].
+    """Find the pose of held chains from the offsets of their hinges from the axis (m, n + 1) [m].
 
-    ``length`` (n,) is from hinge to hinge [m]. Fills in the headings (m, n) [rad] and how long the
-    chains are along the tube (m,) [m].
+    ``length`` (n,) is from hinge to hinge [m]. Fills in the headings (m, n) [rad] and the chains'
+    lengths along the tube (m,) [m].
     """
     for row in range(offsets.shape[0]):
         depth[row] = 0.0
@@ -82,8 +82,8 @@ def lie_in_tube(offsets: Array, length: Array, headings: Array, depth: Array) ->
 def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
     """Fill ``pose`` for the free components and the held ones that matter.
 
-    Those are the outermost two, which others may touch, and all whose magnets act: where magnets
-    act only outside, the charged ones next to them. Returns the first component whose magnets act.
+    Those are the outermost two, which others may touch, and all with active magnets: if magnets act
+    only outside, the charged ones nearest to the mouth. Returns the first with active magnets.
     """
     articulated.place(lo, model.bodies, q, pose)
     n = model.n
@@ -107,7 +107,7 @@ def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
 
 @inlined
 def advance(model: Model, state: State) -> float:
-    """How far the feed has gone [m]: where the innermost hinge is, from where it was at first."""
+    """Return the feed's travel [m]: the displacement of the innermost hinge from its start."""
     x = float(state.q[model.n] + state.feed[ix.DEPTH])
     for i in range(state.counter[ix.N_HELD]):
         _, c = sincos(float(state.q[i]))

@@ -1,1 +1,1 @@
-"""How kernels are compiled and cached, and all that touches numba's insides."""
+"""How kernels are compiled and cached, and all code that uses numba's internals."""

@@ -1,8 +1,8 @@
-"""NamedTuples that kernels see through one pointer, and kernels that others call by their address.
+"""NamedTuples that kernels access by one pointer, and kernels that others call by address.
 
-Both are made in `pointer_types`. Where that does not work with the numba that is there, kernels
-see the same tuples field by field, and what would call them by address is left to the interpreter:
-``code`` is then the kernel itself, and what belongs to a chain its tuple instead of its address.
+`pointer_types` implements both. If the installed numba does not support it, kernels get the same
+tuples field by field, and the interpreter replaces calls by address: ``code`` is then the kernel
+itself, and a chain's data are tuples instead of addresses.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ pointer_types: Any = jit.PRIVATE and jit.PRIVATE.pointer_types
 
 
 def by_pointer(cls: type[T]) -> type[T]:
-    """Mark a NamedTuple of numbers, C-contiguous arrays and others of its kind."""
+    """Mark a NamedTuple of numbers, C-contiguous arrays and other marked NamedTuples."""
     if not POINTERS:
         return cls
     body = {name: getattr(cls, name) for name in ("__doc__", "__module__", "__qualname__")}
@@ -33,12 +33,12 @@ def calls_by_address(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def reference(packed: Any) -> Any:
-    """Return by what a marked NamedTuple is named to kernels that call others by their address."""
+    """Return what represents a marked NamedTuple in kernels that call others by address."""
     return packed.address if POINTERS else packed
 
 
 def pointer(packed: T) -> T:
-    """Return a marked NamedTuple as kernels take it from Python in the least time."""
+    """Return a marked NamedTuple in the form that makes kernel calls from Python fastest."""
     return cast("Any", packed).pointer if POINTERS else packed
 
 
@@ -60,10 +60,10 @@ def _itself(kernel: Any, *_arguments: Any) -> Any:
 
 
 code_of: Any = pointer_types.code_of if POINTERS else _itself
-"""Return the address of a kernel's code for arguments of the types of these."""
+"""Return the address of a kernel's code for arguments of the same types as these."""
 call_int: Any = pointer_types.call_int if POINTERS else _call
-"""Call code ``(Model, State, Work, Record, float) -> int`` by its address and theirs."""
+"""Call code ``(Model, State, Work, Record, float) -> int``; code and tuples are addresses."""
 call_float: Any = pointer_types.call_float if POINTERS else _call
-"""Call code ``(Model, State, Work, float) -> float`` by its address and theirs."""
+"""Call code ``(Model, State, Work, float) -> float``; code and tuples are addresses."""
 take: Any = pointer_types.take if POINTERS else _take
-"""Return the entry of a counter, an array of one integer, and add one to it in one go."""
+"""Atomically return the entry of a counter, an array of one integer, and add one to it."""

@@ -1,7 +1,7 @@
-"""A notice to whoever waits while kernels are compiled, which happens only at their first use.
+"""A notice for users who wait while kernels are compiled, which happens only at first use.
 
-Meanwhile Python does not look for cycles in memory: a compiler makes millions of objects, and would
-spend a tenth of its time on that, to give back at most 300 MB.
+Meanwhile Python's garbage collector is off: a compiler creates millions of objects, and collection
+would take a tenth of its time to free at most 300 MB.
 """
 
 import gc
@@ -15,25 +15,25 @@ from typing import Any
 
 from numba.core import event
 
-PATIENCE = 1.0  # [s] what takes less goes without saying
+PATIENCE = 1.0  # [s] shorter compilations are not reported
 NOTICE = "; later uses load it from the disk, and `magfold warmup` compiles all that there is"
 
 _log = logging.getLogger("magfold_env")
 
 
 class CompileNotice(event.Listener):
-    """Logs that kernels are being compiled, and how long each took; worker processes keep quiet.
+    """Logs that kernels are being compiled, and how long each took, but not in worker processes.
 
-    Unless logging is set up otherwise, it prints this on standard error. Numba also has callbacks
-    that swallow a KeyboardInterrupt, and then goes on, or fails for want of what was to be made. So
-    Ctrl-C raises it once more at the next event.
+    Unless logging is configured otherwise, the messages go to standard error. Some of numba's
+    callbacks swallow a KeyboardInterrupt, and numba then continues or fails because a result is
+    missing. Ctrl-C therefore raises the exception again at the next event.
 
     Parameters
     ----------
     compiled
-        Called whenever a kernel that was not in the cache has been compiled.
+        Called after each compilation of a kernel that was not in the cache.
     kernels
-        All that there are by now, those that others call included.
+        All kernels so far, including those that other kernels call.
     """
 
     def __init__(self, compiled: Callable[[], None], kernels: Sequence[Any] = ()) -> None:
@@ -51,15 +51,15 @@ class CompileNotice(event.Listener):
 
     @property
     def compiling_since(self) -> float | None:
-        """When the kernel that is being compiled was begun, by `time.monotonic` [s]."""
+        """Start time of the present kernel's compilation, by `time.monotonic` [s]."""
         return self._begun if self._depth > 0 else None
 
     def on_start(self, event: Any) -> None:
-        """Note a function of this package that is begun, and those compiled within."""
+        """Note that compilation of a function of this package begins, or of one within it."""
         function = event.data["dispatcher"].py_func
-        # What was made by `exec` may belong to no module.
+        # A function created by `exec` may have no module.
         ours = str(function.__module__).startswith("magfold_env.")
-        if ours:  # a kernel that others call is compiled twice: on its own, and within them
+        if ours:  # a kernel that others call is compiled twice: by itself, and within them
             self._seen.add(function)
         if self._depth > 0:
             if self._pressed:
@@ -79,7 +79,7 @@ class CompileNotice(event.Listener):
             self._watch()
 
     def on_end(self, event: Any) -> None:
-        """Note that one has ended, whether or not it could be compiled."""
+        """Note that a compilation has ended, successfully or not."""
         if self._depth > 0:
             self._depth -= 1
             if self._depth == 0:
@@ -95,14 +95,14 @@ class CompileNotice(event.Listener):
             _log.warning(text, *values)
 
     def _watch(self) -> None:
-        """Watch for Ctrl-C, unless the program does something else with it."""
+        """Watch for Ctrl-C, unless the program handles it differently."""
         usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
         if usual and threading.current_thread() is threading.main_thread():
             self._watching, self._pressed = True, False
             signal.signal(signal.SIGINT, self._note)
 
     def _stop_watching(self) -> None:
-        """Watch no longer; raise KeyboardInterrupt if Ctrl-C was pressed."""
+        """Stop watching; raise KeyboardInterrupt if Ctrl-C was pressed."""
         if self._watching and threading.current_thread() is threading.main_thread():
             self._watching = False
             signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,10 +1,10 @@
 """The one place that decides how kernels are compiled and where the results are cached.
 
-No fast-math flag is set: with them a kernel's last bits depend on where it was inlined, and so on
-what else a process has compiled. Loops that must vectorise add into arrays, lane by lane, which
-strict arithmetic allows. With ``error_model="numpy"`` a division is no branch. Serial kernels
-allocate nothing and are compiled without a runtime for memory, which makes an allocation an error
-and lets arrays be passed on without counting references.
+No fast-math flags are set: they would make a kernel's last bits depend on where it was inlined, and
+thus on what else the process has compiled. Loops that must vectorise add into arrays, lane by lane,
+which strict arithmetic allows. With ``error_model="numpy"`` a division needs no branch. Serial
+kernels do not allocate, and are compiled without numba's memory runtime; an allocation is then an
+error, and arrays are passed without reference counting.
 """
 
 import warnings
@@ -17,7 +17,7 @@ import numba
 from magfold_env.engine.compile import kernel_cache
 from magfold_env.engine.compile.compile_notice import CompileNotice
 
-# Type checkers see neither the settings, which numba fills in at run time, nor some options.
+# Type checkers do not see the settings, which numba fills in at run time, or some options.
 numba_config = cast("Any", numba).config
 njit = cast("Any", numba.njit)
 
@@ -25,15 +25,15 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 KERNELS: list[Any] = []
-"""All kernels of the modules that are loaded."""
+"""All kernels of the loaded modules."""
 
 
 def _load_private() -> tuple[Any, Any]:
-    """Return the module of numba's private parts, and who hears of what is compiled.
+    """Return the module that uses numba's private parts, and the listener for compilations.
 
-    Both are None under ``NUMBA_DISABLE_JIT``, for a debugger, and, with a warning, if numba differs
-    from what that module knows, which is checked once for each version. Kernels then do the same to
-    the last bit.
+    Both are None under ``NUMBA_DISABLE_JIT``, for a debugger. They are also None, with a warning,
+    if numba is not as that module expects, which is checked once per version. Kernels then still
+    give the same results, bit for bit.
     """
     if numba_config.DISABLE_JIT:
         return None, None
@@ -66,7 +66,7 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def allocating_kernel(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a serial kernel that may allocate: preparations and searches, not time steps."""
+    """Compile a serial kernel that may allocate, for preparation and searches, not time steps."""
     return _compile(function, _nrt=True)
 
 
@@ -83,7 +83,7 @@ def parallel_kernel(function: Callable[P, R]) -> Callable[P, R]:
 def _compile(function: Callable[P, R], *, parallel: bool = False, **given: bool) -> Any:
     if numba_config.DISABLE_JIT:
         return function
-    # Flags that are not set are those of the kernel that calls this one.
+    # Flags that are not set are inherited from the calling kernel.
     defaults = {"error_model": "numpy", "forceinline": False, "nogil": True, "_nrt": False}
     options = {**defaults, **given}
     flags = {**options, "parallel": parallel, "no_cfunc_wrapper": True}
@@ -99,12 +99,12 @@ def _compile(function: Callable[P, R], *, parallel: bool = False, **given: bool)
 
 
 def _kept_by_numba(function: Callable[P, R], flags: dict[str, Any]) -> Any:
-    """Compile with numba's own cache, in a directory for the present sources of this package."""
+    """Compile with numba's own cache, in a directory for this package's present sources."""
     directory = kernel_cache.cache_directory(kernel_cache.PACKAGE)
     if directory is None:
         return njit(**flags)(function)
-    # The setting is read when the decorator runs; it is put back so that other users of numba
-    # in the same process keep their own.
+    # The decorator reads the setting when it runs; afterwards the setting is restored for other
+    # users of numba in the same process.
     previous, numba_config.CACHE_DIR = numba_config.CACHE_DIR, str(directory)
     try:
         return njit(cache=True, **flags)(function)

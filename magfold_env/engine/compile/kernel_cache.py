@@ -1,10 +1,10 @@
-"""Where compiled kernels are kept on disk: under which names, and how long.
+"""The cache of compiled kernels on disk: its file names, and how long files are kept.
 
-Numba's own cache notices edits in a kernel's file, but none in what the kernel calls, nor in
-constants, which are frozen into it. So a file is named after a hash of the kernel's code, of the
-global values that it names, and of the kernels that it calls, at any depth: an edit compiles again
-what is made from the edited code, and nothing else. What decides how code is compiled has a
-directory of its own.
+Numba's own cache notices edits in a kernel's file, but not in functions that the kernel calls or in
+constants, which are compiled into it. A file's name is therefore a hash of the kernel's code, the
+global values that it uses, and the kernels that it calls, at any depth: after an edit only kernels
+that contain the edited code are compiled again. Each set of compiler conditions has its own
+directory.
 """
 
 import hashlib
@@ -26,15 +26,15 @@ from numpy.typing import NDArray
 
 PACKAGE = "magfold_env"
 FOLDER = Path(__file__).parents[2]
-KEPT = 30.0 * 24.0 * 3600.0  # [s] kernels that were not used for so long are removed
+KEPT = 30.0 * 24.0 * 3600.0  # [s] kernels unused for longer are removed
 
 
-# --- what a kernel is made from ------------------------------------------------------------
+# --- what a kernel is compiled from --------------------------------------------------------
 
 
 @cache
 def fingerprint(kernel: Any) -> str:
-    """Return a hash of all that a kernel is compiled from, but for its arguments' types."""
+    """Return a hash of everything that a kernel is compiled from, except its arguments' types."""
     found: dict[Any, str] = {}
     left = [kernel]
     while left:
@@ -47,7 +47,7 @@ def fingerprint(kernel: Any) -> str:
 
 @cache
 def _made_of(kernel: Any) -> tuple[str, tuple[Any, ...]]:
-    """Return a text that describes a kernel without what it calls, and what it may call."""
+    """Return a text that describes a kernel without its callees, and the possible callees."""
     function = kernel.py_func
     called: dict[Any, None] = {}
     cells = [each.cell_contents for each in function.__closure__ or ()]
@@ -59,13 +59,13 @@ def _made_of(kernel: Any) -> tuple[str, tuple[Any, ...]]:
 
 
 def _names(code: CodeType) -> tuple[str, ...]:
-    """Return the names of global values and attributes in code, and in functions within."""
+    """Return the names of global values and attributes in code, including inner functions."""
     within = [_names(each) for each in code.co_consts if isinstance(each, CodeType)]
     return sum(within, code.co_names)
 
 
 def _described(value: Any, names: tuple[str, ...], called: dict[Any, None]) -> str:
-    """Return a text that changes with a value that code with these names uses; note kernels."""
+    """Return a text that changes with a value that code with these names uses; collect kernels."""
     if hasattr(value, "py_func"):
         called[value] = None
         value = value.py_func
@@ -78,7 +78,7 @@ def _described(value: Any, names: tuple[str, ...], called: dict[Any, None]) -> s
         texts = [value.__name__]
         for name in names:
             if name in vars(value):
-                others = tuple(each for each in names if each != name)  # so that it comes to an end
+                others = tuple(each for each in names if each != name)  # so that the recursion ends
                 texts.append(_described(vars(value)[name], others, called))
         return f"{texts}"
     if isinstance(value, np.ndarray):
@@ -98,9 +98,9 @@ def _short_hash(content: bytes) -> str:
 
 @cache
 def cache_root() -> Path | None:
-    """Return the folder of all directories of kernels, or None where nothing can be written.
+    """Return the folder for all kernel directories, or None if it is not writable.
 
-    ``NUMBA_CACHE_DIR`` moves it.
+    ``NUMBA_CACHE_DIR`` overrides its place.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir(PACKAGE)
     for root in (Path(chosen), FOLDER / "__pycache__"):
@@ -113,9 +113,9 @@ def cache_root() -> Path | None:
 
 @cache
 def cache_directory(package: str = f"{PACKAGE}.engine.compile") -> Path | None:
-    """Return the directory for what the present sources of a package make with this numba.
+    """Return the directory for kernels compiled from a package's present sources by this numba.
 
-    None where nothing can be written.
+    Returns None if it is not writable.
     """
     root = cache_root()
     if root is None:
@@ -134,7 +134,7 @@ def cache_directory(package: str = f"{PACKAGE}.engine.compile") -> Path | None:
 def remove_unused(root: Path | None = None) -> None:
     """Remove the files that no process has used within `KEPT`.
 
-    A process that still uses one after such a time only finds less to load.
+    A process that later needs a removed file only has to compile it again.
     """
     root = root or cache_root()
     if root is None:
@@ -143,11 +143,11 @@ def remove_unused(root: Path | None = None) -> None:
         with suppress(OSError):
             if time.time() - file.stat().st_mtime > KEPT:
                 file.unlink()
-                file.parent.rmdir()  # if it is empty
+                file.parent.rmdir()  # only succeeds if it is empty
 
 
 def write(path: Path, content: bytes) -> None:
-    """Write a file that is there as a whole or not at all; one that cannot be written is not."""
+    """Write a file atomically, if possible."""
     temporary = path.with_name(f"{path.name}.{uuid.uuid4().hex[:16]}")
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,18 +1,18 @@
-# Numba's own modules know no types.
+# Numba's own modules have no type annotations.
 # pyright: basic
 
-"""What the engine does through parts of numba that numba promises to nobody.
+"""The engine's use of private parts of numba, which may change without notice.
 
-*Deferred compilation.* Numba compiles every function to the end, and every caller again with all
-that it calls: in a deep tree of calls the leaves are optimised once a level, and most of what that
-yields is never run. So the code of a kernel that another calls is only *lowered* for it: types
-inferred and code written down, but neither linked nor optimised. What Python calls links all
-lowered code below it and optimises it together.
+*Deferred compilation.* Numba compiles each function completely, and each caller again with
+everything that it calls: in a deep call tree the leaves are optimised once per level, and most of
+the results never run. A kernel that another one calls is therefore only *lowered*: its types are
+inferred and its code is generated, but not linked or optimised. A kernel that Python calls links
+all lowered code below it and optimises it together.
 
-*Files of kernels*, which are loaded without registering all that numba can compile. A file begins
-with a hash of the rest of it; whatever is wrong with one, the kernel is compiled again.
+*Files of kernels*, which are loaded without registering everything that numba can compile. A file
+begins with a hash of its contents; if anything is wrong with it, the kernel is compiled again.
 
-`check` tries them and `pointer_types` on something small.
+`check` tests both and `pointer_types` on a small example.
 """
 
 import hashlib
@@ -39,19 +39,19 @@ from numba.extending import intrinsic
 from magfold_env.engine.compile import pointer_types
 from magfold_env.engine.compile.kernel_cache import cache_directory, fingerprint, write
 
-# Not in the signatures that type checkers see.
+# Type checkers do not see all options in its signature.
 _njit = cast("Any", numba.njit)
 _core = cast("Any", numba).core
 _dynfunc = cast("Any", numba)._dynfunc
 _llvm = cast("Any", binding)
 
-# Passes for what no kernel does: closures, ``with`` blocks, expressions of whole arrays.
+# Passes for features that no kernel uses: closures, ``with`` blocks, whole-array expressions.
 NEEDLESS = (WithLifting, InlineClosureLikes, InlineOverloads, NopythonRewrites)
 
 
 @cast("Any", intrinsic)
 def fma(_typing: Any, a: Any, b: Any, c: Any) -> Any:
-    """Return a·b + c, rounded once: not the flag that lets the compiler choose."""
+    """Return a·b + c, always rounded once, unlike with a flag that lets the compiler choose."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return builder.fma(*arguments)
@@ -63,22 +63,22 @@ def fma(_typing: Any, a: Any, b: Any, c: Any) -> Any:
 
 
 class _LoweredCode(JITCodeLibrary):
-    """Code of one kernel that is left to its callers to link and to optimise."""
+    """Code of one kernel that its callers link and optimise."""
 
     def finalize(self) -> None:
-        """Close the code as it stands."""
+        """Mark the code as final, without optimising it."""
         self._raise_if_finalized()
         self._finalized = True
 
     @property
     def needed(self) -> list[Any]:
-        """What a caller has to link: this code, and all that it calls."""
+        """Return what a caller has to link: this code, and all code that it calls."""
         return [self, *self._linking_libraries]
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _LoweringOnly(NativeLowering):
-    """Write the code down, but do not compile it."""
+    """Generate the code, but do not compile it."""
 
     _name = "lowering_only"
 
@@ -86,7 +86,7 @@ class _LoweringOnly(NativeLowering):
         context = state.targetctx
         lowered = _LoweredCode(context.codegen(), state.func_id.func_qualname)
         state.library, state.flags.no_compile = lowered, True
-        # Numba has a module parsed to learn the size of a number, for every variable.
+        # Numba would parse a module to learn a number's size, for every variable.
         context.get_abi_sizeof = partial(_size, context)
         try:
             super().run_pass(state)
@@ -94,7 +94,7 @@ class _LoweringOnly(NativeLowering):
             del context.get_abi_sizeof
         lowered.finalize()
         written = state["cr"]
-        # Numba looks code up by the function that Python would call. This one has no address.
+        # Numba looks up code by the function that Python would call, but this one has no address.
         code = written.fndesc
         name = _dynfunc.make_function(
             code.lookup_module(), code.qualname, "lowered", 0, written.env, (lowered,)
@@ -110,7 +110,7 @@ def _size(context: Any, kind: Any) -> int:
 
 
 class _Remembering:
-    """Numba's typing context, which looks up what an operator makes of some types only once."""
+    """Numba's typing context, with the result types of operators cached."""
 
     found: ClassVar[dict[Any, Any]] = {}
 
@@ -134,7 +134,7 @@ class _Remembering:
 
 
 class LoweringCompiler(CompilerBase):
-    """Numba's compiler, the last of whose passes writes code down but does not compile it."""
+    """Numba's compiler with a last pass that generates code but does not compile it."""
 
     def define_pipelines(self) -> list[PassManager]:
         """Return the passes."""
@@ -150,20 +150,20 @@ class LoweringCompiler(CompilerBase):
 
 
 def defer(kernel: Any, **options: Any) -> None:
-    """Let kernels that call this one have its code lowered, and compile it themselves.
+    """Give kernels that call this one its lowered code, which they compile themselves.
 
-    Constants among the arguments count as numbers: each would make for other code.
+    Constant arguments count as plain numbers, as each constant would need separate code.
 
     Parameters
     ----------
     kernel
         A function compiled by numba.
     options
-        With which it was compiled.
+        Options with which it was compiled.
     """
 
     @cache
-    def lowered() -> Any:  # made when it is first called: most that are loaded never are
+    def lowered() -> Any:  # created at the first call, which most loaded kernels never get
         without = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
         made = _njit(pipeline_class=LoweringCompiler, **{**options, **without})
         return made(kernel.py_func)
@@ -180,16 +180,16 @@ def defer(kernel: Any, **options: Any) -> None:
 
 
 class KernelFiles:
-    """What numba asks for machine code before it compiles a function, and gives it to afterwards.
+    """The cache that numba asks before it compiles a function, and to which it gives the result.
 
     Parameters
     ----------
     kernel
         A function compiled by numba.
     directory
-        Where its files are.
+        Directory of its files.
     linked
-        Whether it may be linked into others as it is compiled, which takes its intermediate code.
+        Whether compiled code may be linked into other kernels, which needs its intermediate code.
     """
 
     def __init__(self, kernel: Any, directory: Path, *, linked: bool) -> None:
@@ -197,9 +197,9 @@ class KernelFiles:
         self.cache_path = str(directory)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return what was compiled for a signature; None if it is not there or damaged."""
-        # Numba's own caches refresh the context first: half a second, in which all that can be
-        # compiled is registered. Compiled code needs no more than the runtime for memory.
+        """Return the code compiled for a signature; None if it is missing or damaged."""
+        # Numba's own caches first refresh the context, which takes half a second to register
+        # everything that can be compiled. Compiled code needs only the memory runtime.
         _core.runtime.rtsys.initialize(target_context)
         path = self._path(sig, target_context.codegen())
         try:
@@ -212,11 +212,11 @@ class KernelFiles:
         except Exception:
             return None
         with suppress(OSError):
-            os.utime(path)  # it is in use
+            os.utime(path)  # marks it as recently used
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep what was compiled for a signature, unless it holds addresses of this process."""
+        """Store code compiled for a signature, unless it contains addresses of this process."""
         if not data.library.has_dynamic_globals and not data.lifted:
             (name, kind, (machine_code, intermediate)), *rest = data._reduce()
             if not self._linked:
@@ -235,9 +235,9 @@ class KernelFiles:
 
 
 def names_alone(intermediate: bytes) -> bytes:
-    """Return intermediate code that defines the same names, which is all that numba looks up in it.
+    """Return intermediate code that only defines the same names, as numba looks up nothing else.
 
-    Reading all of it takes half the time that a kernel takes to load.
+    Reading all of it would take half of a kernel's load time.
     """
     module = _llvm.parse_bitcode(intermediate)
     symbols = (*module.functions, *module.global_variables)
@@ -247,16 +247,16 @@ def names_alone(intermediate: bytes) -> bytes:
 
 
 def keep(kernel: Any, *, linked: bool) -> None:
-    """Keep what is compiled of a kernel on disk, and load it from there; see `KernelFiles`.
+    """Store a kernel's compiled code on disk, and load it from there; see `KernelFiles`.
 
-    One that closes over variables is compiled anew in every process.
+    A kernel that closes over variables is compiled in every process.
     """
     directory = cache_directory()
     if directory is not None and kernel.py_func.__closure__ is None:
         kernel._cache = KernelFiles(kernel, directory, linked=linked)
 
 
-# --- whether numba is as it is taken to be -------------------------------------------------
+# --- whether numba behaves as expected -----------------------------------------------------
 
 
 class _Inner(pointer_types.Packed, NamedTuple("_Inner", [("scale", float), ("row", np.ndarray)])):
@@ -271,9 +271,9 @@ class _Outer(
 
 
 def check() -> None:
-    """Raise an error unless kernels read tuples, call each other, and are loaded, as they should.
+    """Raise an error unless kernels read tuples, call each other, and load correctly.
 
-    Those that others call must not be compiled by themselves.
+    Kernels that others call must not be compiled separately.
     """
 
     @_njit

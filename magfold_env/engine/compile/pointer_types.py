@@ -1,20 +1,20 @@
-# Numba's own modules know no types.
+# Numba's own modules have no type annotations.
 # pyright: basic
 
-"""NamedTuples that kernels see through one pointer, and kernels that others call by their address.
+"""NamedTuples that kernels access by one pointer, and kernels that others call by address.
 
-Numba passes a tuple on field by field, and an array as seven numbers: with a model and its scratch
-space, more than a thousand arguments at every call, which take seconds to compile, a kernel. So
-what a class marked with `by_pointer` holds is written down once in words of eight bytes, and its
-address is what kernels pass on. A word is a number, the address of an array's data or one of its
-dimensions; tuples within are written in place. The words never change, only what is in the arrays
-does.
+Numba passes a tuple field by field, and an array as seven numbers: a model and its scratch space
+are more than a thousand arguments in each call, which take seconds per kernel to compile. The
+contents of a class marked with `by_pointer` are therefore written once to words of eight bytes, and
+kernels pass their address. A word is a number, the address of an array's data, or one of the
+array's dimensions; inner tuples are written in place. The words never change, but the arrays'
+contents do.
 
-A kernel that calls another contains it. The integrator takes most of the time that the engine needs
-to compile, so that what runs many chains calls it where it lies: it is compiled once, and one chain
-and many run the same machine code. A call by name from Python, on the other hand, first finds out
-the types of all that its arguments hold, which takes 40 µs for a chain. Addresses are integers, and
-a `Pointer` knows its type.
+A kernel that calls another one contains its code. Most of the engine's compile time is the
+integrator's, so the kernel that runs many chains calls it by address: the integrator is compiled
+once, and one chain and many run the same machine code. A call by name from Python, however, first
+determines the types of everything in its arguments, which takes 40 µs for a chain. Addresses are
+plain integers, and a `Pointer` knows its type.
 """
 
 from __future__ import annotations
@@ -46,12 +46,12 @@ WORD = 8  # bytes
 NUMBERS = (types.boolean, types.int64, types.float64)
 ADDRESS = ir.IntType(8).as_pointer()
 
-# With the types that kernels see, not those of what generates their code.
+# Type checkers should see the kernels' types, not the types of the code generators.
 _intrinsic = cast("Any", intrinsic)
 
 
 class Packed:
-    """What a marked class gets besides its fields."""
+    """Members that a marked class gets in addition to its fields."""
 
     @cached_property
     def words(self) -> bytearray:
@@ -67,7 +67,7 @@ class Packed:
                 codes.append("d")
                 values.append(value)
             elif isinstance(value, Packed):
-                # Those of what chains share, such as their magnets, are written only once.
+                # The words of shared tuples, such as the magnets, are written only once.
                 codes.append(f"{len(value.words)}s")
                 values.append(value.words)
             else:
@@ -77,55 +77,55 @@ class Packed:
 
     @cached_property
     def address(self) -> int:
-        """Where the words begin; they stay there as long as this object exists."""
+        """Address of the words, which is fixed as long as this object exists."""
         return address_of(self.words)
 
     @cached_property
     def pointer(self) -> Pointer:
-        """The same for calls from Python that must not take long."""
+        """The tuple in the form for fast calls from Python."""
         return Pointer(self)
 
     def __getstate__(self) -> None:
-        """Leave the words out of copies, which have other arrays."""
+        """Omit the words from copies, because copies have other arrays."""
 
 
 class Pointer:
-    """A marked NamedTuple with its type: of a tuple numba looks at every field, at every call."""
+    """A marked NamedTuple with its type, so that numba need not inspect its fields at each call."""
 
     def __init__(self, packed: Packed) -> None:
-        self.packed = packed  # whose words lie there
+        self.packed = packed  # keeps the words alive
         self.address = packed.address
         self._numba_type_ = typeof_impl(packed, None)
 
 
 def address_of(buffer: Any) -> int:
-    """Return where the data of an array, or a bytearray, begin."""
+    """Return the address of the data of an array or a bytearray."""
     try:
-        # A third of the time of the other, which counts where there are hundreds.
+        # This takes a third of the fallback's time, which matters for hundreds of arrays.
         return addressof(c_char.from_buffer(buffer))
     except (TypeError, ValueError):  # read-only, or empty
         return buffer.ctypes.data
 
 
 def words_of(packed: Any) -> np.ndarray[Any, Any]:
-    """Return the words of a marked NamedTuple, as integers."""
+    """Return the words of a marked NamedTuple as integers."""
     return np.frombuffer(packed.words, dtype=np.int64)
 
 
 def place_of(packed: Any, name: str) -> int:
-    """Return which word a field of a marked NamedTuple is, or begins with."""
+    """Return the index of the word with which a field of a marked NamedTuple begins."""
     return cast("PackedType", typeof_impl(packed, None)).places[name][0]
 
 
 class PackedType(types.Type):
-    """What the compiler knows of a marked class: names and types of the fields, and their places.
+    """A marked class's type for the compiler: the fields' names, types and places.
 
     Parameters
     ----------
     title
-        Of the class.
+        Name of the class.
     fields
-        Names and types, in order.
+        Names and types of the fields, in order.
     """
 
     def __init__(self, title: str, fields: tuple[tuple[str, types.Type], ...]) -> None:
@@ -135,12 +135,12 @@ class PackedType(types.Type):
         for name, field in fields:
             self.places[name] = self.size, field
             self.size += _size(field)
-        # Names of types are in the names of all kernels: this one is kept short.
+        # Kernels' names contain their types' names, so this one is short.
         super().__init__(f"{title}_{zlib.crc32(repr(fields).encode()):08x}")
 
 
 def _size(field: Any) -> int:
-    """Words that a field takes."""
+    """Return the number of words in a field."""
     if isinstance(field, PackedType):
         return field.size
     return 1 + field.ndim if isinstance(field, types.Array) else 1
@@ -226,9 +226,9 @@ def _load(builder: ir.IRBuilder, pointer: Any, place: int, word: ir.Type) -> Any
 
 
 def code_of(kernel: Any, *arguments: Any) -> int:
-    """Return the address of a kernel's code for arguments of these types; compiles it if need be.
+    """Return the address of a kernel's code for arguments of these types; compile it if necessary.
 
-    It stays valid as long as the process lives.
+    The address stays valid as long as the process lives.
     """
     signature = tuple(numba.typeof(each) for each in arguments)
     kernel.compile(signature)
@@ -237,7 +237,7 @@ def code_of(kernel: Any, *arguments: Any) -> int:
 
 
 def _call(result: types.Type, count: int) -> Any:
-    """How to call code that takes some NamedTuples by pointer, then a number."""
+    """Return how to call code that takes ``count`` NamedTuples by pointer, then a number."""
     kinds = (*[types.voidptr] * count, types.float64)
 
     def generate(context: Any, builder: ir.IRBuilder, _signature: Any, args: Any) -> Any:
@@ -254,19 +254,19 @@ def _call(result: types.Type, count: int) -> Any:
 def call_int(
     _typing: Any, code: Any, model: Any, state: Any, work: Any, record: Any, x: Any
 ) -> Any:
-    """Call code ``(Model, State, Work, Record, float) -> int`` by its address and theirs."""
+    """Call code ``(Model, State, Work, Record, float) -> int``; code and tuples are addresses."""
     return _call(types.int64, 4)
 
 
 @_intrinsic
 def call_float(_typing: Any, code: Any, model: Any, state: Any, work: Any, x: Any) -> Any:
-    """Call code ``(Model, State, Work, float) -> float`` by its address and theirs."""
+    """Call code ``(Model, State, Work, float) -> float``; code and tuples are addresses."""
     return _call(types.float64, 3)
 
 
 @_intrinsic
 def take(_typing: Any, counter: Any) -> Any:
-    """Return the entry of a counter, an array of one integer, and add one to it in one go."""
+    """Atomically return the entry of a counter, an array of one integer, and add one to it."""
 
     def generate(context: Any, builder: ir.IRBuilder, _signature: Any, args: Any) -> Any:
         array = context.make_array(counter)(context, builder, args[0])

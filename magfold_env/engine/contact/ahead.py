@@ -1,4 +1,4 @@
-"""Whether a chain that moves on as one body may still meet a solid."""
+"""Whether a chain that continues to move as one body may still meet a solid."""
 
 import math
 
@@ -13,15 +13,15 @@ from magfold_env.engine.state import Model, State, Work
 
 @kernel
 def may_meet_solid(model: Model, state: State, work: Work) -> bool:
-    """Whether a solid lies where a chain whose joints stay as they are may come to.
+    """Whether a chain whose joint angles stay constant may reach a solid.
 
-    Bounds, not forecasts: True where nobody knows. No component is in a tube.
+    The answer is a bound, not a forecast: True if in doubt. No component may be in a tube.
     """
     if model.obstacles.shape[0] == 0:
         return False
     find_velocities(0, model, state, work)
     if model.pinned:
-        # It turns about its pin.
+        # The chain turns about its pin.
         x, y = state.q[model.n], state.q[model.n + 1]
         return solid_within(model, x, y, radius_about(model, work, x, y))
     slowing = math.inf
@@ -48,7 +48,7 @@ def solid_within(model: Model, x: float, y: float, reach: float) -> bool:
 
 @inlined
 def radius_about(model: Model, work: Work, x: float, y: float) -> float:
-    """Radius of a circle about a point that holds the whole chain [m]."""
+    """Radius of a circle about a point that contains the whole chain [m]."""
     pose, away = work.pose, 0.0
     for i in range(model.n):
         away = max(away, math.sqrt(square(pose.x[i] - x) + square(pose.y[i] - y)))
@@ -57,7 +57,7 @@ def radius_about(model: Model, work: Work, x: float, y: float) -> float:
 
 @inlined
 def centre_of_mass(model: Model, work: Work) -> tuple[float, float, float, float]:
-    """Place [m] and velocity [m/s] of a free chain's centre of mass."""
+    """Position [m] and velocity [m/s] of a free chain's centre of mass."""
     bodies, pose, centres = model.bodies, work.pose, work.centres
     x, y, vx, vy, mass = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(model.n):
@@ -69,11 +69,11 @@ def centre_of_mass(model: Model, work: Work) -> tuple[float, float, float, float
 
 @kernel
 def meets_while_stopping(model: Model, state: State, work: Work, slowing: float) -> bool:
-    """Whether friction may not stop a chain before it meets a solid.
+    """Whether a chain may meet a solid before friction stops it.
 
-    Friction that slows all components down by ``slowing`` [m/s²] at least, tilt taken off, takes
-    all kinetic energy on a limited way. With S of `engine.friction.law`, the mean over the masses
-    of S is at least the speed of the centre of mass, and at least the arm times the spin.
+    Friction less gravity decelerates each component by at least ``slowing`` [m/s²] and so absorbs
+    the kinetic energy on a limited path. The mass-weighted mean of S, see `engine.friction.law`, is
+    at least the speed of the centre of mass, and at least the arm times the spin.
     """
     pose, energy, mass = work.pose, kinetic_of(0, model, work, state.q, state.v), 0.0
     for i in range(model.n):
@@ -91,16 +91,16 @@ def meets_while_stopping(model: Model, state: State, work: Work, slowing: float)
 
 @kernel
 def meets_in_flight(model: Model, work: Work) -> bool:
-    """Whether a circle around a chain that nothing stops may come to a solid.
+    """Whether a circle around a chain without friction may reach a solid.
 
-    Where it falls, all that is not above the highest point it rises to is in its way; else all
-    that its circle touches on a straight line.
+    If the chain falls, every solid that is not above its highest point is in its way; without
+    gravity, only solids in the circle's straight path are.
     """
     x, y, vx, vy = centre_of_mass(model, work)
     radius = radius_about(model, work, x, y)
     pull = math.sqrt(square(model.gravity_x) + square(model.gravity_y))
     speed = math.sqrt(square(vx) + square(vy))
-    # Downward, or the way it drifts.
+    # Downward, or the direction in which the chain drifts.
     cx, cy, behind = vx / max(speed, 1e-300), vy / max(speed, 1e-300), radius
     if pull > 0.0:
         cx, cy = model.gravity_x / pull, model.gravity_y / pull

@@ -1,14 +1,14 @@
-"""Squares and obstacles as boxes with rounded corners, and how far apart they are.
+"""Squares and obstacles as boxes with rounded corners, and the gaps between them.
 
-A box is a *core* with sharp corners, widened by a radius. The gap of two boxes is the distance of
-their cores less both radii, and that distance is always one of a corner of one core from the other
-core.
+A box is a *core* with sharp corners, widened by a radius. The gap between two boxes is the distance
+between their cores less both radii; it is always the distance from a corner of one core to the
+other core.
 
 Neighbours meet only at their stops. Components two or three apart cannot overlap while the stops
 between them hold (``tests/engine/contact/test_boxes.py`` searches for a counterexample), so pairs
 start at four apart. On the lattice of folded shapes many squares touch exactly where joint stops
-already hold them. Squares therefore collide only when they overlap by `SHRINK` of their side:
-contacts that repeat the stops never act.
+already hold them. Squares therefore collide only when they overlap by `SHRINK` of their side, so
+that contacts that merely repeat the stops never act.
 """
 
 import math
@@ -19,24 +19,24 @@ from magfold_env.engine.state import Model, Pose, Work
 
 APART = 4
 SHRINK = 1e-4
-OVERLAP = 1e-3  # share of the side: deeper, and squares overlap
-FACE_C = math.sqrt(0.5)  # a square's first face looks 45° to the left of its heading
+OVERLAP = 1e-3  # share of the side: squares overlap only if they are deeper
+FACE_C = math.sqrt(0.5)  # a square's first face is 45° to the left of its heading
 
 
 @inlined
 def first_box(lo: int) -> int:
-    """Return the first component that others may meet.
+    """Return the first component that others may touch.
 
-    The one in the mouth leaves room beside it, so the next in the tube is within reach too.
+    The component in the mouth leaves space beside it, so the next one in the tube counts too.
     """
     return max(lo - 2, 0)
 
 
 @kernel
 def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
-    """Cores of the squares of components ``first`` on, then of the obstacles.
+    """Fill in the cores of the squares of components ``first`` on, then of the obstacles.
 
-    A box has a centre, an axis (c, s) and half sizes along it and across, the longer one along.
+    A box has a centre, an axis (c, s) along its longer side, and half sizes along and across it.
     """
     n = model.n
     half = 0.5 * (1.0 - SHRINK) * model.side - model.rounding
@@ -58,7 +58,7 @@ def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
 
 @inlined
 def seen_from(c: float, s: float, x: float, y: float) -> tuple[float, float]:
-    """Parts of the vector (x, y) along the axis (c, s) of a box, and across."""
+    """Components of the vector (x, y) along and across the axis (c, s) of a box."""
     return c * x + s * y, c * y - s * x
 
 
@@ -82,10 +82,10 @@ def corner(work: Work, box: int, k: int) -> tuple[float, float]:
 
 @inlined
 def corner_offset(work: Work, box: int, other: int, k: int) -> tuple[float, float, float, bool]:
-    """Direction of corner k of ``other`` from the nearest point of the edge of ``box``'s core.
+    """Direction to corner k of ``other`` from the nearest point on the edge of ``box``'s core.
 
-    In the box's frame, with the distance [m], and whether the nearest point is a corner. A corner
-    that is inside lies behind the nearest side, and its distance is negative.
+    In the box's frame, with the distance [m] and whether the nearest point is a corner. A corner
+    inside the core lies behind the nearest side; its distance is negative.
     """
     px, py = corner(work, other, k)
     x = work.boxes.x[other] + px - work.boxes.x[box]
@@ -107,8 +107,8 @@ def corner_offset(work: Work, box: int, other: int, k: int) -> tuple[float, floa
 def corner_gap(model: Model, work: Work, box: int, other: int, k: int) -> float:
     """Gap between corner k of ``other`` and ``box`` [m].
 
-    Where two corners face each other it is the same seen from either box, so that one row takes
-    over from the other without a jump.
+    If two corners face each other, the gap is the same from either box, so that one row replaces
+    the other without a jump.
     """
     return corner_offset(work, box, other, k)[2] - clearance(model, box, other)
 
@@ -118,7 +118,7 @@ def is_beside_face(work: Work, box: int, other: int, k: int) -> bool:
     """Whether corner k of ``other`` faces a corner of ``box`` that lies before a side of ``other``.
 
     Then that side is nearer, and the two corners do not touch. Their distance shrinks while the
-    corner slides along the side towards its end, which would seem an impact.
+    corner slides along the side towards its end, which would look like an impact.
     """
     ux, uy, _, round_corner = corner_offset(work, box, other, k)
     if not round_corner:
@@ -129,10 +129,10 @@ def is_beside_face(work: Work, box: int, other: int, k: int) -> bool:
 
 @inlined
 def behind_face(model: Model, work: Work, wall: int, other: int, k: int) -> float:
-    """How far corner k of ``other`` has come through a long face of an obstacle [m]; −1 if not.
+    """Depth of corner k of ``other`` behind a long face of an obstacle [m]; −1 if it is not behind.
 
-    The face is the one that the centre of ``other`` looks at. A corner that swings fast may have
-    left a thin wall on its far side, where its gap says nothing.
+    The face is on the side of ``other``'s centre. A fast corner may have passed through a thin wall
+    to its far side, where the gap is meaningless.
     """
     px, py = corner(work, other, k)
     dx, dy = work.boxes.x[other] - work.boxes.x[wall], work.boxes.y[other] - work.boxes.y[wall]
@@ -150,7 +150,7 @@ def behind_face(model: Model, work: Work, wall: int, other: int, k: int) -> floa
 
 @inlined
 def is_near(model: Model, work: Work, i: int, j: int, reach: float) -> bool:
-    """Whether a centre is less than ``reach`` [m] from another one, or from an obstacle's sides."""
+    """Whether a centre is less than ``reach`` [m] from another centre or an obstacle's sides."""
     dx, dy = work.boxes.x[i] - work.boxes.x[j], work.boxes.y[i] - work.boxes.y[j]
     if j < model.n:
         return dx * dx + dy * dy < reach * reach
@@ -160,16 +160,16 @@ def is_near(model: Model, work: Work, i: int, j: int, reach: float) -> bool:
 
 @inlined
 def may_touch(model: Model, work: Work, i: int, j: int) -> bool:
-    """Cheap test that drops pairs too far apart to touch; ``j >= n`` is an obstacle."""
+    """Cheap test that excludes pairs too far apart to touch; ``j >= n`` is an obstacle."""
     reach = model.bodies.length[0] * 1.01
     return is_near(model, work, i, j, reach if j < model.n else 0.6 * reach)
 
 
 @inlined
 def partners(model: Model, lo: int, i: int) -> tuple[int, int]:
-    """Range of the boxes after ``i`` that component ``i`` can meet: components, then obstacles.
+    """Range of the boxes after ``i`` that component ``i`` can touch: components, then obstacles.
 
-    Components in the tube, all before ``lo``, meet neither each other nor an obstacle.
+    Components in the tube, all before ``lo``, do not touch each other or obstacles.
     """
     obstacles = int(model.obstacles.shape[0]) if i >= lo else 0
     return min(i + APART, model.n), model.n + obstacles
@@ -177,7 +177,7 @@ def partners(model: Model, lo: int, i: int) -> tuple[int, int]:
 
 @kernel
 def separation(work: Work, i: int, j: int) -> float:
-    """Return the largest gap of two cores along a side's normal [m]; below zero they overlap."""
+    """Return two cores' largest gap along a side's normal [m]; negative if they overlap."""
     widest = -math.inf
     for k in range(2):
         box, other = (i, j) if k == 0 else (j, i)
@@ -193,9 +193,9 @@ def separation(work: Work, i: int, j: int) -> float:
 
 @kernel
 def first_overlap(model: Model, work: Work) -> tuple[int, int]:
-    """Return a component and what it overlaps: a box after it; (−1, −1) if none overlap.
+    """Return the first component that overlaps a later box, and that box; (−1, −1) if none do.
 
-    Needs `place_boxes` of all.
+    Needs `place_boxes` for all boxes.
     """
     for i in range(model.n):
         for j in range(*partners(model, 0, i)):

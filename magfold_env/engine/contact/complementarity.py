@@ -1,8 +1,8 @@
 """Small complementarity problems: unilateral constraints.
 
-They are solved for multipliers λ of the rows, with W = J M⁻¹ Jᵀ (positive semidefinite, often
-singular: impulses in closed loops are not unique, the velocities they cause are) and
-w = W λ + b the rows' own velocity or acceleration.
+The unknowns are the rows' multipliers λ. W = J M⁻¹ Jᵀ is positive semidefinite and often singular:
+impulses in closed loops are not unique, but the velocities that they cause are. w = W λ + b is the
+velocity or acceleration of the rows.
 """
 
 from magfold_env.engine import cholesky
@@ -12,19 +12,19 @@ from magfold_env.engine.friction.solver import solve_with_friction
 from magfold_env.engine.state import Array, Work
 
 RIDGE = 1e-11
-CANCEL, SOFT = 1e4, 1e-6  # sums of multipliers that cancel; ridge of the least that do not
+CANCEL, SOFT = 1e4, 1e-6  # ratio at which multipliers cancel; ridge for the smallest
 ROUNDING = 1e-10
 CANCELLED = 1e-13
 
 
 @kernel
 def solve_passive(count: int, work: Work, lam: Array) -> None:
-    """Solve W λ = −b on the rows marked as passive, into ``lam``; w is left in ``rate``.
+    """Solve W λ = −b for the rows marked as passive, into ``lam``; leave w in ``rate``.
 
-    Rows may repeat each other. A share of their diagonals is added to these, which picks of all λ
-    that do the same the least; a second pass takes out of the rates what that left in them. Stops
-    of joints never repeat each other. With nothing added they, and not friction, carry what rigidly
-    joined components that stick exert on each other.
+    Rows may repeat each other. Adding a share of their diagonals selects the smallest of all
+    equivalent λ; a second pass removes the error that this leaves in the rates. Joint stops never
+    repeat each other, and nothing is added to their diagonals: then the stops, not friction, carry
+    the forces between rigidly joined components that stick.
     """
     rows, stops = work.rows, work.rows.counts[ix.JOINT_STOPS]
     passive, rate, change = rows.passive, rows.rate, rows.update
@@ -48,10 +48,10 @@ def solve_passive(count: int, work: Work, lam: Array) -> None:
 
 @kernel
 def take_least(count: int, work: Work) -> None:
-    """Replace multipliers that all but cancel by the least ones that change the rates alike.
+    """Replace multipliers that nearly cancel by the smallest ones that change the rates equally.
 
-    Where two rows say of one contact nearly the same, what they say together may take huge
-    multipliers that do next to nothing, but for an impulse on the drive.
+    If two rows describe one contact almost identically, they may need huge multipliers that have
+    almost no effect except an impulse on the drive.
     """
     delassus, passive, lam = work.rows.delassus, work.rows.passive, work.rows.multiplier
     diagonal, change = work.rows.diagonal, work.rows.update
@@ -77,7 +77,7 @@ def take_least(count: int, work: Work) -> None:
 
 @kernel
 def active_sets(count: int, work: Work) -> bool:
-    """Lawson and Hanson's active sets, begun from the rows marked as passive."""
+    """Lawson and Hanson's active-set method, started from the rows marked as passive."""
     delassus, bias, lam = work.rows.delassus, work.rows.bias, work.rows.multiplier
     passive, trial = work.rows.passive, work.rows.trial
     scale = 0.0
@@ -88,7 +88,7 @@ def active_sets(count: int, work: Work) -> bool:
             passive[r] = 1
     for _ in range(10 * count + 10):
         solve_passive(count, work, trial)
-        # Walk from the feasible λ towards the trial until a row would turn negative.
+        # Move from the feasible λ towards the trial until a row would become negative.
         fraction = 1.0
         blocking = -1
         for r in range(count):
@@ -115,7 +115,7 @@ def active_sets(count: int, work: Work) -> bool:
         for r in range(count):
             w = work.rows.rate[r]
             if passive[r] == 0 and w < worst:
-                # Rows that nearly repeat each other have large λ that cancel.
+                # Rows that nearly repeat each other have large cancelling λ.
                 size = 0.0
                 for c in range(count):
                     size += abs(delassus[r, c] * lam[c])
@@ -130,11 +130,11 @@ def active_sets(count: int, work: Work) -> bool:
 
 @kernel
 def solve_nonnegative(count: int, work: Work) -> bool:
-    """Find λ with λ ≥ 0, w ≥ 0, λ w = 0; rows marked as equalities have w = 0, any λ.
+    """Find λ with λ ≥ 0, w ≥ 0, λ w = 0; rows marked as equalities have w = 0 and any λ.
 
-    Active sets, begun from those marked as passive, the guess that is nearly always right; if
-    rounding makes them cycle, begun from nothing, and then by another method. Returns whether it
-    converged.
+    Active sets start from the rows marked as passive, a guess that is nearly always right. If
+    rounding makes them cycle, they start from no rows, and then another method takes over. Returns
+    whether the solution converged.
     """
     if active_sets(count, work):
         return True

@@ -1,6 +1,6 @@
-"""Which constraints act in the coming step: found, entered by impact, left, kept from drifting.
+"""The constraints of the coming step: finding them, impacts, releasing them, correcting drift.
 
-And, for a step of Moreau's, the gaps that may close within it and how fast each may.
+For a Moreau step also the gaps that may close within it, and the speed that each allows.
 """
 
 import math
@@ -17,42 +17,42 @@ from magfold_env.engine.state import Array, IntArray, Model, State, Work, copy
 from magfold_env.engine.stepping import dynamics
 
 AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
-SHUT = 1e-10  # [m/s] rates this small are none
-WEDGED = 1e-3  # of the feed's speed, with which something still comes nearer after an impact
-OPENING = 1e-7  # [rad/s] a stop whose joint turns away faster is left
+SHUT = 1e-10  # [m/s] smaller rates do not count
+WEDGED = 1e-3  # share of the feed's speed: faster approaches left by an impact are wedged
+OPENING = 1e-7  # [rad/s] a joint that turns away faster leaves its stop
 CORRECTIONS = 3
-ATTEMPTS = 3  # at the velocities after an impact
-NEAR = 0.25  # of the distance within which contacts act: drifts up to this are none
-ASTRAY = 4.0  # times as far: a correction so far off is none
-SUNK = 1e-4  # share of the side: overlaps that a step's error does not explain
-PUSH_OUT = 0.2  # share of an overlap that one step takes back
-GENTLE = 30.0  # tolerances of a typical rate: overlaps are taken back no faster, since that heats
-REACH = 1.0  # how much faster than the trial velocity a joint may turn after the projection
+ATTEMPTS = 3  # at finding the velocities after an impact
+NEAR = 0.25  # of the distance within which contacts act: smaller drifts do not count
+ASTRAY = 4.0  # times this distance: a larger remaining drift means that the correction failed
+SUNK = 1e-4  # share of the side: larger overlaps are not explained by a step's error
+PUSH_OUT = 0.2  # share of an overlap that one step removes
+GENTLE = 30.0  # tolerances of a typical rate: overlaps are removed no faster, as that heats
+REACH = 1.0  # share by which projection may turn a joint faster than its trial rate
 OK, IMPACT, CROWDED, UNSOLVED = range(4)
 
 
 @inlined
 def first_joint(lo: int) -> int:
-    """First joint with stops: the one behind component ``lo``, if there is a component there."""
+    """First joint with stops: the inner joint of component ``lo``, if it has one."""
     return max(lo, 1)
 
 
 @inlined
 def joint_rate(lo: int, v: Array, k: int) -> float:
-    """Rate of the angle of joint k, behind component k [rad/s]; what is before ``lo`` is still."""
+    """Rate of joint k, component k's inner one [rad/s]; components before ``lo`` do not turn."""
     return v[k] - (v[k - 1] if k > lo else 0.0)
 
 
 @inlined
 def place_touching(lo: int, model: Model, q: Array, work: Work) -> None:
-    """Find the pose and the boxes of all that may touch."""
+    """Find the pose and the boxes of everything that may touch."""
     place_all(lo, model, q, work.pose)
     boxes.place_boxes(boxes.first_box(lo), model, work.pose, work)
 
 
 @kernel
 def begin_step(model: Model, state: State, work: Work) -> int:
-    """Collect the rows of the coming step; impacts happen here.
+    """Collect the rows of the coming step, and apply impacts.
 
     Returns OK, IMPACT (velocities jumped), CROWDED (more contacts than rows) or UNSOLVED.
     """
@@ -80,10 +80,10 @@ def begin_step(model: Model, state: State, work: Work) -> int:
             copy(state.v, work.stages.new_v, 0)
         solved, impulse = collide(lo, rows, model, state, work)
         if driven and approaches(lo, rows, state.v, work, WEDGED * abs(speed) + SHUT):
-            # In line with what it meets a chain cannot give way: only the drive can, if it may.
+            # A chain in line with the obstacle cannot yield; only the drive can, if it may.
             impulse = math.copysign(math.inf, speed)
         if driven and (not solved or feed.is_too_much(model, state, impulse)):
-            # A drive that gives way: what it carries takes part in the impact.
+            # If the drive gives way, the components that it carries take part in the impact.
             copy(work.stages.new_v, state.v, 0)
             state.account[ix.IMPACTS] = lost
             feed.slip(model, state, work, impulse)
@@ -100,32 +100,32 @@ def begin_step(model: Model, state: State, work: Work) -> int:
 
 @kernel
 def collide(lo: int, rows: int, model: Model, state: State, work: Work) -> tuple[bool, float]:
-    """Let an impact happen; whether it could be found, and the drive's impulse [N·s]."""
+    """Apply an impact; return whether it was found, and the drive's impulse [N·s]."""
     slow = model.tolerance * model.typical_rate * model.side
     v = state.v
     impulse = -momentum_along(lo, model, work, v)
     solved, attempts = False, 0
-    # An attempt that fails leaves far slower approaches than it found.
+    # Even a failed attempt leaves much slower approaches.
     while not solved and attempts < ATTEMPTS:
         solved = dynamics.project(model, state, v, work, slow)
         attempts += 1
         state.account[ix.IMPACTS] += dynamics.lost(lo, rows, work, v)
         if feed.drives(model, state):
-            # Of multipliers that do the same, the least pass on to the drive what impacts do. Sums
-            # over rates count the work of the others too.
+            # Of all equivalent multipliers, the smallest ones give the impact's impulse on the
+            # drive. The energy sums over rates include the work of the other multipliers too.
             told = passed_on(model, rows, work)
             take_least(rows, work)
             passed = passed_on(model, rows, work)
             impulse -= passed
             state.account[ix.IMPACTS] += (told - passed) * v[model.n]
-    # Where rows all but repeat each other rounding may hide that nothing is left to do.
+    # If rows nearly repeat each other, rounding may hide that the impact is complete.
     solved = solved or not approaches(lo, rows, v, work, SHUT)
     return solved, impulse + momentum_along(lo, model, work, v)
 
 
 @inlined
 def passed_on(model: Model, rows: int, work: Work) -> float:
-    """Return the impulse along the tube that contacts pass on to the drive [N·s]."""
+    """Return the impulse along the tube that contacts transmit to the drive [N·s]."""
     total = 0.0
     for r in range(work.rows.counts[ix.JOINT_STOPS], rows):
         total += work.rows.multiplier[r] * work.rows.jacobian[r, model.n]
@@ -134,7 +134,7 @@ def passed_on(model: Model, rows: int, work: Work) -> float:
 
 @kernel
 def approaches(lo: int, rows: int, v: Array, work: Work, least: float) -> bool:
-    """Whether anything that touches still comes nearer, faster than ``least`` [rad/s, m/s]."""
+    """Whether any row still closes faster than ``least`` [rad/s, m/s]."""
     for r in range(rows):
         if dynamics.rate_of(lo, work, r, v) < -least:
             return True
@@ -143,10 +143,10 @@ def approaches(lo: int, rows: int, v: Array, work: Work, least: float) -> bool:
 
 @kernel
 def note_gaps(model: Model, state: State, work: Work) -> bool:
-    """Note how far the contacts of a step are apart when it begins; whether there are any.
+    """Store the gaps of the contacts at the beginning of a step; return whether there are any.
 
-    There they will be kept, so that normals at corners, which turn within a far shorter way than
-    `contact.TOUCH`, stay as they are.
+    Contacts are kept at these gaps, because normals at corners turn within distances far smaller
+    than `contact.TOUCH` and must not change.
     """
     if work.rows.counts[ix.CONTACTS] == work.rows.counts[ix.JOINT_STOPS]:
         return False
@@ -159,22 +159,22 @@ def note_gaps(model: Model, state: State, work: Work) -> bool:
 
 @kernel
 def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) -> bool:
-    """Undo what a step drifted off the contacts that pressed all through it.
+    """Correct a step's drift from the contacts that pressed all through it.
 
-    Their gaps and the rates of these obeyed the step's accelerations, so only up to its error.
-    Coordinates and velocities become the nearest ones at which the squares touch and stay in
-    touch. Returns False if a gap is so wrong that something happened within the step.
+    The step's accelerations kept these gaps and their rates only to within its error. Coordinates
+    and velocities become the nearest ones at which the squares touch and stay in touch. Returns
+    False if a gap is so wrong that an event must have happened within the step.
     """
     lo = state.counter[ix.N_HELD]
     stops, rows = work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]
     near = NEAR * jacobian.TOUCH * model.side
     for r in range(rows):
-        # What pressed at the end of the step; the rest may part.
+        # Rows that pressed at the end of the step; the other contacts may separate.
         work.rows.passive[r] = int(work.rows.multiplier[r] > 0.0)
     off = math.inf
     for correction in range(CORRECTIONS + 1):
         for r in range(stops):
-            # Exactly at its stop, as it will be left: that moves the squares behind it.
+            # Exactly at its stop, as after the step; this moves the squares beyond it.
             k = work.rows.id[r, 0]
             if work.rows.passive[r] == 1:
                 q[k] = q[k - 1] + work.rows.id[r, 1] * jacobian.HALF_PI
@@ -195,7 +195,7 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
             break
         solve_passive(rows, work, work.rows.multiplier)
         dynamics.apply_multipliers(lo, rows, work, q)
-    # Where constraints all but contradict each other corrections may lead away.
+    # If constraints nearly contradict each other, the corrections may diverge.
     if off > ASTRAY * near:
         return False
     for r in range(rows):
@@ -207,7 +207,7 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
 
 @kernel
 def collect_rows(lo: int, model: Model, state: State, work: Work) -> int:
-    """Rows of all that touches, stops first; returns their number, −1 if there is no room."""
+    """Collect rows for all that touches, stops first; return their number, −1 if too many."""
     collect_stops(lo, model, state, work)
     place_touching(lo, model, state.q, work)
     stops, touch = work.rows.counts[ix.JOINT_STOPS], jacobian.TOUCH * model.side
@@ -219,7 +219,7 @@ def collect_rows(lo: int, model: Model, state: State, work: Work) -> int:
 
 @kernel
 def collect_stops(lo: int, model: Model, state: State, work: Work) -> None:
-    """Rows for the joints at their stops, but not for those on their way out."""
+    """Collect rows for the joints at their stops, except for joints that turn away."""
     row = 0
     for k in range(first_joint(lo), model.n):
         sign = state.lock[k]
@@ -253,7 +253,7 @@ def strikes_stop(model: Model, state: State) -> bool:
 
 @kernel
 def prepare(lo: int, model: Model, v: Array, work: Work) -> None:
-    """Jacobians of all rows at the current pose and velocity."""
+    """Fill in the Jacobians of all rows at the current pose and velocity."""
     articulated.centre_motion(lo, model.bodies, work.pose, v, work.centres)
     articulated.factor(lo, model.bodies, work.pose, work.chain.unlocked, work.chain)
     dynamics.fill_rows(lo, model, v, work)
@@ -261,7 +261,7 @@ def prepare(lo: int, model: Model, v: Array, work: Work) -> None:
 
 @kernel
 def leave(lo: int, model: Model, state: State, work: Work) -> None:
-    """Drop the rows that are coming apart, and make the rates of kept joints exactly equal."""
+    """Drop the rows that separate, and set the rates of kept joints to exactly zero."""
     stops, rows = work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]
     keep = 0
     for r in range(stops):
@@ -272,7 +272,7 @@ def leave(lo: int, model: Model, state: State, work: Work) -> None:
             move_row(work, r, keep)
             keep += 1
     work.rows.counts[ix.JOINT_STOPS] = keep
-    # What is let go is remembered at the other end of the rows, behind room for friction's.
+    # Released contacts are stored at the end of the rows, after the space for friction rows.
     dropped = 0
     for r in range(stops, rows):
         if dynamics.rate_of(lo, work, r, state.v) <= SHUT:
@@ -297,7 +297,7 @@ def move_row(work: Work, old: int, new: int) -> None:
 
 @kernel
 def hold_joints(lo: int, model: Model, lock: IntArray, q: Array, v: Array) -> None:
-    """Put joints at their stops there exactly, free of rounding."""
+    """Put joints exactly at their stops, without rounding errors."""
     for k in range(first_joint(lo), model.n):
         if lock[k] != 0:
             q[k] = q[k - 1] + lock[k] * jacobian.HALF_PI
@@ -306,18 +306,18 @@ def hold_joints(lo: int, model: Model, lock: IntArray, q: Array, v: Array) -> No
 
 @kernel
 def open_joints(lo: int, model: Model, state: State) -> None:
-    """After a step: open the joints that came apart in it, hold the others exactly."""
+    """After a step, open the joints that left their stops in it, and hold the others exactly."""
     if not model.contact:
         return
     for k in range(first_joint(lo), model.n):
         sign = state.lock[k]
         if sign == 0:
-            # Moreau steps may overshoot by a little: from there no joint would lock.
+            # Moreau steps may overshoot slightly, and beyond its stop a joint would not lock.
             angle = state.q[k] - state.q[k - 1]
             if abs(angle) > jacobian.HALF_PI:
                 state.q[k] = state.q[k - 1] + math.copysign(jacobian.HALF_PI, angle)
             continue
-        # One that shuts parted within a Moreau step and comes back: a matter for an impact.
+        # A joint that left its stop within a Moreau step and closes again needs an impact.
         if abs(joint_rate(lo, state.v, k)) > OPENING:
             state.lock[k] = 0
             if (state.q[k] - state.q[k - 1]) * sign > jacobian.HALF_PI:
@@ -327,9 +327,9 @@ def open_joints(lo: int, model: Model, state: State) -> None:
 
 @inlined
 def allowance(model: Model, gap: float, time: float, size: float) -> float:
-    """Return the closing velocity that a gap allows; overlaps are taken back gently.
+    """Return the closing velocity that a gap allows; overlaps are removed slowly.
 
-    ``size`` is that of what closes it: the side of a square [m], 1 for an angle.
+    ``size`` is the side of a square [m], or 1 for an angle.
     """
     if gap >= 0.0:
         return gap / time
@@ -340,10 +340,10 @@ def allowance(model: Model, gap: float, time: float, size: float) -> float:
 def collect_within(
     lo: int, model: Model, q: Array, work: Work, v: Array, h: float, near_stop: float
 ) -> int:
-    """Rows of all gaps that could close within the step, their allowances in ``work.rows.bias``.
+    """Collect rows for gaps that could close in the step, with allowances in ``work.rows.bias``.
 
-    A joint within ``near_stop`` [rad] of a stop has a row for it, whatever its rate. Returns the
-    number of rows, −1 if there is no room.
+    A joint within ``near_stop`` [rad] of a stop always gets a row for it. Returns the number of
+    rows, −1 if there are too many.
     """
     row = 0
     for k in range(first_joint(lo), model.n):

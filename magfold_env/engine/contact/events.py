@@ -1,4 +1,4 @@
-"""The moment, inside a step, when something new touches; and hops too small to be followed."""
+"""The moment within a step when something new touches, and hops too small to follow."""
 
 from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated, feed, ledger
@@ -13,16 +13,16 @@ from magfold_env.engine.stepping.stages import interpolate
 STALLED = -1.0
 NEAR_ENOUGH = 1e-10  # [rad, or of the side]
 ROUNDING = 1e-14
-UNSEEN = 5e-5  # [rad, or of the side] less at a look is no touch
-HOP = 0.05  # share of the tolerance by which something may part and touch again unseen
+UNSEEN = 5e-5  # [rad, or of the side] smaller overlaps at a sample do not count as touches
+HOP = 0.05  # share of the tolerance: smaller hops are suppressed
 
 
 @kernel
 def margin(model: Model, state: State, q: Array, work: Work) -> float:
-    """How far the coordinates are from a new touch, as a share of the side or in radians.
+    """Distance of the coordinates from a new touch, as a share of the side or in radians.
 
-    Negative means that something touched before. What touches already, in the rows of the step,
-    does not count.
+    A negative value means that something touched earlier. Contacts and stops that are already in
+    the step's rows do not count.
     """
     lo = state.counter[ix.N_HELD]
     worst = 1.0
@@ -34,13 +34,13 @@ def margin(model: Model, state: State, q: Array, work: Work) -> float:
 
 @inlined
 def may_collide(model: Model) -> bool:
-    """Whether any squares could ever touch each other or a solid."""
+    """Whether any square could ever touch another one or a solid."""
     return model.n > boxes.APART or model.obstacles.shape[0] > 0
 
 
 @kernel
 def square_margin(model: Model, state: State, q: Array, work: Work) -> float:
-    """As `margin`, of squares alone."""
+    """Like `margin`, for squares only."""
     lo, worst = state.counter[ix.N_HELD], 1.0
     constraints.place_touching(lo, model, q, work)
     for i in range(boxes.first_box(lo), model.n):
@@ -62,10 +62,10 @@ def square_margin(model: Model, state: State, q: Array, work: Work) -> float:
 def first_touch(model: Model, state: State, step: float, work: Work) -> float:
     """Fraction of the step at which something new touches; 1 if nothing does.
 
-    `STALLED` if something touches that hardly parted: a matter for `moreau_step`.
+    Returns `STALLED` if something touches that has hardly separated; `moreau_step` handles it.
 
-    Looked for at the end of the step, then at its middle and where `sweep` finds that something
-    may touch in between; then located on the dense output, which costs no forces.
+    The search samples the end of the step, then its middle and the intervals in which `sweep` finds
+    that a touch is possible. It then locates the touch on the dense output, which needs no forces.
     """
     lo, found, squares = state.counter[ix.N_HELD], 1.0, may_collide(model)
     interpolate(state.q, work.stages.slope_q, step, 1.0, work.stages.q)
@@ -93,7 +93,7 @@ def first_touch(model: Model, state: State, step: float, work: Work) -> float:
     interpolate(state.q, work.stages.slope_q, step, low * found, work.stages.q)
     at_low = margin(model, state, work.stages.q, work)
     if at_low < NEAR_ENOUGH:
-        # Up to there something may have sunk in by as little as goes unseen.
+        # By then something may have overlapped by less than the search notices.
         low, at_low = 0.0, margin(model, state, state.q, work)
     return locate(model, state, step, low * found, at_low, high * found, at_high, work)
 
@@ -103,16 +103,16 @@ def locate(
     model: Model, state: State, step: float, low: float, at_low: float, high: float,
     at_high: float, work: Work,
 ) -> float:  # fmt: skip
-    """Find the touch between two looks at the step's dense output by the Illinois method.
+    """Find the touch between two samples of the dense output by the Illinois method.
 
-    Nothing touches at the first, and something does at the second, where the margin is negative.
+    Nothing touches at the first sample; at the second the margin is negative.
     """
     if at_low < NEAR_ENOUGH:
         return STALLED if low == 0.0 else low
     left = at_low
     kept = 0
     for _ in range(60):
-        # The state at the event must be one that is allowed: stay on the near side of it.
+        # The state at the event must be admissible, so stay before the touch.
         if left < NEAR_ENOUGH or high - low < ROUNDING:
             break
         middle = high - at_high * (high - low) / (at_high - at_low)
@@ -135,13 +135,13 @@ def locate(
 def first_missed(
     model: Model, state: State, squares: bool, smooth: bool, work: Work
 ) -> tuple[float, float, float]:
-    """Find the first touch on the way that `sweep` follows.
+    """Find the first touch on the motion that `sweep` follows.
 
-    ``squares`` says whether any of them may meet. On the way of a ``smooth`` step joints' stops
-    count too, and nothing new touches at its end.
+    ``squares`` is whether any squares may touch. For a ``smooth`` step, joint stops count too, and
+    nothing new may touch at its end.
 
-    Returns two shares of the way between which the touch is, and the margin at the second, which
-    is negative; it is not if nothing touches.
+    Returns two fractions of the motion between which the touch lies, and the margin at the second;
+    it is negative if anything touches, and positive otherwise.
     """
     begin, slot, last, width, growth = 0.0, 0, 1, 1.0, 2.0
     past = sweep.PAST * model.tolerance
@@ -165,7 +165,7 @@ def first_missed(
                 at_end = square_margin(model, state, work.stages.q, work)
             if at_end < -UNSEEN:
                 return begin, end, at_end
-        # What was just too long would most likely be so again.
+        # An interval that has just been too long would probably be too long again.
         width, growth = growth * (end - begin), 2.0
         begin, slot, last = end, last, 2 if last == 1 else 1
     return 1.0, 1.0, 1.0
@@ -173,14 +173,13 @@ def first_missed(
 
 @kernel
 def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int:
-    """Hold what left its stop, or a square it touched, but would be back before anyone could see.
+    """Hold joints and contacts that have just separated but would return after an unseen hop.
 
-    An impact throws joints and corners elsewhere off what they touch, and the magnets or the feed
-    then press them shut again: ever smaller hops, each with an impact. Those of less than `HOP` of
-    the tolerance are left out: the velocity becomes the nearest one at which these stay in touch,
-    and what stayed anyway. ``acceleration`` is that of the state. Returns OK, IMPACT
-    (velocities changed) or UNSOLVED: no such velocity was found, they are left to hop, and rows
-    must be filled anew.
+    An impact throws distant joints and corners off their contacts, and the magnets or the feed then
+    close them again, in ever smaller hops, each with an impact. Hops of less than `HOP` of the
+    tolerance are suppressed: the velocity becomes the nearest one at which these and all other
+    contacts stay closed. ``acceleration`` is the state's. Returns OK, IMPACT (velocities changed)
+    or UNSOLVED: no such velocity was found, the hops remain, and rows must be filled again.
     """
     lo = state.counter[ix.N_HELD]
     work.rows.hopping[:] = 0
@@ -214,8 +213,8 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
         lost_then = lost(lo, rows, work, state.v)
         if feed.drives(model, state):
             impulse += momentum_along(lo, model, work, state.v)
-            # What only the drive keeps apart no hop brings together, nor rows that all but repeat
-            # each other.
+            # A hop cannot close contacts that only the drive keeps apart, or rows that nearly
+            # repeat each other.
             told = constraints.passed_on(model, rows, work)
             solved = not feed.is_too_much(model, state, impulse - told)
             if solved:
@@ -230,7 +229,7 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
             if work.rows.hopping[k] == 1:
                 state.lock[k] = 0
         if constraints.strikes_stop(model, state):
-            # What an impact elsewhere drives back to its stop has another one.
+            # A joint that an impact elsewhere drives back to its stop has an impact of its own.
             constraints.begin_step(model, state, work)
         else:
             constraints.collect_rows(lo, model, state, work)
@@ -245,7 +244,7 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
 def mark_hopping_contacts(
     lo: int, model: Model, state: State, work: Work, acceleration: Array
 ) -> bool:
-    """Mark the contacts let go that will be back after an unseen hop; whether there are any."""
+    """Mark released contacts that will return after an unseen hop; return whether there are any."""
     if work.rows.counts[ix.LET_GO] == 0:
         return False
     found = False
@@ -264,7 +263,7 @@ def mark_hopping_contacts(
 
 @inlined
 def stays(work: Work, r: int, dropped: int) -> bool:
-    """Whether row r was not let go, or is one that `mark_hopping_contacts` marked."""
+    """Whether row r was not released, or `mark_hopping_contacts` has marked it."""
     for d in range(dropped):
         s = work.rows.bias.size - 1 - d
         same = work.rows.id[s, 3] == 0

@@ -1,7 +1,7 @@
-"""Rows for joint stops, and for squares that touch squares or the tube's walls.
+"""Rows for joint stops, and for squares that touch other squares or solids.
 
-A row is a corner of a box that touches another, see `boxes`; its normal turns
-continuously when the corner slides off the end of a face, or over another corner.
+A contact row is a corner of a box that touches another box, see `boxes`. Its normal turns
+continuously when the corner slides off the end of a face or over another corner.
 """
 
 import math
@@ -12,15 +12,15 @@ from magfold_env.engine.contact import boxes
 from magfold_env.engine.state import Array, Model, Pose, Work
 
 HALF_PI = math.pi / 2.0
-TOUCH = 1e-5  # contacts act within this share of the side
+TOUCH = 1e-5  # share of the side within which contacts act
 
 
 @kernel
 def collect_contacts(lo: int, model: Model, work: Work, row: int, near: float) -> int:
-    """Append a row [box, other box, corner of the other] for every corner nearer than ``near`` [m].
+    """Append a row [box, other box, corner of the other] for each corner nearer than ``near`` [m].
 
-    Its gap is left in ``work.rows.gap``. Returns the number of rows, −1 if there is no room for
-    them. Needs `place_boxes`.
+    Leaves gaps in ``work.rows.gap``. Returns the number of rows, −1 if there are too many. Needs
+    `place_boxes`.
     """
     for i in range(boxes.first_box(lo), model.n):
         for j in range(*boxes.partners(model, lo, i)):
@@ -73,7 +73,7 @@ def add_point(
     row[n + 1] += ny
     if i < lo:
         return
-    # Component k < i carries the point by ω_k × its own hinge-to-hinge vector.
+    # Component k < i moves the point by ω_k × its own hinge-to-hinge vector.
     for k in range(lo, i):
         row[k] += model.bodies.length[k] * (pose.cos[k] * ny - pose.sin[k] * nx)
     hx = px - (pose.x[i] - model.bodies.reach[i] * pose.cos[i])
@@ -83,9 +83,9 @@ def add_point(
 
 @inlined
 def motion_of(lo: int, model: Model, work: Work, box: int, v: Array) -> tuple[float, float, float]:
-    """Velocity of a box's centre [m/s] and its rate.
+    """Velocity of a box's centre [m/s] and the box's rate [rad/s].
 
-    Bodies before ``lo`` move with the base, obstacles not at all.
+    Bodies before ``lo`` move with the base; obstacles do not move.
     """
     if box >= model.n:
         return 0.0, 0.0, 0.0
@@ -98,7 +98,7 @@ def motion_of(lo: int, model: Model, work: Work, box: int, v: Array) -> tuple[fl
 def corner_velocity(
     lo: int, model: Model, work: Work, box: int, other: int, ox: float, oy: float, v: Array
 ) -> tuple[float, float, float]:
-    """Velocity [m/s] of the point (ox, oy) from the centre of ``other``, and rate of ``box``.
+    """Velocity [m/s] of the point (ox, oy) from ``other``'s centre, and rate of ``box`` [rad/s].
 
     The velocity is relative to the centre of ``box``.
     """
@@ -109,9 +109,9 @@ def corner_velocity(
 
 @kernel
 def contact_row(lo: int, model: Model, pose: Pose, work: Work, r: int, v: Array) -> None:
-    """Fill Jacobian and bias of contact row r.
+    """Fill in the Jacobian and bias of contact row r.
 
-    The bias is what of the gap's second derivative is left when all accelerations are zero. Needs
+    The bias is the gap's second derivative at zero accelerations of the coordinates. Needs
     `place_boxes`, and `centripetal` accelerations in ``work.centres.ax``, ``work.centres.ay``.
     """
     n = model.n
@@ -125,9 +125,9 @@ def contact_row(lo: int, model: Model, pose: Pose, work: Work, r: int, v: Array)
     row = work.rows.jacobian[r]
     row[:] = 0.0
     add_point(lo, model, pose, row, other, px, py, nx, ny)
-    # The same point taken as part of the box: the gap's rate is the point's, seen from the box.
+    # The same point as part of the box: the gap's rate is that point's rate relative to the box.
     add_point(lo, model, pose, row, box, px, py, -nx, -ny)
-    # n·ẍ seen from the box, x = p − c, with ω̇ = 0: n·(p̈ − c̈) + 2 ω n⊥·ẋ − ω² n·x.
+    # n·ẍ relative to the box, with x = p − c and ω̇ = 0: n·(p̈ − c̈) + 2 ω n⊥·ẋ − ω² n·x.
     x, y = px - work.boxes.x[box], py - work.boxes.y[box]
     vx, vy, w = corner_velocity(lo, model, work, box, other, ox, oy, v)
     ax, ay = 0.0, 0.0

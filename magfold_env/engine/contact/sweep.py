@@ -1,11 +1,11 @@
-"""Whether squares and joints stay clear of each other between two looks at a motion.
+"""Whether squares and joint stops stay clear between two samples of a motion.
 
-A motion is a polynomial of the coordinates, of degree four, over a time that counts as 1. Seen from
-a box, a corner of another one then moves along a curve whose second derivative has a bound, so it
-strays from the line between two looks by no more than an eighth of that bound times the square of
-their distance. Where one side of a box separates two boxes at both looks by more than that, they
-do not meet in between. Intervals that pass no such test are halved, down to where what moves can
-no longer sink in by more than may go unseen.
+A motion is a polynomial of degree four in each coordinate, over a time of 1. Relative to a box, a
+corner of another one moves along a curve with bounded second derivative, so it departs from the
+chord between two samples by at most an eighth of the bound times the squared interval. If a side of
+one box separates two boxes at both samples by more than that, they do not touch in between.
+Intervals that pass no such test are halved until nothing can overlap in them by more than the
+permitted amount.
 """
 
 import math
@@ -19,17 +19,17 @@ from magfold_env.engine.elementary import sincos, square
 from magfold_env.engine.state import Array, Model, State, Work
 from magfold_env.engine.stepping.stages import DENSE, STAGES
 
-# What may go unseen between two looks: shares of the side and of a solid's thickness that squares
-# sink in, and tolerances that a joint turns beyond its stop.
+# Overlaps permitted between two samples: for squares, shares of the side and of a solid's
+# thickness; for a joint beyond its stop, in tolerances.
 SUNK, THIN, PAST = 3e-4, 3e-3, 0.5
-FLOOR = 0.5  # of that, which something may move by where no test tells that it is clear
+FLOOR = 0.5  # share of these: smaller motions are not followed if no test shows that they are clear
 CLEAR, GRAZES, UNSURE = range(3)
 POWERS = 4
 
 
 @kernel
 def follow_step(lo: int, model: Model, step: float, fraction: float, work: Work) -> None:
-    """Take the dense output of a ``fraction`` of the step for the motion."""
+    """Use the dense output of a ``fraction`` of the step as the motion."""
     path, slopes = work.sweep.path, work.stages.slope_q
     hold_still(lo, path)
     for k in range(lo, model.n + 2):
@@ -45,7 +45,7 @@ def follow_step(lo: int, model: Model, step: float, fraction: float, work: Work)
 
 @kernel
 def follow_line(lo: int, model: Model, begin: Array, end: Array, work: Work) -> None:
-    """Take a straight line between two states for the motion."""
+    """Use a straight line between two states as the motion."""
     path = work.sweep.path
     hold_still(model.n + 2, path)
     for k in range(lo, model.n + 2):
@@ -55,7 +55,7 @@ def follow_line(lo: int, model: Model, begin: Array, end: Array, work: Work) -> 
 
 @inlined
 def hold_still(end: int, path: Array) -> None:
-    """Let the coordinates before ``end`` keep their values."""
+    """Keep the coordinates before ``end`` constant."""
     for k in range(end):
         for j in range(POWERS):
             path[j, k] = 0.0
@@ -63,16 +63,16 @@ def hold_still(end: int, path: Array) -> None:
 
 @inlined
 def bounds(a: float, b: float, c: float, d: float) -> tuple[float, float]:
-    """Bounds of the first and the second derivative of a polynomial with these coefficients."""
+    """Bounds on a polynomial's first and second derivatives, from its coefficients."""
     b, c, d = abs(b), abs(c), abs(d)
     return abs(a) + 2.0 * b + 3.0 * c + 4.0 * d, 2.0 * b + 6.0 * c + 12.0 * d
 
 
 @kernel
 def find_bounds(model: Model, work: Work) -> None:
-    """Bound how far things move and turn in all, and how far their ways bend.
+    """Bound the components' speeds, rates and accelerations during the motion.
 
-    Of the components' headings and centres, and of the sums of the joints' angles up to each.
+    Covers headings, centres, and the sums of joint rates up to each component.
     """
     sweep, n, bodies = work.sweep, model.n, model.bodies
     path = sweep.path
@@ -85,14 +85,14 @@ def find_bounds(model: Model, work: Work) -> None:
         sweep.turns[i] = turns
         swing, curl = turn * bodies.length[i], (twist + turn * turn) * bodies.length[i]
         sweep.turn[i], sweep.twist[i] = turn, twist
-        # The centre is half as far from the inner hinge as the outer one.
+        # The centre is midway between the hinges.
         sweep.way[i], sweep.bend[i] = way + 0.5 * swing, bend + 0.5 * curl
         way, bend = way + swing, bend + curl
 
 
 @inlined
 def relative(path: Array, i: int, j: int) -> tuple[float, float]:
-    """Bounds of the rate at which component i turns for component j, and of its change."""
+    """Bounds on component i's rate relative to component j, and on the rate's derivative."""
     return bounds(
         path[0, i] - path[0, j], path[1, i] - path[1, j],
         path[2, i] - path[2, j], path[3, i] - path[3, j],
@@ -101,9 +101,9 @@ def relative(path: Array, i: int, j: int) -> tuple[float, float]:
 
 @inlined
 def between(model: Model, work: Work, i: int, j: int) -> tuple[float, float]:
-    """Bounds of how far component j moves as component i sees it, and of how far its way bends.
+    """Bounds on component j's speed relative to component i's frame, and on its acceleration.
 
-    Of any of its points: the components between swing it about their hinges, as they turn for i.
+    They hold for all points of j, which the components between swing about their hinges.
     """
     way, bend, step = 0.0, 0.0, 1 if j > i else -1
     for m in range(i + step, j + step, step):
@@ -114,9 +114,9 @@ def between(model: Model, work: Work, i: int, j: int) -> tuple[float, float]:
 
 @inlined
 def reach(model: Model, work: Work, i: int, j: int, width: float) -> float:
-    """Distance of two centres from which components cannot come to touch in a ``width`` [m].
+    """Distance of centres beyond which components cannot touch within an interval ``width`` [m].
 
-    As `between`, from the sums of how far joints turn: coarser, and found at once.
+    Like `between`, but from sums of joint rates: coarser, and much cheaper.
     """
     turn = work.sweep.turns[j] - work.sweep.turns[i]
     return (1.0 + width * (j - i) * turn) * model.bodies.length[0]
@@ -124,7 +124,7 @@ def reach(model: Model, work: Work, i: int, j: int, width: float) -> float:
 
 @kernel
 def may_meet(model: Model, state: State, work: Work) -> bool:
-    """Whether any squares may come to touch; the boxes are placed anywhere on the way."""
+    """Whether any squares may touch; the boxes may be placed at any time of the motion."""
     lo = state.counter[ix.N_HELD]
     for i in range(boxes.first_box(lo), model.n):
         for j in range(*boxes.partners(model, lo, i)):
@@ -140,20 +140,20 @@ def may_meet(model: Model, state: State, work: Work) -> bool:
 
 @inlined
 def value(path: Array, k: int, t: float) -> float:
-    """By how much coordinate k has changed at a share ``t`` of the motion."""
+    """Return the change of coordinate k up to the time ``t`` of the motion."""
     return (((path[3, k] * t + path[2, k]) * t + path[1, k]) * t + path[0, k]) * t
 
 
 @kernel
 def coordinates_at(model: Model, state: State, t: float, out: Array, work: Work) -> None:
-    """Find the coordinates (n + 2,) at a share ``t`` of the motion."""
+    """Find the coordinates (n + 2,) at the time ``t`` of the motion."""
     for k in range(model.n + 2):
         out[k] = state.q[k] + value(work.sweep.path, k, t)
 
 
 @kernel
 def place_at(model: Model, state: State, work: Work, t: float, slot: int) -> None:
-    """Find centres and first axes of all squares that may touch, at a share ``t`` of the motion."""
+    """Find centres and first axes of all squares that may touch, at time ``t`` of the motion."""
     lo, n, sweep, bodies = state.counter[ix.N_HELD], model.n, work.sweep, model.bodies
     x, y = state.q[n] + value(sweep.path, n, t), state.q[n + 1] + value(sweep.path, n + 1, t)
     hinge_x, hinge_y = x, y
@@ -171,7 +171,7 @@ def place_at(model: Model, state: State, work: Work, t: float, slot: int) -> Non
 
 @inlined
 def put(work: Work, slot: int, i: int, x: float, y: float, c: float, s: float) -> None:
-    """Keep where component i is, and the axis of its square."""
+    """Store the centre of component i and the axis of its square."""
     sweep = work.sweep
     sweep.x[slot, i], sweep.y[slot, i] = x, y
     sweep.c[slot, i], sweep.s[slot, i] = boxes.FACE_C * (c - s), boxes.FACE_C * (s + c)
@@ -181,9 +181,9 @@ def put(work: Work, slot: int, i: int, x: float, y: float, c: float, s: float) -
 def joints_clear(
     model: Model, state: State, work: Work, begin: float, end: float, past: float
 ) -> int:
-    """Whether open joints come at most ``past`` their stops [rad] between two looks.
+    """Whether open joints stay within ``past`` [rad] beyond their stops between two samples.
 
-    A polynomial lies between the least and the largest of its Bernstein coefficients.
+    A polynomial lies between its smallest and largest Bernstein coefficients.
     """
     lo, path = state.counter[ix.N_HELD], work.sweep.path
     most = HALF_PI + past
@@ -193,7 +193,7 @@ def joints_clear(
             continue
         a, b = path[0, k] - path[0, k - 1], path[1, k] - path[1, k - 1]
         c, d = path[2, k] - path[2, k - 1], path[3, k] - path[3, k - 1]
-        # Taylor's coefficients about the first look, in shares of the interval.
+        # Taylor coefficients about the first sample, scaled to the interval.
         t = begin
         p0 = state.q[k] - state.q[k - 1] + (((d * t + c) * t + b) * t + a) * t
         p1 = width * (((4.0 * d * t + 3.0 * c) * t + 2.0 * b) * t + a)
@@ -216,9 +216,9 @@ def joints_clear(
 def squares_clear(
     model: Model, state: State, work: Work, begin: float, end: float, slot: int, last: int
 ) -> int:
-    """Whether squares stay clear of each other and of solids between two looks.
+    """Whether squares stay clear of each other and of solids between two samples.
 
-    Their places at the looks are in ``slot`` and ``last``, those at the beginning in slot 0.
+    Slots ``slot`` and ``last`` hold the samples, slot 0 the beginning of the motion.
     """
     lo, found = state.counter[ix.N_HELD], CLEAR
     for i in range(boxes.first_box(lo), model.n):
@@ -234,7 +234,7 @@ def squares_clear(
 def stays_clear(
     model: Model, work: Work, i: int, j: int, width: float, slot: int, last: int
 ) -> int:
-    """Whether a square stays clear of another one, or of a solid."""
+    """Whether a square stays clear of another square or of a solid."""
     sweep, clearance, sunk = work.sweep, boxes.clearance(model, i, j), SUNK * model.side
     way = 0.0
     x, y = sweep.x[last, i], sweep.y[last, i]
@@ -251,7 +251,7 @@ def stays_clear(
             return CLEAR
         sunk = min(sunk, 2.0 * THIN * (solid[ix.B] + solid[ix.RADIUS]))
     needed, left = clearance - sunk, apart(model, work, i, j, width, slot, last)
-    # What lies deeper from the beginning may not sink in farther.
+    # A pair that overlaps at the beginning must not overlap more deeply.
     if left >= needed or left >= needed - max(clearance - apart(model, work, i, j, 0.0, 0, 0), 0.0):
         return CLEAR
     if j < model.n:
@@ -261,7 +261,7 @@ def stays_clear(
 
 @inlined
 def apart(model: Model, work: Work, i: int, j: int, width: float, slot: int, last: int) -> float:
-    """By how much one side at least separates the cores of a square and a box all the way [m]."""
+    """Lower bound on the separation of a square's and a box's cores in the interval [m]."""
     if j < model.n:
         return squares_apart(model, work, i, j, width, slot, last)
     return solid_apart(model, work, i, j, width, slot, last)
@@ -271,7 +271,7 @@ def apart(model: Model, work: Work, i: int, j: int, width: float, slot: int, las
 def squares_apart(
     model: Model, work: Work, i: int, j: int, width: float, slot: int, last: int
 ) -> float:
-    """As `apart`, of two squares."""
+    """Like `apart`, for two squares."""
     least = -math.inf
     half = 0.5 * (1.0 - boxes.SHRINK) * model.side - model.rounding
     for k in range(2):
@@ -286,13 +286,13 @@ def squares_apart(
 
 @inlined
 def beside(u: float, reach: float, u2: float, reach2: float) -> float:
-    """By how much both of two places are beyond the reach from 0, on the same side of it [m]."""
+    """Distance by which both positions exceed their reaches from 0, on the same side of 0 [m]."""
     return max(min(u - reach, u2 - reach2), min(-u - reach, -u2 - reach2))
 
 
 @inlined
 def seen(work: Work, slot: int, box: int, other: int) -> tuple[float, float, float]:
-    """How wide a square with sides of 2 is that another sees, and where its centre is for it."""
+    """Width along ``box``'s axes of ``other`` as a 2 × 2 square; centre in ``box``'s frame."""
     x, y, c, s = work.sweep.x, work.sweep.y, work.sweep.c, work.sweep.s
     cos, sin = seen_from(c[slot, box], s[slot, box], c[slot, other], s[slot, other])
     dx, dy = x[slot, other] - x[slot, box], y[slot, other] - y[slot, box]
@@ -302,7 +302,7 @@ def seen(work: Work, slot: int, box: int, other: int) -> tuple[float, float, flo
 
 @inlined
 def from_solid(solid: Array, x: float, y: float) -> tuple[float, float]:
-    """Where a point is for a solid [m], along its longer side and across."""
+    """Coordinates of a point in a solid's frame [m], along and across its longer side."""
     return seen_from(solid[ix.C], solid[ix.S], x - solid[ix.X], y - solid[ix.Y])
 
 
@@ -310,7 +310,7 @@ def from_solid(solid: Array, x: float, y: float) -> tuple[float, float]:
 def solid_apart(
     model: Model, work: Work, i: int, j: int, width: float, slot: int, last: int
 ) -> float:
-    """As `apart`, of a square and a solid."""
+    """Like `apart`, for a square and a solid."""
     sweep, solid = work.sweep, model.obstacles[j - model.n]
     half = 0.5 * (1.0 - boxes.SHRINK) * model.side - model.rounding
     radius = 0.5 * model.bodies.length[0]
@@ -318,13 +318,13 @@ def solid_apart(
     u2, v2 = from_solid(solid, sweep.x[last, i], sweep.y[last, i])
     c, s = seen_from(solid[ix.C], solid[ix.S], sweep.c[slot, i], sweep.s[slot, i])
     c2, s2 = seen_from(solid[ix.C], solid[ix.S], sweep.c[last, i], sweep.s[last, i])
-    # By the solid's sides, whose distance from the square's corners bends as these do.
+    # Separation by the solid's sides; the curvature is that of the square's corners' paths.
     swing = sweep.twist[i] + square(sweep.turn[i])
     bend = 0.125 * width * width * (sweep.bend[i] + radius * swing)
     reach, reach2 = half * (abs(c) + abs(s)), half * (abs(c2) + abs(s2))
     a, b = solid[ix.A], solid[ix.B]
     least = max(beside(u, reach, u2, reach2) - a, beside(v, reach, v2, reach2) - b) - bend
-    # By the square's sides: of the solid, only the part within reach counts.
+    # Separation by the square's sides; only the part of the solid within reach counts.
     near = radius + boxes.clearance(model, i, j) + 0.125 * width * width * sweep.bend[i]
     left, right = max(-a, min(u, u2) - near), min(a, max(u, u2) + near)
     low, high = max(-b, min(v, v2) - near), min(b, max(v, v2) + near)

@@ -1,8 +1,8 @@
 """Coulomb friction with the floor: the associated law on the ellipsoid in (vx, vy, c·ω).
 
-A released component that moves with S = |(vx, vy, c ω)| > 0 feels −µ m g (vx, vy, c² ω) / S. One
-at rest feels whatever force keeps it there, as long as |(fx, fy, τ/c)| ≤ µ m g; that case is a
-complementarity problem, solved where the accelerations are.
+The friction on a released component that moves with S = |(vx, vy, c ω)| > 0 is −µ m g (vx, vy, c²
+ω) / S. On a component at rest it is the force that keeps it at rest, as long as |(fx, fy, τ/c)| ≤ µ
+m g; a complementarity problem finds this force together with the accelerations.
 """
 
 import math
@@ -12,8 +12,8 @@ from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import square
 from magfold_env.engine.state import Array, Model, Pose, State, Work
 
-AT_REST = 1e-13  # [m/s] slower is rounding error
-ALONG = 1e-20  # and sines below are
+AT_REST = 1e-13  # [m/s] slower motion is rounding error
+ALONG = 1e-20  # smaller sines are rounding errors too
 
 
 @inlined
@@ -25,7 +25,7 @@ def speed(model: Model, work: Work, v: Array, i: int) -> float:
 
 @kernel
 def find_velocities(lo: int, model: Model, state: State, work: Work) -> None:
-    """Find the pose of the free components, and how fast their centres move."""
+    """Find the pose of the free components and the velocities of their centres."""
     centres = work.centres
     articulated.place(lo, model.bodies, state.q, work.pose)
     articulated.centre_velocities(lo, model.bodies, work.pose, state.v, centres.vx, centres.vy)
@@ -41,7 +41,7 @@ def size_of(force: Array, r: int) -> float:
 def add_sliding(lo: int, model: Model, v: Array, work: Work) -> None:
     """Add the friction of the moving components to ``work.loads``.
 
-    But for those in ``work.friction.slow``, whose friction is solved for.
+    Components in ``work.friction.slow`` are omitted, because their friction is solved for.
     """
     for i in range(lo, model.n):
         s = speed(model, work, v, i)
@@ -54,24 +54,24 @@ def add_sliding(lo: int, model: Model, v: Array, work: Work) -> None:
 
 @inlined
 def slide_of(model: Model, work: Work, v: Array, i: int) -> float:
-    """How far component i would slide on if nothing but friction slowed it down [m]."""
+    """Return how far component i would slide if only friction slowed it down [m]."""
     s = speed(model, work, v, i)
     return s * s * model.bodies.mass[i] / (2.0 * max(model.friction_limit[i], 1e-300))
 
 
 @inlined
 def above_rounding(part: float) -> float:
-    """Return a sine or cosine, 0 where a force along it could not do what rounding undoes.
+    """Return a sine or cosine, or 0 if it is so small that it could only be rounding error.
 
-    What sticks turns at rates of rounding. To bear their centripetal acceleration along a row of
-    such entries alone would take any force.
+    Sticking components turn at rates of rounding errors. If a row had only such entries, holding
+    the resulting centripetal acceleration could need arbitrarily large forces.
     """
     return part if abs(part) > ALONG else 0.0
 
 
 @kernel
 def friction_rows(lo: int, model: Model, pose: Pose, work: Work, r: int, i: int) -> None:
-    """Fill rows r to r + 2 with (vx, vy, c ω) of component i; the bias as in `contact_row`."""
+    """Fill rows r to r + 2 for (vx, vy, c ω) of component i, with the bias as in `contact_row`."""
     n = model.n
     for k in range(3):
         work.rows.jacobian[r + k, :] = 0.0

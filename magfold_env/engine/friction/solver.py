@@ -1,4 +1,4 @@
-"""Contact forces together with friction that may hold, or be overcome.
+"""Contact forces together with friction that may hold or be overcome.
 
 With W = G Gᵀ and y = Gᵀλ the accelerations of the rows are w = G y + b, where y minimises
 
@@ -6,16 +6,15 @@ With W = G Gᵀ and y = Gᵀλ the accelerations of the rows are w = G y + b, wh
 
 (Gauss's principle with friction's power). The multipliers λ of this convex problem are the forces.
 The method of multipliers finds them: it replaces λ by the projection p of t = λ − σ w onto the
-forces that can act, with w taken where a smooth convex function, that with gradient y − Gᵀp, is
-least; Newton's method finds it. y has as many entries as the chain has coordinates, however many
-rows there are, and the function stays strictly convex where λ is not unique. Sources: Rockafellar,
-Math. Oper. Res. 1 (1976) 97, for the outer loop; Qi and Sun, Math. Program. 58 (1993) 353, for the
-inner.
+admissible forces, with w at the minimum of a smooth convex function with gradient y − Gᵀp, which
+Newton's method finds. y has as many entries as the chain has coordinates, however many rows there
+are, and the function is strictly convex even where λ is not unique. Sources: Rockafellar, Math.
+Oper. Res. 1 (1976) 97, for the outer loop; Qi and Sun, Math. Program. 58 (1993) 353, for the inner.
 
-All rows are scaled: W gets a unit diagonal, with one factor for the three rows of a component, so
-that projections and tolerances mean the same for angles and lengths; a force is λ / scale. Of the
-forces that can act a contact's pushes, an equality's does either, and the friction of a component
-is in a ball.
+All rows are scaled so that W has a unit diagonal, with one factor for the three rows of a
+component: projections and tolerances then mean the same for angles and lengths. An unscaled force
+is λ times the row's scale. Admissible contact forces push, an equality's force has either sign, and
+a component's friction lies in a ball.
 """
 
 import math
@@ -26,28 +25,28 @@ from magfold_env.engine.elementary import square
 from magfold_env.engine.friction.law import size_of
 from magfold_env.engine.state import Array, Work
 
-# What may be left of the accelerations, as a share of the largest bias: usually, and if that is out
-# of reach, where rows repeat each other so nearly that W hardly shows the difference, or masses are
-# so far apart that rounding hides it.
+# Permitted errors of the accelerations, as shares of the largest bias: usually, and if the first is
+# out of reach because rows repeat each other so closely that W hardly shows the difference, or
+# masses differ so much that rounding hides it.
 CONVERGED = 1e-12
 ACCEPTABLE = 1e-8
 EPSILON = 1e-15  # rounding error of a row's acceleration, as a share of the largest bias
 FIRST_PENALTY = 1e5
 LAST_PENALTY = 1e12
-GROWTH = 10.0  # of the penalty σ, when a round leaves more than the share below
+GROWTH = 10.0  # of the penalty σ, if a round leaves more than the share below
 PROGRESS = 0.1
-SAME = 1e-3  # where nothing is found otherwise: a force may be far from the most that it can do
+SAME = 1e-3  # growth of the error to ignore if nothing else converges
 ROUNDS = 40
-ENOUGH_ROUNDS = 20  # after which what is acceptable will do
-STEPS = 40  # of Newton's method in a round
-RANK = 1e-14  # share of its diagonal to which W is factorised
+ENOUGH_ROUNDS = 20  # after which an acceptable error suffices
+STEPS = 40  # of Newton's method per round
+RANK = 1e-14  # share of its diagonal up to which W is factorised
 HALVINGS = 30
-INEXACT = 0.1  # largest gradient at the end of a round, as a share of what is left
+INEXACT = 0.1  # largest gradient at the end of a round, as a share of the remaining error
 
 
 @kernel
 def scale_rows(rows: int, count: int, work: Work, limit: Array) -> None:
-    """Factors that bring W to unit diagonal, 0 for rows that no force accelerates; and limits."""
+    """Find limits and the scales for a unit diagonal of W; 0 for rows that no force accelerates."""
     delassus, scale = work.rows.delassus, work.friction.newton.scale
     for r in range(rows):
         scale[r] = 1.0 / math.sqrt(delassus[r, r]) if delassus[r, r] > 0.0 else 0.0
@@ -60,7 +59,7 @@ def scale_rows(rows: int, count: int, work: Work, limit: Array) -> None:
 
 @kernel
 def factorise(count: int, work: Work) -> int:
-    """Scaled W = G Gᵀ by Cholesky's method with complete pivoting; return the rank."""
+    """Factorise scaled W = G Gᵀ by Cholesky's method with complete pivoting; return the rank."""
     delassus, newton = work.rows.delassus, work.friction.newton
     scale, factor, left = newton.scale, newton.factor, newton.along
     for r in range(count):
@@ -85,7 +84,7 @@ def factorise(count: int, work: Work) -> int:
 
 @kernel
 def project_forces(rows: int, count: int, work: Work, force: Array) -> None:
-    """Replace ``force`` (count,) by the nearest that can act."""
+    """Replace ``force`` (count,) by the nearest admissible forces."""
     newton = work.friction.newton
     for r in range(rows):
         if work.rows.equality[r] == 0 and force[r] < 0.0:
@@ -99,9 +98,9 @@ def project_forces(rows: int, count: int, work: Work, force: Array) -> None:
 
 @kernel
 def friction_slope(r: int, penalty: float, work: Work) -> float:
-    """Share s and direction u: near t the ball of rows r to r + 2 keeps s (1 − u uᵀ) of a change.
+    """Find the derivative s (1 − u uᵀ) at t of projection onto the ball of rows r to r + 2.
 
-    Within the ball s is 1 and u is 0. Returns s and leaves u in ``work.friction.newton.normal``.
+    Within the ball s = 1 and u = 0. Returns s and leaves u in ``work.friction.newton.normal``.
     """
     newton = work.friction.newton
     for k in range(r, r + 3):
@@ -174,7 +173,7 @@ def add_square(rank: int, weight: float, vector: Array, matrix: Array) -> None:
 
 @kernel
 def fill_hessian(rows: int, count: int, rank: int, penalty: float, work: Work) -> None:
-    """1 + σ Gᵀ P G, with P the derivative of the projection at t."""
+    """Fill in 1 + σ Gᵀ P G, where P is the derivative of the projection at t."""
     newton = work.friction.newton
     factor, hessian, mean = newton.factor, newton.hessian, newton.step
     for m in range(rank):
@@ -212,7 +211,7 @@ def newton_step(count: int, rank: int, work: Work) -> None:
 
 @kernel
 def slope_at(share: float, rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
-    """Find the derivative along the step, after ``share`` of it."""
+    """Find the derivative along the step at a ``share`` of it."""
     newton = work.friction.newton
     for r in range(count):
         rate = newton.rate[r] + share * newton.along[r]
@@ -228,9 +227,9 @@ def slope_at(share: float, rows: int, count: int, rank: int, penalty: float, wor
 
 @kernel
 def step_length(rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
-    """Share of the Newton step to take: all, or half as much, … until it hardly ascends at its end.
+    """Share of the Newton step to take: 1, ½, ¼, …, until the function hardly ascends at its end.
 
-    Slopes are compared, not values, whose differences would be lost in rounding.
+    Slopes are compared, because differences of values would be lost in rounding.
     """
     start, share = 0.0, 1.0
     for m in range(rank):
@@ -244,9 +243,9 @@ def step_length(rows: int, count: int, rank: int, penalty: float, work: Work) ->
 
 @kernel
 def begin_round(count: int, rank: int, work: Work) -> None:
-    """Find λ and the rates under it by W itself, and the offset that makes G y give the same.
+    """Find λ and its rates from W itself, and the offset with which G y gives the same rates.
 
-    So neither the rounding errors of G nor those of σ w stay in the result.
+    The rounding errors of G and of σ w therefore do not remain in the result.
     """
     newton, lam = work.friction.newton, work.rows.multiplier
     for r in range(count):
@@ -268,7 +267,7 @@ def begin_round(count: int, rank: int, work: Work) -> None:
 
 @kernel
 def error_left(rows: int, count: int, work: Work) -> float:
-    """Size of the change of the forces by one step of projected gradient descent, 0 at the end."""
+    """Size of the change of forces in a step of projected gradient descent, 0 at the solution."""
     newton = work.friction.newton
     for r in range(count):
         newton.projected[r] = newton.force[r] - newton.rate[r]
@@ -281,7 +280,7 @@ def error_left(rows: int, count: int, work: Work) -> float:
 
 @kernel
 def minimise(rows: int, count: int, rank: int, penalty: float, largest: float, work: Work) -> bool:
-    """Find the forces at the smooth function's minimum; False and none if Newton's steps fail."""
+    """Find the forces at the smooth function's minimum; False if Newton's method fails."""
     newton = work.friction.newton
     for _ in range(STEPS):
         size = evaluate(rows, count, rank, penalty, work)
@@ -291,7 +290,7 @@ def minimise(rows: int, count: int, rank: int, penalty: float, largest: float, w
         fill_hessian(rows, count, rank, penalty, work)
         newton_step(count, rank, work)
         if size <= max(INEXACT * moved / penalty, EPSILON * penalty * largest):
-            # The last step is taken to first order, in p: its errors are those of w times σ.
+            # The last step is a first-order change of p, because p's errors are σ times w's errors.
             for r in range(count):
                 newton.along[r] *= -penalty
             move_forces(rows, count, penalty, work, newton.along)
@@ -304,12 +303,12 @@ def minimise(rows: int, count: int, rank: int, penalty: float, largest: float, w
 
 @kernel
 def solve_with_friction(rows: int, count: int, work: Work, limit: Array) -> bool:
-    """Find λ with λ ≥ 0, w ≥ 0, λ w = 0 in the first ``rows``, and friction in the others.
+    """Find λ with λ ≥ 0, w ≥ 0, λ w = 0 in the first ``rows`` rows, and friction in the others.
 
-    Rows from ``rows`` on come in threes, each a friction force in the ball of radius ``limit`` of
-    its component (named in ``work.rows.id``), opposed to the acceleration it leaves. Of the first,
-    those marked as equalities have w = 0 and any λ. Rows that no force accelerates are left alone.
-    Returns whether the accelerations were found; λ is in ``work.rows.multiplier``.
+    The others are three per component (in ``work.rows.id``): a friction force in a ball whose
+    radius is the component's ``limit``, opposed to the remaining acceleration. Equalities among the
+    first rows have w = 0 and any λ. Rows that no force accelerates are ignored. Returns whether the
+    accelerations were found; λ is in ``work.rows.multiplier``.
     """
     scale_rows(rows, count, work, limit)
     largest = 0.0
@@ -322,9 +321,9 @@ def solve_with_friction(rows: int, count: int, work: Work, limit: Array) -> bool
 
 @kernel
 def solve_by_multipliers(rows: int, count: int, work: Work, largest: float, same: float) -> bool:
-    """As `solve_with_friction`, by the method of multipliers; ``largest`` is the largest bias.
+    """Like `solve_with_friction`, by the method of multipliers; ``largest`` is the largest bias.
 
-    Rounds that leave more by a share up to ``same`` count as if they had left as much.
+    A growth of the error by a share up to ``same`` counts as no growth.
     """
     newton = work.friction.newton
     rank = factorise(count, work)
@@ -338,7 +337,7 @@ def solve_by_multipliers(rows: int, count: int, work: Work, largest: float, same
             return True
         if not math.isfinite(left):
             return False
-        # A large penalty makes rounds few, and its product with w's rounding errors large.
+        # A large penalty needs few rounds, but makes its product with w's rounding errors large.
         if not found or left > (1.0 + same) * before:
             penalty /= GROWTH
         elif left > PROGRESS * before:

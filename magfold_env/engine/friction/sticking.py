@@ -1,4 +1,4 @@
-"""Components that stick to the floor: which do, how they stop and tear loose; a chain at rest."""
+"""Components that stick to the floor, how they stop and tear loose, and a chain's rest."""
 
 import math
 
@@ -19,27 +19,27 @@ from magfold_env.engine.stepping.dynamics import (
     rate_of,
 )
 
-SLACK = 0.01  # share of µ g by which a step may end beyond what friction can do
-SLIPPED = 0.03  # and tolerances of a typical rate that it may miss by then
+SLACK = 0.01  # share of µ g by which a step's end may exceed the possible friction
+SLIPPED = 0.03  # permitted error of velocity at that end, in tolerances of a typical rate
 ROUNDING = 1e-9  # of accelerations, as a share of typical ones
 STILL = 1e-6  # share of µ g: a component that accelerates less sticks
-# Shares of tolerance times side that a component may still slide by: to be put to rest, and to
-# have its stopping watched; and to turn back from rest.
+# Remaining slides, in tolerances times side, below which a component is put to rest (STOPPED), may
+# turn back from rest (TURNING), creeps (CREEPING), or has its stop watched (BRAKING).
 STOPPED = 0.01
 TURNING = 1e-4
-CREEPING = 1e-3  # and to creep, if it accelerates by no more than some µ g
+CREEPING = 1e-3  # if it also accelerates by less than GENTLE µ g
 GENTLE = 3.0
 BRAKING = 25.0
-GOES_ON, RESTS, TURNS, STOPS = range(4)  # what becomes of a component
-DRAGGED = 30.0  # times the energy of what is put to rest, that it may take
-UNMET = 1e-6  # [rad/s], a hundredth of it in m/s: rates that should be zero and are not
+GOES_ON, RESTS, TURNS, STOPS = range(4)  # a component's next motion
+DRAGGED = 30.0  # limit on the energy taken, over that of the components put to rest
+UNMET = 1e-6  # [rad/s], a hundredth of it in m/s: larger remaining rates are failures
 
 
 @kernel
 def first_accelerations(model: Model, state: State, work: Work, out: Array) -> bool:
-    """As `accelerations` at the state itself, and decide which resting components stick.
+    """Find the accelerations of the state, and decide which resting components stick.
 
-    Marks them in ``state.stuck`` and leaves only their rows for the stages to come.
+    Marks them in ``state.stuck`` and leaves only their rows for the coming stages.
     """
     lo, n = state.counter[ix.N_HELD], model.n
     rows = work.rows.counts[ix.CONTACTS]
@@ -99,11 +99,11 @@ def within_grip(model: Model, work: Work) -> bool:
 
 @kernel
 def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
-    """Whether friction can no longer do, at the end of a step ``h``, what the step asked of it.
+    """Whether, at the end of a step ``h``, friction can no longer supply what the step assumed.
 
-    The multipliers that hold rigidly joined components are many: those of the step may ask too
-    much of one, where others would do. So accelerations are compared. What hardly moves within the
-    step may be let go after it.
+    The multipliers that hold rigidly joined components are not unique: the step's may exceed one
+    component's limit where others would not. Accelerations are therefore compared. A component that
+    would hardly move within the step may also be released after it.
     """
     rows, count = work.rows.counts[ix.CONTACTS], work.rows.counts[ix.ALL_ROWS]
     if count == rows or within_grip(model, work):
@@ -132,12 +132,12 @@ def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
 
 @kernel
 def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> bool:
-    """Whether nothing will move again, relative to the base while the tube feeds.
+    """Whether no component will move again, relative to the base while the tube feeds.
 
-    Either friction holds every component; or no joint turns and none will, because stops press
-    with more than friction could lift, or because rates and accelerations are far below the
-    tolerance and the base does not move by itself. In a field from outside, or where a solid may
-    still be met, the whole chain must be at rest.
+    Either friction holds every component, or no joint turns or will turn: stops press harder than
+    friction could lift, or rates and accelerations are far below the tolerance and the base does
+    not move freely. In an external field, or if the chain may still meet a solid, the whole chain
+    must be at rest.
     """
     lo, n = state.counter[ix.N_HELD], model.n
     free = is_free(lo, model)
@@ -148,7 +148,7 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
         if sticks:
             state.v[lo:] = 0.0
             return True
-    # A pinned chain that nothing holds or pulls turns about its pin as a free one turns in space.
+    # Without friction and gravity, a pinned chain turns about its pin as a free one does in space.
     pulled = model.gravity_x != 0.0 or model.gravity_y != 0.0
     spins = free or (model.pinned and not model.frictional and not pulled)
     spins = spins and (n > 1 or free)
@@ -159,14 +159,14 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
     if turning > slow or speeding_up > least:
         return False
     if spins and (model.field.present or may_meet_solid(model, state, work)):
-        # Where a field acts, or a solid may be met, a chain that moves on as one body may bend
-        # again. That of the whole chain which takes a second for a tolerance does not count, for
-        # what lies on a solid without friction drifts along it.
+        # In a field, or if it may meet a solid, a chain that moves as one body may bend again.
+        # Motion of less than a tolerance per second does not count, because a chain that lies on a
+        # solid without friction drifts along it.
         turning, speeding_up = whole_motion(model, state.v), whole_motion(model, acceleration)
         if turning > (slow if model.field.present else model.tolerance) or speeding_up > least:
             return False
     if not free:
-        # Contacts with the walls end as the base moves on.
+        # Contacts with the walls end as the base moves.
         stays = lo == 0 or state.counter[ix.PARKED] == 1
         return stays or work.rows.counts[ix.CONTACTS] == work.rows.counts[ix.JOINT_STOPS]
     if not model.frictional:
@@ -187,8 +187,8 @@ def relative_motion(
 ) -> tuple[float, float]:
     """Largest relative rate [rad/s] and relative angular acceleration [rad/s²] of a joint.
 
-    The first component counts as a joint too unless it ``spins`` freely. No more joints are looked
-    at once one is not ``slow`` [rad/s].
+    The first component's heading counts as a joint too, unless it ``spins`` freely. The search ends
+    at the first joint that is faster than ``slow`` [rad/s].
     """
     rate, acceleration = 0.0, 0.0
     for k in range(lo, n):
@@ -205,9 +205,9 @@ def relative_motion(
 
 @kernel
 def stops_press(lo: int, model: Model, state: State, work: Work) -> bool:
-    """Whether all joints are at stops that press harder than friction on the floor could lift.
+    """Whether all joints are at stops that press harder than friction with the floor could lift.
 
-    What slides on as one rigid body then stays one.
+    A chain that slides as one rigid body then remains one.
     """
     grip = 0.0
     for i in range(lo, model.n):
@@ -226,11 +226,11 @@ def stops_press(lo: int, model: Model, state: State, work: Work) -> bool:
 def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     """Stop the components that friction is about to stop.
 
-    A component that slows down and would slide on by less than a hundredth of the tolerance is
-    put to rest, and stays if friction can hold it. Those that it cannot hold go on, unless they
-    hardly move any more and turn back: that they may do from rest. ``out`` holds the accelerations
-    of the state, before and after; returned is whether they were found anew. Steps must not jump
-    over the moment when a component stops: ``state.clock[BRAKE]`` bounds the next one.
+    A component that slows down and would slide by less than a hundredth of the tolerance is put to
+    rest, and stays if friction can hold it. Other components continue, unless they hardly move and
+    turn back, which they may do from rest. ``out`` holds the state's accelerations, before and
+    after; returns whether they were recomputed. A step must not jump over the moment when a
+    component stops: ``state.clock[BRAKE]`` bounds the next one.
     """
     lo, rows = state.counter[ix.N_HELD], work.rows.counts[ix.CONTACTS]
     find_motion(lo, model, state, work, out)
@@ -260,7 +260,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
 
 @kernel
 def find_braking(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> None:
-    """Find what becomes of the components, and when each would stop [s]."""
+    """Find the components' next motion, and when each would stop [s]."""
     for i in range(lo, model.n):
         work.friction.motion[i] = GOES_ON
         work.friction.braking[i] = math.inf
@@ -282,7 +282,7 @@ def find_braking(lo: int, model: Model, state: State, work: Work, acceleration: 
 
 @inlined
 def first_stop(lo: int, model: Model, work: Work) -> float:
-    """Time until the first component that goes on may stop [s]."""
+    """Time until the first component that still moves may stop [s]."""
     soonest = math.inf
     for i in range(lo, model.n):
         if work.friction.motion[i] == GOES_ON:
@@ -301,9 +301,9 @@ def some_move(lo: int, model: Model, work: Work) -> bool:
 
 @kernel
 def drop_loose(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> bool:
-    """Let those go on that friction does not hold, but for those that turn back; whether any.
+    """Let components that friction does not hold continue, unless they turn back; whether any do.
 
-    A component turns back if from rest it accelerates against its velocity before, which is in
+    A component turns back if it accelerates from rest against its previous velocity, which is in
     ``work.friction.before``.
     """
     bodies, pose = model.bodies, work.pose
@@ -331,10 +331,10 @@ def drop_loose(lo: int, model: Model, state: State, work: Work, acceleration: Ar
 
 @kernel
 def is_creeping(model: Model, state: State, work: Work, acceleration: Array) -> bool:
-    """Whether a component hardly moves, and what drives it is of the order of its friction.
+    """Whether a component hardly moves, and its driving force is comparable to its friction.
 
-    Its friction turns with its velocity within far less than a step, which steps that do not
-    solve for friction cannot follow. Needs the centres' velocities in ``work``.
+    Its friction changes direction with its velocity within far less than a step, so the step must
+    solve for friction. Needs the centres' velocities in ``work``.
     """
     found, centres, loads = False, work.centres, work.loads
     for i in range(state.counter[ix.N_HELD], model.n):
@@ -354,10 +354,10 @@ def is_creeping(model: Model, state: State, work: Work, acceleration: Array) -> 
 
 @kernel
 def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
-    """Stop all components that are marked to be; whether that can be.
+    """Stop all marked components; return whether that is possible.
 
     The velocity becomes the nearest one, in the metric of the mass matrix, at which they rest and
-    all that touches stays in touch.
+    all contacts stay closed.
     """
     lo = state.counter[ix.N_HELD]
     count = rows
@@ -375,7 +375,7 @@ def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
         return False
     apply_multipliers(lo, count, work, state.v)
     for r in range(count):
-        # A chain held both in the tube and by the floor may leave no such velocity.
+        # If both tube and floor hold a chain, there may be no such velocity.
         is_stop = r < work.rows.counts[ix.JOINT_STOPS]
         if abs(rate_of(lo, work, r, state.v)) > UNMET * (1.0 if is_stop else 0.01):
             return False
@@ -387,9 +387,9 @@ def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
 
 @inlined
 def drags_along(lo: int, model: Model, state: State, work: Work, count: int) -> bool:
-    """Whether the multipliers stop far more than those that are to be put to rest.
+    """Whether the multipliers stop much more than the components to be put to rest.
 
-    Where links are all but stretched, holding an end that hardly moves stops all that do.
+    If links are nearly stretched, holding a slow end stops all moving components.
     """
     own, lost = 0.0, 0.0
     for i in range(lo, model.n):
@@ -403,7 +403,7 @@ def drags_along(lo: int, model: Model, state: State, work: Work, count: int) -> 
 
 @kernel
 def find_motion(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> None:
-    """Velocities and accelerations of the centres, the latter in two parts: ``fx`` and ``ax``."""
+    """Find the centres' velocities, and their accelerations in two parts, ``fx`` and ``ax``."""
     place_all(lo, model, state.q, work.pose)
     articulated.centre_motion(lo, model.bodies, work.pose, state.v, work.centres)
     articulated.centre_velocities(

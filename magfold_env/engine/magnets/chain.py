@@ -1,11 +1,11 @@
-"""The magnets of a chain whose joints keep within their stops, at a fraction of the sums' cost.
+"""The magnets of a chain whose joints keep within stops, at a fraction of the cost of summing.
 
-Neighbours and components two apart are looked up in splines of their joints' angles; all other
-pairs are summed. Where every joint between two components is at its stop their relative pose is
-fixed, and what they do to each other is found once and kept. That pose follows from the stops
-between them, which one integer to base 3 tells; what is kept is of that very pose, so it does not
-depend on how the chain came there. The forces are the gradient of `chain_energy`, which is that of
-`pairs` to within the splines' error.
+Neighbours and components two apart use splines of their joint angles; other pairs use a table or
+sums. If every joint between two components is at its stop, their relative pose is fixed, so their
+interaction is computed once and stored. A base-3 integer encodes the stops between them and so the
+pose; the interaction is computed for exactly that pose, so it does not depend on the chain's
+history. The forces are the gradient of `chain_energy`, which equals the energy in `pairs` to within
+the splines' error.
 """
 
 import math
@@ -29,9 +29,9 @@ from magfold_env.engine.state import (
 )
 
 HALF_PI = math.pi / 2.0
-AT_STOP = 1e-9  # [rad] a joint this near to its stop is there
+AT_STOP = 1e-9  # [rad] a joint this near to its stop is at it
 LEFT, RIGHT = 1, 2
-TABLED = 2  # components at most so far apart are looked up
+TABLED = 2  # components at most this far apart use splines of joint angles
 
 
 @kernel
@@ -41,8 +41,8 @@ def add_chain_forces(
 ) -> None:  # fmt: skip
     """Add the magnets' forces [N] and torques [N·m] on components ``lo`` on.
 
-    Components ``first`` on are charged; those before ``lo`` are held, and nothing is added for
-    pairs of them. Energies of joint angles act as torques alone: they are generalised forces of
+    The magnets of components ``first`` on act. Components before ``lo`` are held, and pairs of held
+    components are omitted. Energies of joint angles give only torques, the generalised forces of
     the headings ``q``.
     """
     if not (model.contact and model.magnets.tables.end > 0.0):
@@ -64,7 +64,7 @@ def add_chain_forces(
 
 @inlined
 def spread(first: int, model: Model, pose: Pose, nodes: Nodes) -> None:
-    """Bring to the world's frame what pairs, and a field, need of casings ``first`` on, if any."""
+    """Turn the data of casings ``first`` on that pairs or a field need into the world's frame."""
     end = model.magnets.tables.far.end
     if end == 0.0 or model.field.present:
         pairs.spread_nodes(first, model.magnets, pose, nodes)
@@ -77,9 +77,9 @@ def apart(
     magnets: Magnets, charge: Array, pose: Pose, turn: float, nodes: Nodes, i: int, j: int,
     with_energy: bool,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Energy, force and torque of casings three joints apart or more, as by `pairs.casing_pair`.
+    """Energy, force and torque of casings at least three joints apart, like `pairs.casing_pair`.
 
-    ``turn`` is by how much j's heading is ahead of i's [rad].
+    ``turn`` is j's heading less i's [rad].
     """
     far, column = magnets.tables.far, nodes.stencils.column
     if far.end > 0.0:
@@ -93,7 +93,7 @@ def located(
     magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, i: int, j: int, place: int,
     with_energy: bool,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """As `apart`, where a table, if there is one, is known to be looked up: see `look_ahead`."""
+    """Like `apart`, for a pair that `look_ahead` has located in the table, if there is one."""
     far, parts = magnets.tables.far, nodes.segments
     if far.end == 0.0:
         return pairs.casing_pair(magnets, charge, pose, nodes, i, j, with_energy)
@@ -116,9 +116,9 @@ def located(
 def look_ahead(
     begin: int, count: int, model: Model, q: Array, pose: Pose, nodes: Nodes, rigid: Rigid
 ) -> int:
-    """Locate as many of the pairs to come as are looked up together, and return how many.
+    """Locate the next pairs in the table, as many as one look-up takes; return their number.
 
-    Those at ``begin`` and after it in the list that are three joints apart or more.
+    Takes pairs in the list from ``begin`` on that are at least three joints apart.
     """
     far, column, pair = model.magnets.tables.far, nodes.stencils.column, nodes.segments.pair
     if far.end == 0.0:
@@ -139,7 +139,7 @@ def look_ahead(
 def add_pairs(
     count: int, model: Model, q: Array, pose: Pose, nodes: Nodes, rigid: Rigid, loads: Loads
 ) -> None:
-    """Add the forces of pairs that are listed."""
+    """Add the forces of the listed pairs."""
     pair, charge, tables = nodes.segments.pair, model.charge, model.magnets.tables
     cos, sin = pose.cos, pose.sin
     code, joined, force, torque = rigid.code, rigid.reach, rigid.force, loads.torque
@@ -169,7 +169,7 @@ def add_pairs(
 
 @inlined
 def bend(i: int, j: int, slope: float, next_slope: float, torque: Array) -> None:
-    """Add the torques of an energy with the given slopes by the angles of joints i + 1 and j."""
+    """Add the torques of an energy with the given slopes in the angles of joints i + 1 and j."""
     torque[i] += slope
     torque[i + 1] -= slope
     torque[j - 1] += next_slope
@@ -178,15 +178,15 @@ def bend(i: int, j: int, slope: float, next_slope: float, torque: Array) -> None
 
 @inlined
 def is_rigid(i: int, j: int, reach: IntArray, code: IntArray) -> bool:
-    """Whether component j is rigidly joined to i, and their forces kept."""
+    """Whether component j is rigidly joined to i and their forces are stored."""
     return j <= reach[i] and j - i <= code.shape[1]
 
 
 @kernel
 def refresh_cache(first: int, model: Model, q: Array, nodes: Nodes, rigid: Rigid) -> None:
-    """Mark the joints at their stops, and find what is not known, or not any more, of pairs.
+    """Mark the joints at their stops, and update the stored forces of rigidly joined pairs.
 
-    Charges that have changed are spread over the nodes.
+    Changed charges are also distributed over the nodes.
     """
     n, charge, stop, reach, code = model.n, model.charge, rigid.stop, rigid.reach, rigid.code
     changed = False
@@ -218,7 +218,7 @@ def refresh_cache(first: int, model: Model, q: Array, nodes: Nodes, rigid: Rigid
 
 @inlined
 def invalidate_cache(nodes: Nodes) -> None:
-    """Let everything that charges are folded into be found anew."""
+    """Invalidate all stored values that contain charges."""
     nodes.bends.one_cell[:] = 0
     nodes.bends.two_cell[:] = 0
     nodes.stencils.pair[:] = 0
@@ -226,10 +226,10 @@ def invalidate_cache(nodes: Nodes) -> None:
 
 @kernel
 def cache_rigid_pair(model: Model, i: int, j: int, rigid: Rigid) -> None:
-    """Keep what the pair does to each other with every joint between exactly at its stop.
+    """Store a pair's interaction with every joint between exactly at its stop.
 
-    For a pair in the tables these are the slopes by the joints' angles, for others a force and a
-    torque in the frame of i.
+    For a pair with splines of joint angles, these are slopes in the angles; for other pairs, a
+    force and a torque in the frame of i.
     """
     kept, nodes = rigid.force[i, j - i - 1], rigid.nodes
     invalidate_cache(nodes)
@@ -269,7 +269,7 @@ def stop_angle(stop: int) -> float:
 
 @kernel
 def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -> float:
-    """Energy of all pairs of components ``first`` on [J] whose gradient `add_chain_forces` is."""
+    """Energy of all pairs of components ``first`` on [J]; `add_chain_forces` adds its gradient."""
     magnets, charge = model.magnets, model.charge
     if not (model.contact and magnets.tables.end > 0.0):
         return pairs.energy(first, magnets, charge, pose, nodes)
@@ -300,7 +300,7 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
 
 @kernel
 def magnet_energy(first: int, model: Model, work: Work) -> float:
-    """Energy of components ``first`` on at the pose in ``work``, an outer field's included [J]."""
+    """Energy of components ``first`` on at the pose in ``work`` [J], including an outer field."""
     if not model.magnetic:
         return 0.0
     total = pairs.energy(first, model.magnets, model.charge, work.pose, work.nodes)
@@ -309,9 +309,9 @@ def magnet_energy(first: int, model: Model, work: Work) -> float:
 
 @kernel
 def potential_energy(first: int, model: Model, q: Array, work: Work) -> float:
-    """Energy whose exact gradient the simulated magnet forces are [J].
+    """Energy whose exact gradient gives the simulated magnet forces [J].
 
-    Within the magnets' accuracy it is `magnet_energy`, which sums where the dynamics looks up.
+    It equals `magnet_energy`, which uses sums instead of tables, within the magnets' accuracy.
     """
     if not model.magnetic:
         return 0.0
@@ -328,7 +328,7 @@ def _outer(first: int, model: Model, work: Work) -> float:
 
 @kernel
 def magnet_loads(model: Model, headings: Array, work: Work, out: Array) -> None:
-    """Fill ``out`` (shapes, n) [N·m] for headings (shapes, n) [rad]."""
+    """Fill ``out`` (shapes, n) with generalised forces [N·m] at headings (shapes, n) [rad]."""
     n = model.n
     q = work.stages.q
     q[n] = 0.0

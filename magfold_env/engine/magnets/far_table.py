@@ -1,17 +1,16 @@
-"""Casings three joints apart and more, looked up in one table.
+"""Casings at least three joints apart, looked up in one table.
 
-The energy of two casings depends on the distance r of their centres and on where, seen from each,
-the other lies, and is bilinear in the charges of their faces. Since a casing turned by a right
-angle has its faces where others were, the energies of all sixteen pairs of faces are those of one
-pair, turned: one table of cubic splines over 1/r and the two directions holds them all, sixteen
-stencils of 4 × 4 × 4 splines in different places. These are summed with the charges when a pair
-enters a new cell of the table, and kept: a function of charges and cell alone.
+The energy of two casings depends on the distance r of their centres and on the direction of each in
+the other's frame, and is bilinear in the charges of their faces. A right-angle turn maps a casing's
+faces to each other, so one face pair's energies, turned, are those of all sixteen: one table of
+cubic splines over 1/r and the two directions gives them as sixteen stencils of 4 × 4 × 4 splines at
+different places. When a pair enters a new cell of the table, the stencils are summed with the
+charges and stored; the sum depends only on charges and cell.
 
-Faces 1 mm apart are too much for a table that is to be small, so in it poles nearer than a
-*softening radius* act by the Taylor polynomial of their energy about that radius. What that leaves
-is summed over the nodes of those few faces that are so near, in `stiffen`, which also corrects
-these sums for faces that may touch, as `pairs` does. The energy is
-twice differentiable, and forces and torques are its exact gradient.
+A small table cannot resolve faces 1 mm apart, so poles nearer than a *softening radius* act in it
+by their energy's Taylor polynomial about that radius. `stiffen` sums the difference over the nodes
+of the few faces that are so near, and corrects these sums for faces that may touch, as `pairs`
+does. The energy is twice differentiable, and forces and torques are its exact gradient.
 """
 
 import math
@@ -24,18 +23,18 @@ from magfold_env.engine.magnets import laws
 from magfold_env.engine.magnets.pairs import LANES, grade, sum_lanes, whole_lanes
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Pose, Stencils
 
-SPLINES = 4  # that are not zero in a space between knots
+SPLINES = 4  # that are nonzero between two knots
 FACES = 4
 PLACES = SPLINES * SPLINES
 SIXTH, TWO_THIRDS = 1.0 / 6.0, 2.0 / 3.0
 TWO_PI = 2.0 * math.pi
 
-# Rows of `Stencils.column`, a column a pair: where the second casing lies in the frame of the
-# first, and by how much its heading is ahead; then, found from these, 1/r, the cell, and for each
-# coordinate the cubic splines in it and their slopes.
+# Rows of `Stencils.column`, which has one column per pair: the second casing's position in the
+# first one's frame, and its heading relative to the first; then 1/r, the cell, and for each
+# coordinate the values and slopes of the cubic splines there.
 X, Y, TURN, INVERSE, RADIAL, TOWARD, BACK, WEIGHT = range(8)
 SLOPE = WEIGHT + SPLINES
-NEXT = 2 * SPLINES  # rows further on are those of the next coordinate
+NEXT = 2 * SPLINES  # offset of the next coordinate's rows
 ROWS = WEIGHT + 3 * NEXT
 
 
@@ -43,9 +42,9 @@ ROWS = WEIGHT + 3 * NEXT
 def look_up(
     table: FarTable, charge: Array, pose: Pose, turn: float, i: int, j: int, stencils: Stencils
 ) -> tuple[float, float, float, float]:
-    """Energy [J], force on casing i [N] and torque about its centre [N·m] by casing j, softened.
+    """Softened energy [J], force on casing i [N] and torque about its centre [N·m] by casing j.
 
-    ``turn`` is by how much j's heading is ahead of i's [rad].
+    ``turn`` is j's heading less i's [rad].
     """
     see(pose, turn, i, j, stencils.column, 0)
     locate(table, 1, stencils.column)
@@ -54,7 +53,7 @@ def look_up(
 
 @inlined
 def see(pose: Pose, turn: float, i: int, j: int, column: Array, p: int) -> None:
-    """Note in a column where casing j lies, seen from i."""
+    """Store casing j's pose in i's frame in a column."""
     c, s = pose.cos[i], pose.sin[i]
     dx, dy = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
     column[X, p], column[Y, p], column[TURN, p] = c * dx + s * dy, c * dy - s * dx, turn
@@ -62,9 +61,9 @@ def see(pose: Pose, turn: float, i: int, j: int, column: Array, p: int) -> None:
 
 @kernel
 def locate(table: FarTable, count: int, column: Array) -> None:
-    """Find where in the table the first columns are: together, in vectors, from two on."""
+    """Locate the first ``count`` columns in the table; if more than one, vectorised."""
     if column.shape[0] != ROWS or column.shape[1] != LANES:
-        return  # so the compiler knows how far apart rows are
+        return  # never reached: tells the compiler the rows' spacing
     spaces, turns = table.energy.shape[0] - 3, table.energy.shape[1] - 3
     nearest, density, whole = 1.0 / table.end, table.density, float(turns)
     for p in range(LANES if count > 1 else 1):
@@ -73,7 +72,7 @@ def locate(table: FarTable, count: int, column: Array) -> None:
         there = direction(x, y)
         radial = (inverse - nearest) * density
         toward, back = _knots(there, whole), _knots(there + math.pi - column[TURN, p], whole)
-        # Beyond its first and last knot the table goes on as it ends.
+        # Beyond the first and last knots, the outermost polynomials continue.
         a = min(max(np.floor(radial), 0.0), spaces - 1.0)
         b = min(max(np.floor(toward), 0.0), whole - 1.0)
         e = min(max(np.floor(back), 0.0), whole - 1.0)
@@ -88,10 +87,10 @@ def locate(table: FarTable, count: int, column: Array) -> None:
 def interpolate(
     table: FarTable, charge: Array, pose: Pose, i: int, j: int, stencils: Stencils, p: int
 ) -> tuple[float, float, float, float]:
-    """As `look_up`, of a pair whose column p is located."""
+    """Like `look_up`, for a pair whose column p is already located."""
     column, value, here = stencils.column, stencils.value, stencils.here
     turns = table.energy.shape[1] - 3
-    # Where numbers broke down the first cell will do.
+    # If a number is not finite, the first cell serves.
     a, b, e = max(int(column[RADIAL, p]), 0), int(column[TOWARD, p]), int(column[BACK, p])
     pair, cell = i * pose.x.size + j, (a * turns + b) * turns + e
     slot = pair % stencils.pair.size
@@ -120,7 +119,7 @@ def interpolate(
         by_radial += column[SLOPE + k, p] * u
         by_toward += column[WEIGHT + k, p] * v
         by_back += column[WEIGHT + k, p] * w
-    # The energy grows along r by this, across it by that; a force on i is its gradient by j.
+    # The energy's slopes along and across r; the force on i is the gradient at j's position.
     inverse, x, y = column[INVERSE, p], column[X, p], column[Y, p]
     along = -by_radial * inverse * inverse * table.density * inverse
     torque = by_toward * turns / TWO_PI
@@ -139,7 +138,7 @@ def _knots(angle: float, turns: float) -> float:
 
 @inlined
 def _basis(t: float, column: Array, row: int, p: int) -> None:
-    """Fill eight rows: the cubic splines in a space between knots, and their slopes by ``t``."""
+    """Fill eight rows: the cubic splines between two knots, and their slopes in ``t``."""
     s = 1.0 - t
     t2, s2 = t * t, s * s
     column[row, p] = SIXTH * (s2 * s)
@@ -157,11 +156,11 @@ def _fold(
     energy: Array, charge: Array, i: int, j: int, a: int, b: int, e: int,
     slot: int, stencils: Stencils,
 ) -> None:  # fmt: skip
-    """Sum the stencils of all pairs of faces, with their charges.
+    """Sum the stencils of all pairs of faces, weighted with their charges.
 
-    Seen from its f-th face all else is turned back by f right angles. The table holds directions
-    from the second casing a right angle apart side by side, so that its four faces are summed
-    together.
+    Relative to the f-th face, everything else is turned back by f right angles. Directions from the
+    second casing that are right angles apart are side by side in the table, so that its four faces
+    are summed together.
     """
     value, product, here, column = stencils.value, stencils.product, stencils.sum, stencils.begin
     turns = energy.shape[1] - 3
@@ -172,7 +171,7 @@ def _fold(
         for k in range(PLACES):
             product[f, k] = charge[i, f] * charge[j, (e // quarter - k + PLACES) % FACES]
     for k in range(SPLINES):
-        # Unsigned: a signed index might count from the end, which no vector load can.
+        # Unsigned, because a signed index might count from the end, which prevents vector loads.
         row = np.uint64(a + k)
         for m in range(SPLINES):
             c0, c1 = np.uint64(column[0] + m), np.uint64(column[1] + m)
@@ -193,9 +192,9 @@ def _fold(
 def stiffen(
     magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, i: int, j: int, with_energy: bool
 ) -> tuple[float, float, float, float]:
-    """Add what the table's softening leaves out, as `look_up` gives it.
+    """Return the correction of the table's softening, in the form of `look_up`.
 
-    The energy is 0 unless asked for.
+    The energy is 0 unless ``with_energy`` is true.
     """
     face_x, face_y, face_tx, face_ty = (
         magnets.face_x,
@@ -226,7 +225,7 @@ def stiffen(
             if q == 0.0:
                 continue
             q = q if (f < FACES) == (g < FACES) else -q
-            # How far each face is from the other's line, in widths.
+            # Distance of each face from the other's line, times the width.
             atx, aty = face_tx[f], face_ty[f]
             half = 0.5 * abs(btx * aty - bty * atx)
             from_a, from_b = abs(x * aty - y * atx) - half, abs(x * bty - y * btx) - half
@@ -252,7 +251,7 @@ def _stiff_faces(
     magnets: Magnets, x: float, y: float, a: tuple[float, float], b: tuple[float, float],
     with_energy: bool, scratch: Nodes,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Do so for two faces of unit charge along ``a`` and ``b``, (x, y) from b's centre to a's."""
+    """Do this for faces of unit charge along ``a`` and ``b``; (x, y) is from b's centre to a's."""
     table, level = magnets.tables.far, magnets.level_radius.size - 1
     count, sum2, nearest2 = magnets.level_count[level], magnets.height2, magnets.nearest2
     offset, share = magnets.level_node, magnets.level_weight
@@ -275,7 +274,7 @@ def _stiff_faces(
         for k in range(lanes):
             dx, dy = x0 + offset[level, k] * a[0], y0 + offset[level, k] * a[1]
             r2 = max(dx * dx + dy * dy, nearest2)
-            # Outside the radius nothing is left.
+            # Outside the radius there is no difference.
             rest = min(r2 - soft2, 0.0)
             inside = w if rest < 0.0 else 0.0
             g = laws.node_force(True, sum2, 0.0, r2)

@@ -1,11 +1,11 @@
-"""What two nodes of pole faces do to each other, and the step that blends two sums over nodes.
+"""The interaction of two nodes of pole faces, and the step that blends two rules.
 
-Nodes stand for lines of heights H₁ and H₂, centred on the plane. With their half sum a, their half
-difference b, and A = √(ρ² + a²), B = √(ρ² + b²) at the in-plane distance ρ, the integral out of the
-plane is closed: force 2 d / (ρ² (A + B)), energy 2/(a² − b²) (a asinh(a/ρ) − b asinh(b/ρ) − A + B),
+Nodes represent upright lines of heights H₁ and H₂, centred on the plane. With half sum a and half
+difference b of the heights, and A = √(ρ² + a²), B = √(ρ² + b²) at the in-plane distance ρ, the
+integrals are: force 2 d / (ρ² (A + B)), energy 2/(a² − b²) (a asinh(a/ρ) − b asinh(b/ρ) − A + B),
 both times (µ0/4π) q_k q_l; for equal heights b = 0 and B = ρ. Point charges follow Coulomb's law.
 
-Everything here is plain arithmetic, so that loops over nodes vectorise.
+All functions are plain arithmetic, so that loops over nodes vectorise.
 """
 
 import math
@@ -15,19 +15,19 @@ from magfold_env.engine.compile.jit import inlined
 from magfold_env.engine.elementary import log1p
 
 COULOMB = 1e-7  # µ0 / 4π [N/A²]
-SPREAD = 1.25  # two rules for casings or segments are blended up to this many radii
-NEAREST2 = 1e-16  # [m²] poles do not come nearer than 10 nm, lest forces end as no numbers
+SPREAD = 1.25  # blending of two rules for casings or segments ends at this many radii
+NEAREST2 = 1e-16  # [m²] smaller distances than 10 nm count as 10 nm, so that forces stay finite
 
 
 class FacePair(NamedTuple):
-    """Two pole faces a and b, which stand half their heights above the plane and below it."""
+    """Two pole faces a and b, centred on the plane."""
 
-    even: bool  # of one height
-    half_a: float  # half their heights [m]
+    even: bool  # equal heights
+    half_a: float  # half the heights [m]
     half_b: float
-    x: float  # a's centre from b's [m]
+    x: float  # from b's centre to a's [m]
     y: float
-    ax: float  # vectors along their widths and as long [m]
+    ax: float  # vectors along the widths, of the same length [m]
     ay: float
     bx: float
     by: float
@@ -37,7 +37,7 @@ class FacePair(NamedTuple):
 def node_force(strips: bool, sum2: float, difference2: float, r2: float) -> float:
     """Force between unit charges divided by their distance vector, without µ0/4π [1/m³].
 
-    ``sum2`` is a² and ``difference2`` is b² [m²]; points have neither. ``r2``, ρ², is above 0.
+    ``sum2`` is a² and ``difference2`` is b² [m²], unused for points. ``r2`` is ρ² and must be > 0.
     """
     if strips:
         return 2.0 / (r2 * (math.sqrt(r2 + difference2) + math.sqrt(r2 + sum2)))
@@ -48,9 +48,9 @@ def node_force(strips: bool, sum2: float, difference2: float, r2: float) -> floa
 def node_law(
     strips: bool, even: bool, sum2: float, difference2: float, r2: float
 ) -> tuple[float, float]:
-    """Force as `node_force` gives it, and energy of unit charges without µ0/4π [1/m].
+    """Force like `node_force`, and energy of unit charges without µ0/4π [1/m].
 
-    Lines are ``even`` if all have one height: ``difference2`` is then left out.
+    Lines are ``even`` if all have the same height; ``difference2`` is then not used.
     """
     r = math.sqrt(r2)
     if not strips:
@@ -58,10 +58,10 @@ def node_law(
     a = math.sqrt(sum2)
     if even:
         total = r + math.sqrt(r2 + sum2)
-        # One division for two: they cost the most here.
+        # One division instead of two, because divisions take most of the time.
         both = 1.0 / (r * total)
         inverse, inverse_r = both * r, both * total
-        # A − ρ, and asinh(a/ρ) by log(1 + z): neither loses digits far away.
+        # A − ρ, and asinh(a/ρ) by log(1 + z), without loss of digits at large distances.
         rise = sum2 * inverse
         energy = 2.0 / sum2 * (a * log1p((a + rise) * inverse_r) - rise)
         return 2.0 * inverse * inverse_r * inverse_r, energy
@@ -78,7 +78,7 @@ def node_law(
 
 @inlined
 def step_down(ratio: float, end: float) -> tuple[float, float]:
-    """Weight and its derivative: 1 for ratio ≤ 1, 0 for ratio ≥ ``end``, C² between."""
+    """Weight and its derivative: 1 for ratio ≤ 1, 0 for ratio ≥ ``end``, C² in between."""
     if ratio <= 1.0:
         return 1.0, 0.0
     if ratio >= end:
@@ -95,15 +95,15 @@ def between_rules(
     near: tuple[float, float, float, float], far: tuple[float, float, float, float],
     ratio: float, spread: float, radius: float, ex: float, ey: float,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Blend what two rules say of a pair: energy, force and torque, all with the energy's gradient.
+    """Blend two rules for a pair: energy, force and torque, with forces the energy's gradient.
 
-    ``ratio`` is the distance that decides over ``radius`` [m]; (ex, ey) [m] points to the body that
-    feels them, along whose line that distance grows.
+    ``ratio`` is the deciding distance divided by ``radius`` [m]. That distance grows along (ex, ey)
+    [m], which points to the body on which the force acts.
     """
     u, fx, fy, t = near
     low, lx, ly, lt = far
     weight, slope = step_down(ratio, spread)
-    # −∂w/∂x (U_near − U_far) acts along the line of the centres.
+    # −∂w/∂x (U_near − U_far) acts along the line between the centres.
     push = -slope / radius * (u - low) / math.sqrt(max(ex * ex + ey * ey, NEAREST2))
     return (
         low + weight * (u - low),

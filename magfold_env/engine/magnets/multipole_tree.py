@@ -1,15 +1,15 @@
-"""Which casings act on each other one by one, and which in segments of the chain, expanded.
+"""Which casings interact one by one, and which as multipole-expanded segments of the chain.
 
-Level l of a tree holds segments of 2^l consecutive components. Two segments whose centres, the
-means of their components' ones, are farther apart than 2^l times a radius act on each other by
-their `multipoles`; nearer ones do so by their children, segments half as long. In between, from the
-radius to `SPREAD` times it, both energies are blended, so that the energy is twice differentiable
-and forces are its exact gradient, as with ranks and levels in `pairs`. Neighbours in a chain are
-joined, so a segment is never longer than when stretched: the radius bounds the error in any shape.
+Level l of a tree holds segments of 2^l consecutive components. Two segments whose centres (the
+means of their components' centres) are farther apart than 2^l times a radius interact by their
+`multipoles`; nearer ones act through their children, which are half as long. From the radius to
+`SPREAD` times the radius, both energies are blended, so that the energy is twice differentiable and
+forces are its exact gradient, as with ranks and levels in `pairs`. A segment is longest when
+stretched, because its components are joined: the radius bounds the error in any shape.
 
 `begin` finds the segments' moments; `list_pairs` lists pairs of single casings until none are left,
-adding up what segments do to each other on the way; `finish` brings that down to the components.
-Chains of fewer than `LONG` components have no segments but their casings.
+and sums the interactions of segments on the way; `finish` passes those sums down to the components.
+Chains of fewer than `LONG` components have no segments other than single casings.
 """
 
 import math
@@ -19,13 +19,13 @@ from magfold_env.engine.magnets import multipoles
 from magfold_env.engine.magnets.laws import SPREAD, step_down
 from magfold_env.engine.state import Array, Loads, Segments
 
-LONG = 16  # components from which segments pay
+LONG = 16  # number of components from which segments save time
 BATCH = 4096  # pairs listed at a time
 
 
 @kernel
 def begin(first: int, x: Array, y: Array, segments: Segments) -> None:
-    """Find the segments of components ``first`` on; the components' moments are in place."""
+    """Find the segments of components ``first`` on; the components' moments must be filled in."""
     levels, n = segments.start.size, x.size
     segments.top[0] = 1
     segments.stack[0, 0] = levels - 1
@@ -55,13 +55,13 @@ def begin(first: int, x: Array, y: Array, segments: Segments) -> None:
 
 @inlined
 def children_of(level: int, s: int, first: int, n: int) -> tuple[int, int]:
-    """Return which segments of the level below segment s has, as the ends of a range."""
+    """Return the range of segment s's children on the level below."""
     return max(2 * s, first >> (level - 1)), min(2 * s + 1, (n - 1) >> (level - 1)) + 1
 
 
 @inlined
 def share_of(level: int, s: int, child: int, first: int, n: int) -> float:
-    """Return the share of a child in the components from ``first`` on that segment s has."""
+    """Return a child's share of the components in segment s, counted from ``first`` on."""
     members = min((child + 1) << (level - 1), n) - max(child << (level - 1), first)
     return members / (min((s + 1) << level, n) - max(s << level, first))
 
@@ -70,10 +70,10 @@ def share_of(level: int, s: int, child: int, first: int, n: int) -> float:
 def list_pairs(
     first: int, lo: int, n: int, radius: float, with_energy: bool, segments: Segments
 ) -> tuple[int, float]:
-    """List the next pairs of casings in ``segments.pair``; returns their number, 0 at the end.
+    """List the next pairs of casings in ``segments.pair``; return their number, 0 at the end.
 
-    And the energy of the segments that were met on the way [J], which is complete only
-    ``with_energy``. Components without charge are left out, and pairs of held ones before ``lo``.
+    Also returns the energy of segment pairs met on the way [J], complete only if ``with_energy`` is
+    true. Omits components without charge, and pairs of held components, before ``lo``.
     """
     if segments.start.size == 1:
         return list_all(lo, n, segments), 0.0
@@ -112,7 +112,7 @@ def list_pairs(
 
 @inlined
 def list_all(lo: int, n: int, segments: Segments) -> int:
-    """List all pairs of a short chain, once."""
+    """List all pairs of a short chain on the first call, and none later."""
     if segments.top[0] == 0:
         return 0
     segments.top[0] = 0
@@ -129,9 +129,9 @@ def list_all(lo: int, n: int, segments: Segments) -> int:
 
 @kernel
 def blend(level: int, s: int, t: int, first: int, n: int, near: float, segments: Segments) -> float:
-    """Let two segments act between their two rules; returns the blended energy [J].
+    """Let two segments interact by a blend of both rules; return the blended energy [J].
 
-    Their children are far enough from each other to be expanded.
+    Their children are far enough apart to be expanded.
     """
     a, b, below = segments.start[level] + s, segments.start[level] + t, segments.start[level - 1]
     dx, dy = segments.x[a] - segments.x[b], segments.y[a] - segments.y[b]
@@ -153,7 +153,7 @@ def blend(level: int, s: int, t: int, first: int, n: int, near: float, segments:
 
 @kernel
 def finish(first: int, n: int, segments: Segments, loads: Loads) -> None:
-    """Add what segments feel to the forces [N] and torques [N·m] on components ``first`` on."""
+    """Add the segments' loads to forces [N] and torques [N·m] on components ``first`` on."""
     start, levels, push = segments.start, segments.start.size, segments.push
     if levels == 1:
         return
@@ -163,8 +163,8 @@ def finish(first: int, n: int, segments: Segments, loads: Loads) -> None:
             for child in range(low, high):
                 row, part = start[level] + s, start[level - 1] + child
                 share = share_of(level, s, child, first, n)
-                # What the child passes on by itself is found before it inherits: the rest, which
-                # its derivatives do not pass on, moves all members alike.
+                # The force from the child's own derivatives is found before it inherits: the rest,
+                # which derivatives do not transmit, moves all members equally.
                 px, py = multipoles.force_of(segments, part)
                 push[part, 0] += share * push[row, 0] - px
                 push[part, 1] += share * push[row, 1] - py

@@ -1,25 +1,24 @@
-"""The energy of magnets far from each other, expanded in powers of size over distance.
+"""The energy of distant magnets, expanded in powers of size over distance.
 
-In the plane take x + iy for z. A charge q that stands on the plane at z from a centre, its height
-H, has the moments
+Let z = x + iy in the plane. An upright line of charge q and height H, at z from a centre, has the
+moments
 
     m_ab = q Σ_k z^(a−k) z̄^(b−k) / ((a−k)! (b−k)!) · (−H²)^k / (2k + 1)!
 
-since out of the plane ∂²/∂ζ² of 1/r is −4 ∂ ∂̄, and the mean of ζ^2k over the height is
-H^2k / (4^k (2k + 1)). What others do to it enters through the derivatives v_ab = ∂^a ∂̄^b of their
-potential at the centre: its energy is the sum of all m_ab v_ab. As m_ba is the conjugate of m_ab,
-and magnets have no net charge, `TERMS` are enough.
+since out of the plane ∂²/∂ζ² of 1/r is −4 ∂ ∂̄, and the mean of ζ^2k over the height is H^2k / (4^k
+(2k + 1)). The action of other charges enters by the derivatives v_ab = ∂^a ∂̄^b of their potential
+at the centre: the energy is the sum of all m_ab v_ab. Since m_ba is the conjugate of m_ab and
+magnets have no net charge, `TERMS` suffice.
 
-The derivatives of 1/|z| are closed: ∂^a ∂̄^b 1/|z| = g_a g_b z^−a z̄^−b / |z| with
-g_a = (−1/2)(−3/2)… of a factors. Turned into the direction of the two centres and divided by powers
-of their distance, moments act on each other by constant, real matrices: one for the real parts and
-one for the imaginary ones. Of two bodies' moments those act on each other whose orders together
-exceed the highest one by no more than one: without net charges, all others of that size are missing
-too.
+The derivatives of 1/|z| have a closed form: ∂^a ∂̄^b 1/|z| = g_a g_b z^−a z̄^−b / |z| with g_a =
+(−1/2)(−3/2)… of a factors. Turned into the direction between the centres and divided by powers of
+their distance, moments interact by constant real matrices, one for real and one for imaginary
+parts. Moments of two bodies interact if the sum of their orders exceeds the highest order by at
+most one: without net charges, all other terms of that size are missing too.
 
-Moments and derivatives are arrays (rows, 2, terms) of real and imaginary parts, with √(µ0/4π) in
-both. Pairs of casings are expanded as far as their rule says, segments of the chain
-(`magnets.multipole_tree`) up to `OCTUPOLES`.
+Moments and derivatives are arrays (rows, 2, terms) of real and imaginary parts; both contain
+√(µ0/4π). Pairs of casings are expanded to their rule's order, segments of the chain
+(`magnets.multipole_tree`) to `OCTUPOLES`.
 """
 
 import math
@@ -34,32 +33,32 @@ from magfold_env.engine.state import Array, IntArray, Segments
 
 ComplexArray = NDArray[np.complex128]
 
-HIGHEST = 7  # order there is
+HIGHEST = 7  # largest order
 ORDERS = range(HIGHEST + 1)
 TERMS = tuple((a, k - a) for k in ORDERS[1:] for a in range((k + 1) // 2, k + 1))
 MOST = len(TERMS)
 OCTUPOLES = 3  # the order of segments
-D10, D11, D20, D21, D30 = range(5)  # the terms up to it
-# Rows of scratch: moments of both, what turns and scales them, powers of z and of |z|², and what
-# each makes of the other's derivatives.
+D10, D11, D20, D21, D30 = range(5)  # the terms up to this order
+# Rows of scratch: moments of both, factors that turn and scale them, powers of z and of |z|², and
+# the derivatives that each causes at the other.
 A_RE, A_IM, B_RE, B_IM, TURN_RE, TURN_IM, POWER_RE, POWER_IM, SQUARE = range(9)
 AT_A_RE, AT_A_IM, AT_B_RE, AT_B_IM = range(9, 13)
 
 _TOTAL = [a + b for a, b in TERMS]
-COUNTS = np.array([sum(total <= order for total in _TOTAL) for order in ORDERS])  # of terms
-# How many terms each acts on, at every order of the expansion.
+COUNTS = np.array([sum(total <= order for total in _TOTAL) for order in ORDERS])  # numbers of terms
+# Number of terms with which each term interacts, at every order of the expansion.
 _PARTNERS = np.array([[COUNTS[max(min(k, k + 1 - t), 0)] for t in _TOTAL] for k in ORDERS])
 _ORDER = np.array(_TOTAL, dtype=np.float64)
 _SIGN = np.array([-1.0 if total % 2 else 1.0 for total in _TOTAL])
 _TWIST = np.array([a - b for a, b in TERMS])
 _SQUARES = np.array([b for _, b in TERMS])
-_TIMES = np.array([1.0 if a == b else 2.0 for a, b in TERMS])  # a term and its conjugate
+_TIMES = np.array([1.0 if a == b else 2.0 for a, b in TERMS])  # counts a term and its conjugate
 
 
 def _matrices() -> tuple[Array, Array]:
-    """Return what moments (columns) make of derivatives (rows): real and imaginary parts.
+    """Return matrices from moments (columns) to derivatives (rows), for real and imaginary parts.
 
-    The conjugate terms are in them.
+    They include the conjugate terms.
     """
     g = [math.prod(-0.5 - k for k in range(a)) for a in range(2 * HIGHEST + 1)]
     real, imaginary = np.zeros((2, MOST, MOST))
@@ -74,11 +73,10 @@ _REAL, _IMAGINARY = _matrices()
 
 
 def _shifts(way: int) -> tuple[IntArray, Array]:
-    """Return what a shift by d adds to octupoles: a term times d^j d̄^k / (j! k!), all of them.
+    """Return all contributions of a shift by d, up to octupoles: a term times d^j d̄^k / (j! k!).
 
     Moments (``way`` −1) gain from lower terms, derivatives (1) from higher ones. Rows are the term,
-    the one it is made of, the powers of d and of |d|²; and the factor, the signs of both imaginary
-    parts.
+    its source term, and the powers of d and |d|²; and the factor and both imaginary parts' signs.
     """
     rows: list[list[int]] = []
     factors: list[list[float]] = []
@@ -97,11 +95,11 @@ _DOWN, _DOWN_FACTORS = _shifts(1)
 
 
 def moments(z: ComplexArray, charge: Array, height: float) -> Array:
-    """Return moments, real and imaginary parts (2, terms), of lines of charge at ``z`` (k,) [m].
+    """Return moments of lines of charge at ``z`` (k,) [m]: real and imaginary parts (2, terms).
 
-    Complex numbers are places in the plane, seen from the centre; charges in A·m.
+    Complex numbers are positions in the plane relative to the centre; charges are in A·m.
     """
-    # In real numbers: processors differ in how they round the products of complex ones.
+    # In real arithmetic, because processors round complex products differently.
     x, y = z.real.copy(), z.imag.copy()
     squares, real, imaginary = [np.ones(x.size)], [np.ones(x.size)], [np.zeros(x.size)]
     for _ in range(HIGHEST):
@@ -122,14 +120,14 @@ def moments(z: ComplexArray, charge: Array, height: float) -> Array:
 
 @inlined
 def clear(values: Array, row: int, order: int) -> None:
-    """Empty a row of moments or derivatives up to an order."""
+    """Clear a row of moments or derivatives up to an order."""
     for t in range(COUNTS[order]):
         values[row, 0, t], values[row, 1, t] = 0.0, 0.0
 
 
 @inlined
 def find_powers(order: int, zr: float, zi: float, square: float, s: Array) -> None:
-    """Fill the powers of z = zr + i zi and of |z|² = ``square`` up to an order."""
+    """Fill in the powers of z = zr + i zi and of |z|² = ``square`` up to an order."""
     s[POWER_RE, 0], s[POWER_IM, 0], s[SQUARE, 0] = 1.0, 0.0, 1.0
     for k in range(1, order + 1):
         u, v = s[POWER_RE, k - 1], s[POWER_IM, k - 1]
@@ -140,7 +138,7 @@ def find_powers(order: int, zr: float, zi: float, square: float, s: Array) -> No
 
 @inlined
 def find_turns(order: int, zr: float, zi: float, square: float, s: Array) -> None:
-    """Fill what turns and scales every term: z^a z̄^b, of z = zr + i zi with |z|² = ``square``."""
+    """Fill in each term's factor z^a z̄^b, for z = zr + i zi with |z|² = ``square``."""
     find_powers(order, zr, zi, square, s)
     for t in range(COUNTS[order]):
         s[TURN_RE, t] = s[SQUARE, _SQUARES[t]] * s[POWER_RE, _TWIST[t]]
@@ -164,8 +162,8 @@ def expansion(
 ) -> tuple[float, float, float, float]:
     """Energy [J], force on row a [N] and torque about its centre [N·m] by row b.
 
-    ``dx``, ``dy`` [m] is from b's centre to a's. The scratch is left with what both make of each
-    other, divided by powers of their distance and seen in its direction.
+    (``dx``, ``dy``) [m] points from b's centre to a's. The scratch keeps the derivatives that each
+    causes at the other, divided by powers of their distance and in the frame of its direction.
     """
     inverse2 = 1.0 / (dx * dx + dy * dy)
     inverse = math.sqrt(inverse2)
@@ -175,7 +173,7 @@ def expansion(
         fr, fi = s[TURN_RE, t], s[TURN_IM, t]
         u, v = moment[a, 0, t], moment[a, 1, t]
         s[A_RE, t], s[A_IM, t] = fr * u - fi * v, fr * v + fi * u
-        # Seen from b, odd terms have the other sign.
+        # Relative to b, odd terms have the opposite sign.
         u, v = _SIGN[t] * moment[b, 0, t], _SIGN[t] * moment[b, 1, t]
         s[B_RE, t], s[B_IM, t] = fr * u - fi * v, fr * v + fi * u
     energy, radial, turn, other_turn = 0.0, 0.0, 0.0, 0.0
@@ -193,7 +191,7 @@ def expansion(
         radial += _ORDER[t] * (share + _TIMES[t] * (p * other_re - q * other_im))
         turn += 2.0 * _TWIST[t] * (x * im + y * re)
         other_turn += 2.0 * _TWIST[t] * (p * other_im + q * other_re)
-    # A power of the distance for every order; and turning all together changes nothing.
+    # Each order has a power of the distance, and a common rotation does not change the energy.
     along = (energy + radial) * inverse2 * inverse
     across = (turn + other_turn) * inverse2 * inverse
     return energy * inverse, along * dx + across * dy, along * dy - across * dx, turn * inverse
@@ -201,9 +199,9 @@ def expansion(
 
 @kernel
 def expand_segments(segments: Segments, a: int, b: int, weight: float) -> float:
-    """Let rows a and b act on each other, with a weight; returns their energy without it [J].
+    """Let rows a and b interact with a weight; return their energy without the weight [J].
 
-    Adds to the derivatives ``local`` at both, and to the forces ``push`` [N].
+    Adds to the derivatives ``local`` at both rows, and to their forces ``push`` [N].
     """
     local, push, s = segments.local, segments.push, segments.scratch
     dx, dy = segments.x[a] - segments.x[b], segments.y[a] - segments.y[b]
@@ -224,16 +222,16 @@ def expand_segments(segments: Segments, a: int, b: int, weight: float) -> float:
 
 @inlined
 def add_moments(segments: Segments, part: int, whole: int) -> None:
-    """Add the moments of row ``part`` to those of row ``whole``, about another centre."""
+    """Shift the moments of row ``part`` to the centre of row ``whole`` and add them there."""
     dx, dy = segments.x[part] - segments.x[whole], segments.y[part] - segments.y[whole]
     _shift(_UP, _UP_FACTORS, segments.moment, part, whole, dx, dy, segments.scratch)
 
 
 @inlined
 def add_derivatives(segments: Segments, whole: int, part: int) -> None:
-    """Add the derivatives at row ``whole`` to those at row ``part``, another centre.
+    """Shift the derivatives at row ``whole`` to the centre of row ``part`` and add them there.
 
-    The transpose of `add_moments`, which keeps forces the gradient of the energy.
+    This is the transpose of `add_moments`, so that forces remain the gradient of the energy.
     """
     dx, dy = segments.x[part] - segments.x[whole], segments.y[part] - segments.y[whole]
     _shift(_DOWN, _DOWN_FACTORS, segments.local, whole, part, dx, dy, segments.scratch)
@@ -244,7 +242,7 @@ def _shift(
     rows: IntArray, factors: Array, values: Array, source: int, target: int,
     dx: float, dy: float, s: Array,
 ) -> None:  # fmt: skip
-    """Add one row of moments or derivatives to another one, (dx, dy) [m] away."""
+    """Add one row of moments or derivatives to another row, shifted by (dx, dy) [m]."""
     find_powers(OCTUPOLES, dx, dy, dx * dx + dy * dy, s)
     for e in range(rows.shape[0]):
         t, u, power, square = rows[e, 0], rows[e, 1], rows[e, 2], rows[e, 3]
@@ -257,9 +255,9 @@ def _shift(
 
 @inlined
 def force_of(segments: Segments, row: int) -> tuple[float, float]:
-    """Force [N] on moments that move with their centre, from the derivatives of a row.
+    """Force [N] on moments that move with their centre, from a row's derivatives.
 
-    That is −2 conj(Σ m_ab v_{a+1,b}), as far as there are derivatives.
+    It is −2 conj(Σ m_ab v_{a+1,b}), up to the highest available derivatives.
     """
     m, v = segments.moment[row], segments.local[row]
     x, y = m[0, D10], m[1, D10]
@@ -273,7 +271,7 @@ def force_of(segments: Segments, row: int) -> tuple[float, float]:
 
 @inlined
 def torque_of(segments: Segments, row: int) -> float:
-    """Torque about the centre [N·m] on moments, from the derivatives of a row."""
+    """Torque about the centre [N·m] on moments, from a row's derivatives."""
     m, v, torque = segments.moment[row], segments.local[row], 0.0
     for t in range(COUNTS[OCTUPOLES]):
         torque += 2.0 * _TWIST[t] * (m[0, t] * v[1, t] + m[1, t] * v[0, t])

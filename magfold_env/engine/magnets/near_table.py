@@ -1,10 +1,10 @@
-"""Energies of casings one and two joints apart, looked up in splines of their joint angles.
+"""Energies of casings one and two joints apart, from splines of their joint angles.
 
-The splines are of degree five on even knots, so four times differentiable; their gradient is
-taken exactly. Where faces may touch, neighbours' energy goes like α² log α with the angle α from a
-stop, and knots crowd towards the stops (`knots_at`). All sixteen pairs of faces have coefficients
-side by side; where a joint turns on into another space between knots these are summed with the
-charges, and kept: a function of charges and spaces alone.
+The splines have degree five and equal knot spacing, so they are four times differentiable; forces
+are their exact gradient. If faces may touch, neighbours' energy varies like α² log α with the angle
+α from a stop, and knots are denser towards the stops (`knots_at`). The sixteen pairs of faces have
+coefficients side by side. When a joint enters another interval between knots, these are summed with
+the charges and stored; the sum depends only on charges and intervals.
 """
 
 import numpy as np
@@ -14,19 +14,19 @@ from magfold_env.engine.elementary import log1p
 from magfold_env.engine.state import Array, Nodes, Tables
 
 DEGREE = 5
-SPLINES = DEGREE + 1  # that are not zero in a space between knots
-BEYOND = 0.2  # [rad]
-LOGARITHMIC = 4.0  # knots an e-fold
+SPLINES = DEGREE + 1  # that are nonzero between two knots
+BEYOND = 0.2  # [rad] how far the polynomials continue beyond the end
+LOGARITHMIC = 4.0  # knots per factor e
 FACES = 4
 PAIRS = FACES * FACES
 
 
 @inlined
 def basis(x: float, last: int, weight: Array, row: int) -> int:
-    """Weights of the splines at ``x`` knots from the first; returns the first's number.
+    """Fill in the splines' weights at ``x`` knots from the first; return the first spline's index.
 
-    Row ``row`` of ``weight`` gets the DEGREE + 1 values, the next one their slopes by x. Beyond
-    the first and the last knot the outermost polynomials go on.
+    Row ``row`` of ``weight`` gets the DEGREE + 1 values, the next row their slopes in x. Beyond the
+    first and last knots the outermost polynomials continue.
     """
     k = min(max(int(x), 0), last - 1)
     u = x - k
@@ -50,10 +50,10 @@ def basis(x: float, last: int, weight: Array, row: int) -> int:
 def one_joint(
     tables: Tables, angle: float, charge: Array, i: int, slot: int, nodes: Nodes
 ) -> tuple[float, float]:
-    """Energy of casings i and i + 1 [J], and its slope by their joint's angle [N·m].
+    """Energy of casings i and i + 1 [J], and its slope in their joint's angle [N·m].
 
-    The splines about the angle, times the charges, are kept in the slot if they are of the same
-    space between knots, or found anew. Beyond the end of crowded knots the slope stays as it was.
+    The slot stores the splines' coefficients, summed with the charges, until the angle enters
+    another interval between knots. Beyond the end of dense knots the slope is constant.
     """
     bends, spline, table, past = nodes.bends, nodes.spline, tables.one, 0.0
     if tables.finest == 0.0:
@@ -78,9 +78,9 @@ def one_joint(
 def two_joints(
     tables: Tables, angle: float, next_angle: float, charge: Array, i: int, slot: int, nodes: Nodes
 ) -> tuple[float, float, float]:
-    """Energy of casings i and i + 2 [J], and its slopes by their two joints' angles [N·m].
+    """Energy of casings i and i + 2 [J], and its slopes in their two joints' angles [N·m].
 
-    The second joint's weights follow the first one's.
+    In the scratch, the second joint's weights follow the first one's.
     """
     bends, spline, table = nodes.bends, nodes.spline, tables.two
     k, density = place(angle, tables.end, table.shape[0], spline, 0)
@@ -105,7 +105,7 @@ def two_joints(
 
 @inlined
 def along(value: Array, slot: int, begin: int, spline: Array, row: int) -> float:
-    """Sum six values with a row of weights."""
+    """Return the sum of six values times a row of weights."""
     low = spline[row, 0] * value[slot, begin] + spline[row, 1] * value[slot, begin + 1]
     middle = spline[row, 2] * value[slot, begin + 2] + spline[row, 3] * value[slot, begin + 3]
     high = spline[row, 4] * value[slot, begin + 4] + spline[row, 5] * value[slot, begin + 5]
@@ -114,9 +114,9 @@ def along(value: Array, slot: int, begin: int, spline: Array, row: int) -> float
 
 @inlined
 def knots_at(angle: float, end: float, finest: float, last: int) -> tuple[float, float]:
-    """Knots before an angle, of ``last`` spaces from −end to end, and knots a radian.
+    """Return knots below an angle, of ``last`` intervals from −end to end, and knots per radian.
 
-    At even angles, and `LOGARITHMIC` ones an e-fold of the distance to an end, down to the finest.
+    Knots are even, plus `LOGARITHMIC` per factor e of the distance to an end, to ``finest``.
     """
     most = 2.0 * LOGARITHMIC * log1p(2.0 * end / finest)
     even = 0.5 * (last - most) / end
@@ -131,7 +131,7 @@ def knots_at(angle: float, end: float, finest: float, last: int) -> tuple[float,
 
 @inlined
 def multiply(charge: Array, i: int, j: int, out: Array) -> None:
-    """Fill the products of the charges of all pairs of faces."""
+    """Fill in the products of the charges of all pairs of faces."""
     for a in range(FACES):
         for b in range(FACES):
             out[FACES * a + b] = charge[i, a] * charge[j, b]
@@ -139,9 +139,9 @@ def multiply(charge: Array, i: int, j: int, out: Array) -> None:
 
 @inlined
 def weigh(table: Array, row: int, begin: int, product: Array, part: Array) -> float:
-    """Sum over all pairs of faces, times their charges."""
+    """Return the sum of a row's entries times the products of charges."""
     for p in range(FACES):
-        # Unsigned: a signed index might count from the end, which no vector load can.
+        # Unsigned, because a signed index might count from the end, which prevents vector loads.
         e = np.uint64(begin + p)
         part[p] = (product[p] * table[row, e] + product[p + 4] * table[row, e + np.uint64(4)]) + (
             product[p + 8] * table[row, e + np.uint64(8)]
@@ -152,10 +152,10 @@ def weigh(table: Array, row: int, begin: int, product: Array, part: Array) -> fl
 
 @inlined
 def place(angle: float, end: float, rows: int, spline: Array, row: int) -> tuple[int, float]:
-    """First spline at an angle, and knots a radian; weights go to the scratch's rows from row.
+    """First spline at an angle, and knots per radian; weights go to scratch rows from ``row`` on.
 
-    Trial steps overshoot the stops, and with them the table: there it goes on smoothly, so that
-    they find where the stop is met, and at last with a constant slope.
+    Trial steps overshoot the stops and so the table. The splines first continue smoothly, so that
+    the time at the stop can be found; farther out the returned slope is constant.
     """
     last = rows - DEGREE
     density = last / (2.0 * end)

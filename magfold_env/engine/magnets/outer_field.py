@@ -1,9 +1,8 @@
-"""Forces, torques and energy of the chain's magnets in a field from outside.
+"""Forces, torques and energy of the chain's magnets in an external field.
 
-An even field turns a component by the moment of its magnets and does not pull it. A fixed magnet
-acts by its pole faces, which are cut into strips of the chain's own size: a strip and a casing are
-summed over nodes, strips near a pole face with more of them, as `pairs` does with two
-casings.
+A uniform field exerts a torque on a component's magnetic moment but no force. A fixed magnet acts
+by its pole faces, which are divided into strips no wider than the chain's faces. A strip and a
+casing are summed over nodes, with more nodes near a pole face, as `pairs` does for two casings.
 """
 
 import math
@@ -14,14 +13,14 @@ from magfold_env.engine.magnets.multipoles import D10
 from magfold_env.engine.magnets.pairs import BLEND, add_forces, refine, whole_lanes
 from magfold_env.engine.state import Loads, Model, Nodes, Pose
 
-ROOT = math.sqrt(COULOMB)  # moments contain it
+ROOT = math.sqrt(COULOMB)  # a factor in moments
 
 
 @inlined
 def add_field(lo: int, model: Model, pose: Pose, nodes: Nodes, loads: Loads) -> None:
     """Add the field's forces [N] and torques [N·m] on components ``lo`` on.
 
-    Needs the magnets' nodes, as any of their forces or energies leaves them.
+    Needs the magnets' nodes, which every computation of their forces or energies leaves.
     """
     for i in range(lo, model.n):
         if nodes.faces[i] > 0:
@@ -33,7 +32,7 @@ def add_field(lo: int, model: Model, pose: Pose, nodes: Nodes, loads: Loads) -> 
 
 @inlined
 def add_magnet_forces(lo: int, model: Model, pose: Pose, nodes: Nodes, loads: Loads) -> None:
-    """Add what components ``lo`` on do to each other, summed, and what the field does to them."""
+    """Add the summed forces between components ``lo`` on, and the field's forces on them."""
     add_forces(lo, model.magnets, model.charge, pose, nodes, loads)
     if model.field.present:
         add_field(lo, model, pose, nodes, loads)
@@ -55,7 +54,7 @@ def in_field(
 ) -> tuple[float, float, float, float]:
     """Energy [J], force [N] and torque about its centre [N·m] of component i.
 
-    The energy is complete only ``with_energy``.
+    The energy is complete only if ``with_energy`` is true.
     """
     field, moment = model.field, nodes.segments.moment
     mx, my = moment[i, 0, D10] / ROOT, moment[i, 1, D10] / ROOT
@@ -74,7 +73,7 @@ def in_field(
 def sum_strips(
     model: Model, pose: Pose, nodes: Nodes, i: int, with_energy: bool
 ) -> tuple[float, float, float, float]:
-    """As `in_field`, by all strips of the fixed magnet with the nodes of level 0."""
+    """Like `in_field`, for all strips of the fixed magnet with the nodes of level 0."""
     magnets, field = model.magnets, model.field
     strips = magnets.strips
     rank = magnets.rank_count.size - 1
@@ -120,7 +119,7 @@ def sum_strips(
 def refine_strips(
     model: Model, pose: Pose, nodes: Nodes, i: int, with_energy: bool
 ) -> tuple[float, float, float, float]:
-    """Correct what `sum_strips` gives for strips near component i's pole faces."""
+    """Correct the result of `sum_strips` for strips near component i's pole faces."""
     magnets, field, charge = model.magnets, model.field, model.charge
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
     if magnets.level_radius.size == 1:
@@ -139,7 +138,7 @@ def refine_strips(
             q = COULOMB * field.strip_q[g] * charge[i, f % 4] * (1.0 if f < 4 else -1.0)
             if q == 0.0 or ex * ex + ey * ey >= outermost * outermost:
                 continue
-            # Strips of the north pole, which are the first, look along the magnet's heading.
+            # Strips of the north pole come first and face along the magnet's heading.
             outward = -1.0 if field.graded[f] != 0 and 2 * g >= field.strip_q.size else 1.0
             faces = FacePair(
                 False, magnets.face_half[f], field.strip_half, ex, ey,

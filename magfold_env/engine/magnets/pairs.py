@@ -1,16 +1,16 @@
 """Forces, torques and energy of the magnets.
 
-A pole face is a rectangle of uniform charge, standing on the plane (``strips``), or a row of
-point charges in the plane (``points``, the paper's). Along the width both are sums over nodes,
-which act on each other as ``engine.magnets.laws`` says.
+A pole face is an upright rectangle of uniform charge (``strips``), or a row of point charges in the
+plane (``points``, the paper's). Along the width both are sums over nodes, which interact by
+``engine.magnets.laws``.
 
-Casings far from each other need few nodes: a pair is summed at the *rank* that its distance asks
-for, all pole faces with equally many nodes; beyond the *far radius* it is expanded in
-``engine.magnets.multipoles``. Pole faces whose centres are near are then corrected one pair of them
-at a time, *level* by level. All follow one pattern: with U_k the energy by the k-th rule, the
-pair's energy is U_0 + Σ w_k (U_k − U_{k−1}), where w_k is a twice differentiable step from 1 within
-a radius to 0 a little beyond it. Forces are the exact gradient of this energy, so refinement takes
-no energy from the chain and gives it none. ``engine.magnets.multipole_tree`` picks the pairs.
+Distant casings need few nodes: a pair is summed at the *rank* for its distance, with equally many
+nodes on all pole faces; beyond the *far radius* ``engine.magnets.multipoles`` expands it. Pairs of
+pole faces with near centres are then corrected one by one, *level* by level. All follow one
+pattern: if U_k is the energy by the k-th rule, the pair's energy is U_0 + Σ w_k (U_k − U_{k−1}),
+where w_k is a twice differentiable step from 1 within a radius to 0 a little beyond it. Forces are
+the exact gradient of this energy, so refinement neither adds nor removes energy.
+``engine.magnets.multipole_tree`` selects the pairs.
 """
 
 import math
@@ -27,11 +27,11 @@ LANES = 8  # doubles in a vector register
 
 @kernel
 def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
-    """Fill charges [A·m] and places of all casings' nodes, and moments, in the casings' frames.
+    """Fill in all nodes' charges [A·m] and positions, and the moments, in the casings' frames.
 
     Faces without charge have no nodes.
     """
-    # Loaded here, not at every turn of the loops.
+    # Loaded here, not in every iteration of the loops.
     body, charged, per_face = nodes.segments.body, nodes.segments.charged, nodes.faces
     along, across, strength, half = nodes.along, nodes.across, nodes.q, nodes.half
     node_x, node_y, share = magnets.node_x, magnets.node_y, magnets.node_weight
@@ -69,13 +69,13 @@ def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
 
 @inlined
 def whole_lanes(count: int) -> int:
-    """Return how many entries fill vectors; those too many weigh nothing."""
+    """Return a count rounded up to whole vectors; additional entries have zero weight."""
     return (count + LANES - 1) // LANES * LANES
 
 
 @kernel
 def spread_nodes(lo: int, magnets: Magnets, pose: Pose, nodes: Nodes) -> None:
-    """Fill the nodes' positions [m] and the moments for casings ``lo`` on."""
+    """Fill in the nodes' positions [m] and the moments for casings ``lo`` on."""
     turn_casings(lo, magnets, pose, nodes)
     for rank in range(magnets.rank_count.size):
         place_nodes(lo, rank, 2 * magnets.rank_count[rank], pose, nodes)
@@ -90,7 +90,7 @@ def turn_casings(lo: int, magnets: Magnets, pose: Pose, nodes: Nodes) -> None:
 
 @kernel
 def place_nodes(lo: int, rank: int, count: int, pose: Pose, nodes: Nodes) -> None:
-    """Do so for the nodes of one rank, ``count`` for each of a casing's charged faces."""
+    """Fill in the positions of one rank's nodes, ``count`` per charged face of a casing."""
     along, across, out_x, out_y = nodes.along, nodes.across, nodes.x, nodes.y
     for i in range(lo, pose.x.size):
         c, s, xi, yi = pose.cos[i], pose.sin[i], pose.x[i], pose.y[i]
@@ -106,7 +106,7 @@ def casing_pair(
 ) -> tuple[float, float, float, float]:
     """Energy [J], force on casing i [N] and torque about its centre [N·m] by casing j.
 
-    The energy is complete only ``with_energy``.
+    The energy is complete only if ``with_energy`` is true.
     """
     u, fx, fy, t = far_pair(magnets, pose, nodes, i, j, with_energy)
     ex, ey = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
@@ -123,7 +123,7 @@ def casing_pair(
 def far_pair(
     magnets: Magnets, pose: Pose, nodes: Nodes, i: int, j: int, with_energy: bool
 ) -> tuple[float, float, float, float]:
-    """As `casing_pair` without near faces' corrections."""
+    """Like `casing_pair`, without the corrections for near faces."""
     far, parts = magnets.far_radius, nodes.segments
     ex, ey = pose.x[i] - pose.x[j], pose.y[i] - pose.y[j]
     distance = math.sqrt(ex * ex + ey * ey)
@@ -142,7 +142,7 @@ def far_pair(
 def ranked_pair(
     magnets: Magnets, pose: Pose, nodes: Nodes, i: int, j: int, room: float, with_energy: bool
 ) -> tuple[float, float, float, float]:
-    """As `far_pair`, summed over nodes at any distance.
+    """Like `far_pair`, summed over nodes at any distance.
 
     ``room`` [m] is the centres' distance less the depths of both casings' outer faces.
     """
@@ -166,7 +166,7 @@ def rank_pair(
 ) -> tuple[float, float, float, float]:
     """Energy, force on casing i and its torque about its centre, over the nodes of one rank.
 
-    The energy is 0 unless asked for.
+    The energy is 0 unless ``with_energy`` is true.
     """
     strips, even = magnets.strips, magnets.even
     node_x, node_y, node_q, half = nodes.x, nodes.y, nodes.q, nodes.half
@@ -221,9 +221,9 @@ def rank_pair(
 def near_pair(
     magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, i: int, j: int, with_energy: bool
 ) -> tuple[float, float, float, float]:
-    """Correct the near pole faces of casings i and j: energy [J], force on i [N], torque on i.
+    """Corrections for near pole faces of casings i and j: energy [J], force on i [N], torque on i.
 
-    The torque is about the centre of i [N·m]. The energy is complete only ``with_energy``.
+    The torque is about i's centre [N·m]. The energy is complete only if ``with_energy`` is true.
     """
     face_x, face_y, half = magnets.face_x, magnets.face_y, magnets.face_half
     face_tx, face_ty = magnets.face_tx, magnets.face_ty
@@ -262,9 +262,9 @@ def near_pair(
 def refine(
     magnets: Magnets, faces: FacePair, graded: bool, with_energy: bool, nodes: Nodes
 ) -> tuple[float, float, float, float]:
-    """Sum of w_k (U_k − U_{k−1}) over the levels and its gradient, as `level_sum` gives them.
+    """Sum of w_k (U_k − U_{k−1}) over the levels and its gradient, in the form of `level_sum`.
 
-    Of ``graded`` faces, which may touch, `sheets.between` takes the place of all levels but 0.
+    For ``graded`` faces, which may touch, `sheets.between` replaces all levels except 0.
     """
     if graded:
         return grade(magnets, 0, faces, with_energy, nodes)
@@ -282,11 +282,11 @@ def refine(
     for level in range(last + 1):
         radius = level_radius[level]
         if 0 < level < last and distance <= level_radius[level + 1]:
-            continue  # the next level is in full force too: this one cancels
+            continue  # the next level has full weight too, so this one cancels
         u, px, py, t = level_sum(magnets, level, faces, blended, nodes)
         if level > 0:
             weight, slope = laws.step_down(distance / radius, BLEND)
-            # −∂w/∂x (U_k − U_{k−1}) acts along the line of the faces' centres.
+            # −∂w/∂x (U_k − U_{k−1}) acts along the line between the faces' centres.
             push = -slope / radius * (u - low) / distance
             energy += weight * (u - low)
             fx += weight * (px - lx) + push * faces.x
@@ -300,7 +300,7 @@ def refine(
 def grade(
     magnets: Magnets, level: int, faces: FacePair, with_energy: bool, nodes: Nodes
 ) -> tuple[float, float, float, float]:
-    """Put `sheets.between` in the place of a level within the first radius, as `refine` does."""
+    """Return the correction that replaces a level by `sheets.between` within the first radius."""
     radius = magnets.level_radius[1]
     ratio = math.sqrt(faces.x * faces.x + faces.y * faces.y) / radius
     if ratio >= BLEND:
@@ -317,7 +317,7 @@ def level_sum(
 ) -> tuple[float, float, float, float]:
     """Energy, force on face a and its torque about its centre, for faces of unit charge.
 
-    Without µ0/4π. The energy is 0 unless asked for.
+    Results lack the factor µ0/4π. The energy is 0 unless ``with_energy`` is true.
     """
     strips, even, count = magnets.strips, faces.even, magnets.level_count[level]
     nodes, weights, nearest2 = magnets.level_node, magnets.level_weight, magnets.nearest2
@@ -325,7 +325,7 @@ def level_sum(
     atx, aty = faces.ax, faces.ay
     sum2 = (faces.half_a + faces.half_b) * (faces.half_a + faces.half_b)
     difference2 = (faces.half_a - faces.half_b) * (faces.half_a - faces.half_b)
-    # The lanes are face a's nodes, padded with weightless ones to the width of a vector.
+    # The lanes are face a's nodes, padded with zero-weight nodes to whole vectors.
     lanes = whole_lanes(count)
     for k in range(lanes):
         lane_x[k] = 0.0
@@ -360,7 +360,7 @@ def sum_lanes(
     weights: Array, places: Array, count: int, along: tuple[float, float],
     lane_x: Array, lane_y: Array, lane_u: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Sum energies, forces, and torques about its middle, of the nodes at places on a face."""
+    """Sum the energies, forces and torques of nodes at ``places`` on a face, about its middle."""
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
     for k in range(count):
         w = weights[k]
@@ -400,13 +400,13 @@ def act(pose: Pose, i: int, j: int, px: float, py: float, t: float, loads: Loads
     loads.torque[i] += t
     loads.fx[j] -= px
     loads.fy[j] -= py
-    # Both laws act along lines, so the pair's torques balance.
+    # Both laws give central forces, so the pair's torques balance.
     loads.torque[j] += (pose.x[j] - pose.x[i]) * py - (pose.y[j] - pose.y[i]) * px - t
 
 
 @kernel
 def energy(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -> float:
-    """Energy of all pairs of casings ``lo`` on [J]; pairs of faces within a casing left out."""
+    """Energy of all pairs of casings ``lo`` on [J], without pairs of faces within a casing."""
     spread_charges(magnets, charge, nodes)
     spread_nodes(lo, magnets, pose, nodes)
     total, pair = 0.0, nodes.segments.pair

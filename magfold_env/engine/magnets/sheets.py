@@ -1,20 +1,20 @@
-"""Two pole faces at any distance down to contact, one of them integrated in closed form.
+"""Two pole faces at any distance down to contact; one is integrated in closed form.
 
-Nodes on both faces fail where these are nearer than nodes lie apart. What upright lines do to each
-other (`magnets.laws`) can be integrated along the width w of face b. With s and d a point's
-distance along b from one of its ends, and from its line, ρ² = s² + d² and R² = ρ² + u², the energy
-is the difference between b's ends of 2/(H₁H₂ w) (G(h) − G(k)), h and k the half sum and the half
-difference of the heights, and
+Nodes on both faces fail if the faces are nearer than the spacing of nodes, but the interaction of
+upright lines (`magnets.laws`) can be integrated along the width w of face b. Let s be a point's
+distance along b from one of b's ends, d its distance from b's line, ρ² = s² + d² and R² = ρ² + u².
+The energy is the difference between b's ends of 2/(H₁H₂ w) (G(h) − G(k)), where h and k are the
+half sum and half difference of the heights, and
 
     G(u) = u s asinh(u/ρ) − u d atan(s u/(d R)) + (u² − d²)/2 asinh(s/√(d² + u²)) − s R/2
 
-with ∂G/∂s = u asinh(u/ρ) − R and ∂G/∂d = −u atan(s u/(d R)) − d asinh(s/√(d² + u²)). The tests
-compare it with quadrature. Along face a it is summed over nodes. It is singular, as d² log d is,
-where a passes an end of b or crosses its line: nodes crowd towards these places from both sides.
+with ∂G/∂s = u asinh(u/ρ) − R and ∂G/∂d = −u atan(s u/(d R)) − d asinh(s/√(d² + u²)). Tests compare
+G with quadrature. Along face a the energy is summed over nodes. It is singular like d² log d where
+a passes an end of b or crosses its line; nodes are denser around these places.
 
-What has come behind b, by a rounding error or by what contacts allow casings to overlap, feels the
-limit from outside: no sheet jumps, and b's push stays what it is in touch. Forces are the exact
-gradient of the sum, the places' motion included.
+Where face a is behind b, by a rounding error or a contact's permitted overlap, the force is the
+limit from outside: it does not jump, and b's push stays as in contact. Forces are the exact
+gradient of the sum, including the motion of these places.
 """
 
 import math
@@ -24,14 +24,14 @@ from magfold_env.engine.elementary import direction, log1p
 from magfold_env.engine.magnets.laws import FacePair
 from magfold_env.engine.state import Magnets
 
-SHORTEST = 1e-14  # widths: two singular places nearer to each other are one
-FLATTEST2 = 1e-16  # squared slope of a face from which on it matters where it crosses a line
-LEAST2 = 1e-40  # [m²] of distances from a line, lest logarithms end as no numbers
+SHORTEST = 1e-14  # [widths] nearer singular places count as one
+FLATTEST2 = 1e-16  # squared slope of a face; flatter faces count as not crossing a line
+LEAST2 = 1e-40  # [m²] least squared distance from a line, so that logarithms stay finite
 
 
 @kernel
 def between(magnets: Magnets, faces: FacePair) -> tuple[float, float, float, float]:
-    """Energy, force on face a and its torque about its centre, as `pairs.level_sum` gives them."""
+    """Energy, force on face a and torque about its centre, in the form of `pairs.level_sum`."""
     row = magnets.level_count.size - 1
     count, node, weight = magnets.level_count[row], magnets.level_node, magnets.level_weight
     wide = math.sqrt(faces.bx * faces.bx + faces.by * faces.by)
@@ -39,7 +39,7 @@ def between(magnets: Magnets, faces: FacePair) -> tuple[float, float, float, flo
     # Face a in the frame of b, whose outward normal is (uy, −ux).
     x, y = ux * faces.x + uy * faces.y, uy * faces.x - ux * faces.y
     ax, ay = ux * faces.ax + uy * faces.ay, uy * faces.ax - ux * faces.ay
-    # Of faces that look at each other one cannot be behind the other, but by an error.
+    # If faces face each other, one can be behind the other only by an error.
     signed = ax < 0.0 and y > -0.5 * wide
     one, two, line = breaks(x, y, ax, ay, 0.5 * wide)
     first, last = min(one, two, line), max(one, two, line)
@@ -58,7 +58,7 @@ def between(magnets: Magnets, faces: FacePair) -> tuple[float, float, float, flo
             along, w = 0.5 + node[row, k], length * weight[row, k]
             t = begin + length * along
             s, d = x + t * ax, y + t * ay
-            # Nearer to b's line than to its ends: what lies beside b has not come through it.
+            # Only if nearer to b's line than to its ends: points beside b have not passed it.
             past = d if signed and abs(s) - 0.5 * wide < d < 0.0 else 0.0
             u, ps, pd = potential(s, abs(d - past), 0.5 * wide, faces.half_a, faces.half_b)
             u += past * pd
@@ -70,12 +70,12 @@ def between(magnets: Magnets, faces: FacePair) -> tuple[float, float, float, flo
             rise = -(ax * px + ay * py)
             by_begin += (1.0 - along) * rise - weight[row, k] * u
             by_end += along * rise + weight[row, k] * u
-        # Slopes of the sum by where its parts begin and end.
+        # Slopes of the sum in the beginnings and ends of its parts.
         by_first += (by_begin if before == 0 else 0.0) + (by_end if part == 0 else 0.0)
         by_middle += (by_begin if before == 1 else 0.0) + (by_end if part == 1 else 0.0)
         by_last += (by_begin if before == 2 else 0.0) + (by_end if part == 2 else 0.0)
         begin, before = end, part
-    # Of an integral they cancel; of the sum they don't, and where a has come behind b's ends.
+    # They cancel for an integral, but not for the sum, nor where a is behind b's ends.
     length2 = ax * ax + ay * ay
     for place in range(3):
         t = one if place == 0 else (two if place == 1 else line)
@@ -89,13 +89,13 @@ def between(magnets: Magnets, faces: FacePair) -> tuple[float, float, float, flo
         fx -= slope * tx
         fy -= slope * ty
         torque -= slope * turn
-    # The frame is a mirror image: torques change their sign.
+    # The frame is a mirror image, so torques change sign.
     return energy, ux * fx + uy * fy, uy * fx - ux * fy, -torque
 
 
 @inlined
 def breaks(x: float, y: float, ax: float, ay: float, half: float) -> tuple[float, float, float]:
-    """Where face a passes both ends of b and its line, in widths from a's centre, or a's end."""
+    """Where face a passes b's ends and b's line, in widths from a's centre; else an end of a."""
     length2 = ax * ax + ay * ay
     one = ((-half - x) * ax - y * ay) / length2
     two = ((half - x) * ax - y * ay) / length2
@@ -105,7 +105,7 @@ def breaks(x: float, y: float, ax: float, ay: float, half: float) -> tuple[float
 
 @inlined
 def clipped(t: float) -> float:
-    """Return a place on face a, or the end that is nearer to it, in widths from its centre."""
+    """Return a place on face a in widths from its centre, clipped to the face's ends."""
     return min(max(t, -0.5), 0.5)
 
 
@@ -113,10 +113,10 @@ def clipped(t: float) -> float:
 def potential(
     s: float, d: float, half: float, half_a: float, half_b: float
 ) -> tuple[float, float, float]:
-    """Energy of an upright line and a face of half a width, of unit charge, and its slopes.
+    """Energy of an upright line and a face with half width ``half``, of unit charges, and slopes.
 
-    Without µ0/4π [1/m, 1/m²]. The line is ``d`` in front of the face and ``s`` aside of its centre,
-    by which the slopes are.
+    Without the factor µ0/4π [1/m, 1/m²]. The line is ``d`` in front of the face and ``s`` beside
+    its centre; the slopes are in ``s`` and ``d``.
     """
     total, difference = half_a + half_b, abs(half_a - half_b)
     u, ps, pd = primitive(s - half, s + half, d, total)
@@ -127,12 +127,12 @@ def potential(
 
 @inlined
 def primitive(low: float, high: float, d: float, u: float) -> tuple[float, float, float]:
-    """G(u) between two ends, and its slopes by s and by d ≥ 0."""
+    """Difference of G(u) between two ends, and its slopes in s and in d ≥ 0."""
     d2, u2 = max(d * d, LEAST2), u * u
     c2 = d2 + u2
     near, far = math.sqrt(low * low + d2), math.sqrt(high * high + d2)
     begin, end = math.sqrt(low * low + c2), math.sqrt(high * high + c2)
-    # Differences of asinh(s/c) as one logarithm, none of whose terms cancels.
+    # Differences of asinh(s/c) as one logarithm without cancellation.
     if low >= 0.0:
         log = log1p((high - low + end - begin) / (low + begin))
     elif high <= 0.0:

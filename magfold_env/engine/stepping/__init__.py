@@ -1,1 +1,1 @@
-"""Time stepping: the step and its stages, limits, whole runs."""
+"""Time stepping: steps and their stages, step lengths, whole runs."""

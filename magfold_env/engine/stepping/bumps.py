@@ -1,7 +1,7 @@
-"""A train of bumps, as of a shaken table: the velocity of all free components changes at once.
+"""A train of bumps, as on a shaken table: each changes all free components' velocities at once.
 
-The times between bumps are drawn evenly from 0 to twice their mean, the directions evenly from all.
-The numbers are Park and Miller's [1]_, whose products fit in an integer, so that a train is the
+The times between bumps are uniform from 0 to twice their mean, the directions uniform. Park and
+Miller's generator [1]_ gives the numbers; its products fit in an integer, so that a train is the
 same on every machine.
 
 References
@@ -25,13 +25,13 @@ FACTOR, MODULUS = 48271, 2**31 - 1
 
 @inlined
 def draw(state: State) -> float:
-    """Return the next number, evenly from 0 to 1."""
+    """Return the next random number, uniform from 0 to 1."""
     state.counter[ix.DICE] = FACTOR * state.counter[ix.DICE] % MODULUS
     return float(state.counter[ix.DICE]) / MODULUS
 
 
 def begin(model: Model, state: State) -> None:
-    """Find when the first bump comes, if any do."""
+    """Set the time of the first bump, if there are any."""
     state.clock[ix.BUMP] = math.inf
     if model.bump_rate > 0.0:
         number = FACTOR * model.bump_seed % MODULUS
@@ -43,9 +43,9 @@ def begin(model: Model, state: State) -> None:
 
 @kernel
 def bump(model: Model, state: State, work: Work) -> None:
-    """Bump the chain, as far as hinges let it, and find when the next bump comes.
+    """Bump the chain, as far as its hinges allow, and set the time of the next bump.
 
-    A base that the tube or a pin holds goes on as before.
+    A base that the tube or a pin holds keeps its velocity.
     """
     s, c = sincos(2.0 * math.pi * draw(state))
     x, y = model.bump_speed * c, model.bump_speed * s

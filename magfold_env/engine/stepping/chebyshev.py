@@ -1,8 +1,8 @@
-"""A step for slow sliding: Runge-Kutta-Chebyshev, stable far beyond what its stages cost.
+"""A step for slow sliding: Runge-Kutta-Chebyshev, stable over long steps for few stages.
 
-Friction brings a component that slides at a speed S to where its surroundings push it within
-S/µg, milliseconds for a slow feed, and explicit steps live on a few of these times, however little
-happens. This one of second order lives on 0.65 s² of them with s stages and solves nothing [1]_.
+Friction adapts a component that slides at a speed S to its surroundings within S/µg, milliseconds
+for a slow feed, and explicit steps are limited to a few of these times, however little happens.
+This second-order step spans 0.65 s² of them with s stages and solves no equations [1]_.
 
 References
 ----------
@@ -21,15 +21,15 @@ from magfold_env.engine.state import Array, Model, State, Work, copy
 from magfold_env.engine.stepping.dynamics import accelerations
 from magfold_env.engine.stepping.stages import DENSE, WEIGHT
 
-ORDER = 3  # of the error of a step
+ORDER = 3  # order of a step's error
 MOST_STAGES = 16
-STRICT = 3.0  # times the estimated error: of low order, these add up over a long slide
+STRICT = 3.0  # times the estimated error: low-order errors add up over a long slide
 DAMPING = 2.0 / 13.0
-ROOM = 1.25  # times the fastest rate of friction, which may grow within a step
+ROOM = 1.25  # times friction's fastest rate, which may grow within a step
 
 
 def _scheme(stages: int) -> list[tuple[float, float, float, float]]:
-    """Weights of the last stage but one, the one before, and of two slopes, a row a stage."""
+    """Return one row per stage: weights of the two previous stages and of two slopes."""
     w0 = 1.0 + DAMPING / stages**2
     t, d, c = [1.0, w0], [0.0, 1.0], [0.0, 0.0]  # Chebyshev polynomials, their derivatives
     for _ in range(2, stages + 1):
@@ -51,9 +51,9 @@ SCHEME = np.zeros((MOST_STAGES + 1, MOST_STAGES + 1, 4))
 for _count in range(2, MOST_STAGES + 1):
     SCHEME[_count, : _count + 1] = _scheme(_count)
 
-# Between its ends a step is the cubic through them and their slopes f and g. That is Dormand and
-# Prince's dense output with other slopes in two places, sums of the step's mean slope, f and g:
-# such that they lead to the end, and that there is no fourth power.
+# Between its ends a step is the cubic through them with their slopes f and g. It equals Dormand and
+# Prince's dense output with two stage slopes replaced by sums of the step's mean slope, f and g, so
+# chosen that the cubic reaches the end and the fourth power vanishes.
 _PLACES = 2, 3
 _U, _V = (WEIGHT[6, s] for s in _PLACES)
 _X, _Y = (DENSE[s, 3] for s in _PLACES)
@@ -70,7 +70,7 @@ CUBIC = np.array(
 
 @inlined
 def friction_rate(lo: int, model: Model, state: State, work: Work) -> float:
-    """Bound of the rates at which friction slows the components' motion [1/s].
+    """Bound on the rates at which friction slows the components' motion [1/s].
 
     Needs the centres' velocities in ``work``.
     """
@@ -87,9 +87,9 @@ def friction_rate(lo: int, model: Model, state: State, work: Work) -> float:
 
 @kernel
 def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float) -> bool:
-    """Take a step as `stages.stages` does, of friction's ``rate`` [1/s].
+    """Take a step like `stages.stages`, for friction of a ``rate`` [1/s].
 
-    Fills in the slopes from which `stages.interpolate` makes the cubic.
+    Fills in the slopes from which `stages.interpolate` computes the cubic.
     """
     end, slope_q, slope_v = coordinates(model), work.stages.slope_q, work.stages.slope_v
     count = 2
@@ -98,17 +98,17 @@ def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float)
     for k in range(state.counter[ix.N_HELD]):
         slope_v[5, k] = 0.0
         slope_v[6, k] = 0.0
-    # The drive's impulse goes along as one more coordinate, its force as that one's slope.
+    # The drive's impulse is integrated as one more coordinate, with its force as the slope.
     lo, drive, driven = state.counter[ix.N_HELD], work.stages.drive, drives(model, state)
     drive[2], drive[1] = 0.0, h * SCHEME[count, 1, 3] * drive[0]
-    # Rows 1 and 2 hold the last stage and the one before it, row 5 the accelerations there.
+    # Rows 1 and 2 hold the last two stages, row 5 the accelerations at the last one.
     for k in range(end):
         slope_q[2, k], slope_v[2, k] = state.q[k], state.v[k]
         slope_q[1, k] = state.q[k] + h * SCHEME[count, 1, 3] * slope_q[0, k]
         slope_v[1, k] = state.v[k] + h * SCHEME[count, 1, 3] * slope_v[0, k]
     for j in range(2, count + 2):
         last, before = (1, 2) if j % 2 == 0 else (2, 1)
-        # The accelerations at the end are the next step's first.
+        # The accelerations at the end are the first ones of the next step.
         out = slope_v[5] if j <= count else slope_v[6]
         if not accelerations(model, state, slope_q[last], slope_v[last], work, out):
             return False
@@ -136,7 +136,7 @@ def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float)
 
 @inlined
 def finish(h: float, y: Array, slope: Array, new: Array, error: Array, end: int) -> None:
-    """Estimate the error of a step, and lay the cubic."""
+    """Estimate the error of a step, and fill in the cubic."""
     for k in range(end):
         mean, first, last = (new[k] - y[k]) / h, slope[0, k], slope[6, k]
         error[k] = STRICT * h * (0.4 * (first + last) - 0.8 * mean)
@@ -145,7 +145,7 @@ def finish(h: float, y: Array, slope: Array, new: Array, error: Array, end: int)
 
 @inlined
 def lay_cubic(slope: Array, mean: float, first: float, last: float) -> None:
-    """Fill in the slopes of one coordinate between the first and the last."""
+    """Fill in one coordinate's slopes between the first and the last."""
     slope[1], slope[4], slope[5] = 0.0, 0.0, 0.0
     slope[2] = CUBIC[0, 0] * mean + CUBIC[0, 1] * first + CUBIC[0, 2] * last
     slope[3] = CUBIC[1, 0] * mean + CUBIC[1, 1] * first + CUBIC[1, 2] * last

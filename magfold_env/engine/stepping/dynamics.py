@@ -1,4 +1,4 @@
-"""Accelerations of one chain: the smooth forces, then the constraints and friction that act.
+"""Accelerations of one chain: smooth forces, then active constraints and friction.
 
 The accelerations are those nearest to the unconstrained ones, in the metric of the mass matrix,
 that keep every touching pair from approaching (Gauss's principle). `project` is the same for
@@ -19,10 +19,10 @@ from magfold_env.engine.state import Array, IntArray, Model, State, Work
 
 @inlined
 def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None:
-    """Find the generalised forces of magnets, field, gravity, inertia and friction.
+    """Find the generalised forces of magnets, fields, gravity, inertia and friction.
 
-    Leaves pose and centre velocities in ``work``. Charged components that are still in the tube
-    act on the others.
+    Leaves pose and centre velocities in ``work``. Charged components still in the tube act on the
+    others.
     """
     n = model.n
     bodies, pose = model.bodies, work.pose
@@ -51,10 +51,10 @@ def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None
 
 @kernel
 def find_pull(first: int, lo: int, model: Model, work: Work) -> None:
-    """Find what magnets, fields and gravity pull along the tube at what it holds [N].
+    """Find the force of magnets, fields and gravity along the tube on the held components [N].
 
-    Needs the loads of the chain's magnets alone: what they do to the free components they do, the
-    other way round, to the held ones.
+    The loads must contain only the chain's own magnets, whose total force on the held components is
+    the reaction to that on the free ones.
     """
     pull = 0.0
     for i in range(lo, model.n):
@@ -68,7 +68,7 @@ def find_pull(first: int, lo: int, model: Model, work: Work) -> None:
 
 @inlined
 def unconstrained(lo: int, model: Model, work: Work, lock: IntArray, out: Array) -> None:
-    """Accelerations (n + 2,) under these forces alone; leaves articulated inertias behind.
+    """Accelerations (n + 2,) under these forces alone; leaves the articulated inertias.
 
     Joints whose ``lock`` is not 0 do not turn.
     """
@@ -86,10 +86,10 @@ def smooth_accelerations(lo: int, model: Model, q: Array, v: Array, work: Work, 
 
 @inlined
 def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> bool:
-    """Accelerations (n + 2,) under these forces if all joints at their stops stay there.
+    """Find accelerations (n + 2,) under these forces if all joints at their stops stay there.
 
-    The components between them then move as rigid bodies, and no constraint has to be solved
-    for. Returns whether every stop presses, which is the condition; the multipliers say how much.
+    Locked components then move as rigid bodies, without constraints to solve for. Returns whether
+    every stop presses, which is the condition; the multipliers are the stops' torques.
     """
     unconstrained(state.counter[ix.N_HELD], model, work, state.lock, out)
     for r in range(work.rows.counts[ix.JOINT_STOPS]):
@@ -102,7 +102,7 @@ def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> b
 
 @kernel
 def respond(lo: int, model: Model, work: Work, count: int) -> None:
-    """Responses M⁻¹Jᵀ of rows and their Delassus matrix."""
+    """Fill in the responses M⁻¹Jᵀ of rows and their Delassus matrix."""
     n = model.n
     base = base_mass(lo, model, work)
     for r in range(count):
@@ -121,7 +121,7 @@ def respond(lo: int, model: Model, work: Work, count: int) -> None:
 
 @kernel
 def fill_rows(lo: int, model: Model, v: Array, work: Work) -> None:
-    """Jacobians, biases and responses of the stops, contacts and friction in ``work.rows.id``."""
+    """Fill in Jacobians, biases and responses of the constraints in ``work.rows.id``."""
     stops, rows = work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]
     count = work.rows.counts[ix.ALL_ROWS]
     for r in range(stops):
@@ -137,7 +137,7 @@ def fill_rows(lo: int, model: Model, v: Array, work: Work) -> None:
 
 @inlined
 def rate_of(lo: int, work: Work, r: int, v: Array) -> float:
-    """Row r's Jacobian times ``v``."""
+    """Return row r's Jacobian times ``v``."""
     total = 0.0
     for k in range(lo, v.size):
         total += work.rows.jacobian[r, k] * v[k]
@@ -169,10 +169,10 @@ def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, ou
 
 @kernel
 def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out: Array) -> bool:
-    """As `accelerations`, of any chain."""
+    """Do the work of `accelerations` for any chain."""
     lo = state.counter[ix.N_HELD]
     if model.frictional:
-        # Rounding moves what is held, and must not be taken for sliding.
+        # Rounding moves held components, which must not count as sliding.
         for i in range(lo, model.n):
             work.friction.slow[i] = state.stuck[i]
     smooth_forces(lo, model, q, v, work)
@@ -193,9 +193,9 @@ def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out:
 
 @inlined
 def lost(lo: int, rows: int, work: Work, v: Array) -> float:
-    """Energy that an impact took [J]: impulses of rows times mean rates, by Thomson's theorem.
+    """Energy lost in an impact [J]: rows' impulses times mean rates, by Thomson's theorem.
 
-    ``v`` are the velocities after it; rates before it are still in ``work.rows.bias``.
+    ``v`` holds the velocities after the impact; ``work.rows.bias`` still holds the rates before it.
     """
     total = 0.0
     for r in range(rows):
@@ -209,8 +209,8 @@ def lost(lo: int, rows: int, work: Work, v: Array) -> float:
 def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bool:
     """Moreau's impact: replace ``v`` by the nearest velocity that no row forbids.
 
-    "Nearest" is in the metric of the mass matrix. Corners that would come apart slower
-    than ``slow`` [m/s] are kept together, which ends rocking. Needs the pose.
+    "Nearest" is in the metric of the mass matrix. Corners that would separate more slowly than
+    ``slow`` [m/s] are kept together, which ends rocking. Needs the pose.
     """
     lo = state.counter[ix.N_HELD]
     rows = work.rows.counts[ix.CONTACTS]

@@ -1,13 +1,13 @@
 """Integrate one chain to a given time, or to rest.
 
-Between events the accelerations are smooth and Dormand and Prince's 5(4) pair takes steps whose
-error it controls. A step ends where something new touches; there the impact is a projection of
-the velocities and integration starts afresh, at full order. Joints at their stops move as rigid
-bodies, which the pair keeps exactly; squares that touch are kept from drifting after each step.
-Where something rattles, touching again as soon as it parted, Moreau's time-stepping takes over
-for a few steps: of first order, but it needs no events.
+Between events the accelerations are smooth, and Dormand and Prince's 5(4) pair takes steps with
+error control. A step ends where something new touches; there the impact is a projection of the
+velocities, and integration restarts at full order. Components with joints at their stops move as
+rigid bodies, exactly; touching squares are corrected for drift after each step. If something
+rattles, touching again as soon as it separates, Moreau's time-stepping takes over for a few steps;
+it is of first order, but needs no events.
 
-Every stage of a step returns an outcome; below 0 the integration goes on.
+Every part of a step returns an outcome; if it is negative the integration continues.
 """
 
 import math
@@ -50,24 +50,24 @@ from magfold_env.engine.stepping.step_length import (
     takes_smooth,
 )
 
-BREAK_AWAY = 1e-6  # [s] how exactly the moment is found when friction no longer holds
-HOPELESS_STEP = 1e-9  # [s] not finite even here: broken
-STALE = 0.1  # allowed errors by which a step may be moved without new accelerations
-FARTHEST = 10.0  # tolerances by which contacts may move it at all
-RUNAWAY = 300.0  # times a typical rate: faster than any force but that of a feed can make it
+BREAK_AWAY = 1e-6  # [s] precision of the moment at which friction no longer holds
+HOPELESS_STEP = 1e-9  # [s] a step this short that is not finite means a breakdown
+STALE = 0.1  # correction of a step, in allowed errors, that needs no new accelerations
+FARTHEST = 10.0  # largest correction by contacts, in tolerances
+RUNAWAY = 300.0  # times a typical rate: only a feed's force can make a component faster
 PATIENCE = 4  # Moreau steps after a rattle
-INSTANT = 0.1  # tolerances of a typical rate: time in which next to nothing happens
-TOUCHES = 20  # in a row, with no more than an instant before each: a rattle
+INSTANT = 0.1  # tolerances of a typical rate: a time in which almost nothing happens
+TOUCHES = 20  # in a row, with at most an instant before each, are a rattle
 LOW_BITS = 2**58 - 1
 
 
 @kernel
 def advance(model: Model, state: State, work: Work, record: Record, until: float, turn: int) -> int:
-    """Integrate until the time ``until`` [s], rest, or breakdown; returns which.
+    """Integrate until the time ``until`` [s], rest, or breakdown; return which.
 
     Returns PAUSED when the record is full or ``turn`` evaluations were made: empty the record and
-    call again to go on. While the tube feeds, a chain at rest relative to it is moved on to
-    ``until`` at once. REACHED before that time says that the drive gave way and begins anew.
+    call again. While the tube feeds, a chain at rest relative to the base moves to ``until`` in one
+    step. REACHED before that time means that the drive must restart.
     """
     while state.clock[ix.TIME] < until:
         if outcomes.out_of_work(model, state):
@@ -94,14 +94,14 @@ def advance(model: Model, state: State, work: Work, record: Record, until: float
 
 @kernel
 def find_contacts(model: Model, state: State, work: Work) -> int:
-    """Find what touches in the coming step, and let impacts happen."""
+    """Find the contacts of the coming step, and apply impacts."""
     before = signature(work)
     begun = constraints.begin_step(model, state, work)
     if begun == constraints.CROWDED:
         return outcomes.TOO_CROWDED
     if begun == constraints.UNSOLVED:
         return outcomes.NO_SOLUTION
-    # What only comes to lie on another, without an impact, is pushed by it all the same.
+    # Even without an impact, a new contact pushes and needs new accelerations.
     anew = begun != constraints.OK or state.counter[ix.MOREAU_LEFT] > 0
     anew = anew or signature(work) != before
     if anew or (model.frictional and any_held(state.counter[ix.N_HELD], state)):
@@ -111,11 +111,11 @@ def find_contacts(model: Model, state: State, work: Work) -> int:
 
 @inlined
 def signature(work: Work) -> int:
-    """Return a number that another set of contacts all but surely changes."""
+    """Return a hash of the set of contacts."""
     found = work.rows.counts[ix.CONTACTS]
     for r in range(work.rows.counts[ix.CONTACTS]):
         for k in range(2 if r < work.rows.counts[ix.JOINT_STOPS] else 3):
-            # Cut off where the next product would overflow.
+            # Truncated, so that the next product does not overflow.
             found = (31 * found + work.rows.id[r, k]) & LOW_BITS
     return found
 
@@ -131,9 +131,9 @@ def any_held(lo: int, state: State) -> bool:
 
 @kernel
 def find_accelerations(model: Model, state: State, work: Work) -> int:
-    """Find the accelerations of the state; friction stops what it is about to stop.
+    """Find the accelerations of the state, and stop the components that friction is about to stop.
 
-    Unless FRESH says otherwise they are those of the last step's end.
+    Unless FRESH is 1, the accelerations are those of the last step's end.
     """
     acceleration = work.stages.slope_v[0]
     if state.counter[ix.FRESH] == 1 and not end_hops(model, state, work, acceleration):
@@ -146,8 +146,8 @@ def find_accelerations(model: Model, state: State, work: Work) -> int:
 
 @kernel
 def end_hops(model: Model, state: State, work: Work, out: Array) -> bool:
-    """Accelerations of the state; ends hops. False if not found."""
-    # Every round holds something more.
+    """Find the accelerations of the state and end hops; False if not found."""
+    # Every round holds at least one more joint or contact.
     for _ in range(2 * model.n):
         if not first_accelerations(model, state, work, out):
             return False
@@ -161,7 +161,7 @@ def end_hops(model: Model, state: State, work: Work, out: Array) -> bool:
 
 @kernel
 def keep_driving(model: Model, state: State, work: Work) -> int:
-    """Whether the drive goes on as it does; REACHED if it begins anew."""
+    """Check whether the drive continues in its state; return REACHED if it must restart."""
     if not is_partly_out(model, state):
         return outcomes.ACCEPTED
     anew = state.counter[ix.FRESH] == 1
@@ -177,11 +177,11 @@ def keep_driving(model: Model, state: State, work: Work) -> int:
 
 @inlined
 def stays_at_rest(model: Model, state: State, work: Work) -> bool:
-    """Whether nothing will move again, but for the base that a tube feeds."""
+    """Whether nothing will move again, except with a base that the tube feeds."""
     if state.clock[ix.BUMP] < state.clock[ix.END]:
         return False
     if is_partly_out(model, state):
-        # What rests relative to its base may run into what does not move.
+        # A chain at rest relative to its base may hit a fixed solid.
         speed = state.v[model.n]
         meets = speed < 0.0 or (speed > 0.0 and model.obstacles.shape[0] > ix.WALLS)
         if meets or state.counter[ix.SLIPPING] != 0:
@@ -191,7 +191,7 @@ def stays_at_rest(model: Model, state: State, work: Work) -> bool:
 
 @kernel
 def rest(model: Model, state: State, work: Work, record: Record, until: float) -> int:
-    """End the run of a chain at rest; one that a tube feeds goes on with it, as far as asked."""
+    """End the run of a chain at rest; if the tube feeds it, move it with the base to ``until``."""
     if is_free(state.counter[ix.N_HELD], model) or not model.tube or state.counter[ix.PARKED] == 1:
         return outcomes.RESTED
     force = 0.0
@@ -204,7 +204,7 @@ def rest(model: Model, state: State, work: Work, record: Record, until: float) -
 def move_with_base(
     model: Model, state: State, work: Work, record: Record, until: float, force: float
 ) -> int:
-    """Move a chain on with its base, on which the drive acts with a mean ``force`` [N]."""
+    """Move a chain with its base to the time ``until`` [s]; the drive's mean is ``force`` [N]."""
     n, time, end = model.n, until - state.clock[ix.TIME], work.moreau.new_q
     copy(state.q, end, 0)
     end[n] += state.v[n] * time
@@ -233,9 +233,9 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
 
 @kernel
 def note_outcome(model: Model, state: State, outcome: int) -> int:
-    """Note how a step ended, and whether its end can be.
+    """Note how a step ended, and check that its end is possible.
 
-    Something runs away if it turns faster than it can: a feed drives parts that cannot give way.
+    A component runs away if it turns impossibly fast, because a feed drives parts that are jammed.
     """
     n = model.n
     if not is_finite(state.v):
@@ -257,7 +257,7 @@ def note_outcome(model: Model, state: State, outcome: int) -> int:
 
 @kernel
 def smooth_step(model: Model, state: State, work: Work, record: Record, until: float) -> int:
-    """Take one Runge-Kutta step, as far as something new touches."""
+    """Take one Runge-Kutta step, up to the first new touch."""
     rate = 0.0
     if model.frictional:
         rate = chebyshev.friction_rate(state.counter[ix.N_HELD], model, state, work)
@@ -268,14 +268,14 @@ def smooth_step(model: Model, state: State, work: Work, record: Record, until: f
     if outcome != outcomes.ACCEPTED:
         return outcome
     fraction = events.first_touch(model, state, h, work) if model.contact else 1.0
-    # Links stretched between what friction holds pull the harder the less they move.
+    # Links stretched between components that friction holds pull harder the less they move.
     if fraction == events.STALLED:
         return outcomes.RATTLED
     plan_next(state, h, fraction, rate, error, growth)
     if fraction < 1.0:
         interpolate(state.q, work.stages.slope_q, h, fraction, work.stages.new_q)
         interpolate(state.v, work.stages.slope_v, h, fraction, work.stages.new_v)
-    # A correction of contacts moves the base too, but no force does work on it.
+    # Corrections of contacts also move the base, but the drive does no work in them.
     way = work.stages.new_q[model.n] - state.q[model.n]
     moved = keep_touching(model, state, work) if touching else 0.0
     if moved < 0.0:
@@ -285,7 +285,7 @@ def smooth_step(model: Model, state: State, work: Work, record: Record, until: f
         return outcomes.RATTLED
     if fraction < 1.0 or moved > STALE:
         return outcomes.TOUCHED
-    # First same as last: the seventh stage is the next step's first.
+    # First same as last: the seventh stage is the first one of the next step.
     copy(work.stages.slope_v[6], work.stages.slope_v[0], 0)
     work.stages.drive[0] = work.stages.drive[6]
     return outcomes.ACCEPTED
@@ -295,11 +295,11 @@ def smooth_step(model: Model, state: State, work: Work, record: Record, until: f
 def attempt_step(
     model: Model, state: State, work: Work, limit: float, rate: float
 ) -> tuple[int, float, float, float]:
-    """Find a step that is exact enough, and that friction which holds holds through.
+    """Find a step that is accurate enough, with friction still holding at its end.
 
-    It is Chebyshev's where friction of a ``rate`` [1/s] asks for one. Returns ACCEPTED or how else
-    the step ended, its length [s], its error over what is allowed, and by how much the next one
-    may be longer.
+    It is a Chebyshev step if friction's ``rate`` [1/s] requires one. Returns ACCEPTED or another
+    outcome, the step's length [s], its error relative to the allowed one, and the factor by which
+    the next step may be longer.
     """
     growth = LARGEST_GROWTH
     while True:
@@ -307,7 +307,7 @@ def attempt_step(
         if h < SHORTEST_STEP and h < limit:
             if work.rows.counts[ix.CONTACTS] == work.rows.counts[ix.JOINT_STOPS]:
                 return outcomes.UNDERFLOW, h, 0.0, growth
-            # A contact that presses in one stage and not in the next, edge on edge.
+            # An edge-on-edge contact presses in one stage and not in the next.
             state.clock[ix.STEP] = HOPELESS_STEP
             return outcomes.RATTLED, h, 0.0, growth
         smooth = takes_smooth(state, h, rate)
@@ -336,10 +336,10 @@ def attempt_step(
 
 @kernel
 def keep_touching(model: Model, state: State, work: Work) -> float:
-    """Undo what the step drifted off its contacts; by how much, over the error that it may have.
+    """Correct the step's drift off its contacts; return the correction in allowed errors.
 
-    Negative if something happened within the step, or if a contact that hardly says how the chain
-    lies, its force all but through a hinge, asks for far more than drift.
+    The result is negative if an event happened within the step, or if a contact that hardly affects
+    the pose, with a force almost through a hinge, requires far more correction than drift.
     """
     stages = work.stages
     copy(stages.new_q, stages.q, 0)
@@ -371,9 +371,9 @@ def accept_step(
     model: Model, state: State, work: Work, record: Record, h: float, fraction: float, way: float,
     until: float,
 ) -> None:  # fmt: skip
-    """Make the end of a step, in whose course the base went some ``way`` [m], the state.
+    """Make the end of a step the state; ``way`` is the base's displacement in it [m].
 
-    What happened within it is recorded and booked.
+    Records the step's frames, and its impulse and work.
     """
     lo, new_q, new_v = state.counter[ix.N_HELD], work.stages.new_q, work.stages.new_v
     keep_if_left_alone(model, state, work, new_q, new_v, fraction * h)
@@ -389,15 +389,15 @@ def accept_step(
     if model.frictional:
         for i in range(lo, model.n):
             if state.stuck[i] == 1:
-                state.v[i] = 0.0  # but for rounding it is
+                state.v[i] = 0.0  # removes rounding errors
     constraints.open_joints(lo, model, state)
 
 
 @inlined
 def is_rattle(model: Model, state: State, fraction: float, time: float) -> bool:
-    """Whether a step that ended after some time is the last of many that hardly came forward.
+    """Whether a step of length ``time`` [s] is the last of many that hardly advanced.
 
-    What touched may have been parted again, to keep others in touch, and so without end.
+    Keeping some contacts closed may reopen others, again and again.
     """
     if fraction == 1.0 or time * model.fastest_rate > INSTANT * model.tolerance:
         state.counter[ix.QUICK_TOUCHES] = 0

@@ -1,12 +1,12 @@
-"""Moreau's time-stepping, for phases in which squares touch, stops rattle or components creep.
+"""Moreau's time-stepping, for phases in which contacts or stops rattle or components creep.
 
-One step, after Moreau and Jean, has two halves. The velocity nearest to the free one, in the
-metric of the mass matrix, that lets no gap become negative and leaves at rest what friction holds,
-leads over the first half to a middle position. Forces, masses and gaps are taken anew there, and
-the velocity found again; it leads over the second half and stays. The friction of components that
-hardly move is solved for too, so that it may turn within the step. Impacts, simultaneous ones too,
-take place inside steps, and nothing has to be located. The momentum of a free chain is kept apart
-from all this: only forces from outside change it.
+One step, after Moreau and Jean, has two halves. The first half moves the chain to a middle position
+with the velocity that is nearest to the free one, in the metric of the mass matrix, makes no gap
+negative and leaves components at rest that friction holds. With forces, masses and gaps at the
+middle, the velocity is found again, for the second half and the end. The friction of slow
+components is solved for too, so that it may turn within the step. Impacts, even simultaneous ones,
+happen inside steps without being located. The momentum of a free chain is corrected separately:
+only external forces change it.
 """
 
 import math
@@ -41,28 +41,28 @@ from magfold_env.engine.state import Array, Model, Record, State, Work, copy
 from magfold_env.engine.stepping import dynamics
 from magfold_env.engine.stepping.recorder import record_line
 
-NEAR_STOP = 1e-6  # [rad] from its stop a joint may reach it, whatever its rate
+NEAR_STOP = 1e-6  # [rad] a joint this near to its stop may reach it at any rate
 COARSEST = 0.01  # [s]
-FINEST = 10.0  # shortest step: tolerances of the lightest component's typical rate
-TURN = 0.1  # [rad] that no component turns by in a step, at its rate before
-SHARE = 0.05  # of the tolerance, that a step's change of velocity may move an angle by
-GROWTH = 1.5  # the most that a step may be longer than the one before
-CAUTION = 0.9  # times the longest step that seems to do
+FINEST = 10.0  # shortest step, in tolerances of the lightest component's typical rate
+TURN = 0.1  # [rad] limit on a component's turn in a step, at its old rate
+SHARE = 0.05  # of the tolerance: limit on an angle's change by a step's change of velocity
+GROWTH = 1.5  # largest ratio of a step's length to the previous one
+CAUTION = 0.9  # times the longest step that seems adequate
 TINY = 1e-300
-CAUGHT_UP = 0.01  # share of a step by which a drive that slips may overshoot
-HOPELESS = 1e-3  # finest steps: shorter ones do not help either
+CAUGHT_UP = 0.01  # share of a step by which a slipping drive may overshoot
+HOPELESS = 1e-3  # in finest steps: shorter ones do not help either
 ROUNDING = 1e-12  # [m/s]
-VIOLENT = 100.0  # times the energy of the free motion: nothing asks for that
+VIOLENT = 100.0  # times the energy of the free motion: no valid change takes more
 
 
 @kernel
 def moreau_step(
     model: Model, state: State, work: Work, record: Record, until: float, rattles: bool
 ) -> int:
-    """Take one step from the state, whose pose and forces are in ``work``; returns how it ended.
+    """Take one step from the state, whose pose and forces are in ``work``; return the outcome.
 
-    Where something ``rattles`` the velocity counts as the new one from the beginning, else as
-    changing evenly.
+    If something ``rattles``, the step uses the new velocity from its beginning; otherwise the
+    velocity changes linearly.
     """
     lo, n, moreau = state.counter[ix.N_HELD], model.n, work.moreau
     if model.frictional and mark_slow(lo, model, state, work):
@@ -74,7 +74,7 @@ def moreau_step(
     outcome, h, next_step = attempt_step(model, state, work, remaining, rattles)
     driven = feed.drives(model, state)
     if outcome == outcomes.NO_SOLUTION and driven and state.v[n] != 0.0:
-        # The chain cannot move at the speed asked for.
+        # The chain cannot move at the requested speed.
         feed.slip(model, state, work, float(state.v[n]))
         return outcomes.TOUCHED
     if outcome != outcomes.ACCEPTED:
@@ -82,7 +82,7 @@ def moreau_step(
     impulse, lost = take_account(model, state, work, h)
     most = ledger.most_force(model, state) * max(h, ledger.MEAN_OVER)
     if driven and abs(impulse) > most:
-        # More than the drive can give.
+        # The impulse exceeds the drive's limit.
         feed.slip(model, state, work, impulse)
         return outcomes.TOUCHED
     state.clock[ix.STEP] = next_step
@@ -94,7 +94,7 @@ def moreau_step(
     copy(moreau.new_q, state.q, lo)
     copy(moreau.new_v, state.v, lo)
     state.clock[ix.TIME] = until if h >= remaining else state.clock[ix.TIME] + h
-    # A joint that lands on its stop keeps its speed until the next step's impact takes it.
+    # A joint that reaches its stop keeps its rate until the next step's impact.
     open_joints(lo, model, state)
     for i in range(lo, n):
         if work.friction.slow[i] == 1 and abs(state.v[i]) * model.friction_radius < ROUNDING:
@@ -107,18 +107,18 @@ def moreau_step(
 def attempt_step(
     model: Model, state: State, work: Work, remaining: float, rattles: bool
 ) -> tuple[int, float, float]:
-    """Find a step that is exact enough, its end into ``work.moreau``.
+    """Find a step that is accurate enough, and store its end in ``work.moreau``.
 
-    It is repeated at half its length until the velocity changes little, but not below what an
-    impact, which changes it at once, would ask for; and until forces change little, where poles all
-    but meet. Returns ACCEPTED or how else it ended, its length [s], and that of the next one [s].
+    The step is shortened until the velocity changes little, but not below a limit, because in an
+    impact it always jumps; and until forces change little, as poles may almost meet. Returns
+    ACCEPTED or another outcome, the step's length [s], and the length of the next step [s].
     """
     lo, moreau = state.counter[ix.N_HELD], work.moreau
     fastest = model.fastest_rate
     for k in range(lo, model.n):
         fastest = max(fastest, abs(state.v[k]))
     finest = min(FINEST * model.tolerance / model.fastest_rate, TURN / fastest)
-    # Friction turns around when a component stops: no step goes far beyond.
+    # Friction reverses when a component stops, so no step goes far beyond that.
     stop = max(state.clock[ix.BRAKE], 0.1 * finest)
     h = min(max(GROWTH * state.clock[ix.STEP], finest), COARSEST, stop)
     near_stop = NEAR_STOP
@@ -128,8 +128,8 @@ def attempt_step(
         found = velocity_after(model, state, work, h, 0.0 if rattles else 0.75, near_stop)
         if not found and not shorter_helps:
             return outcomes.NO_SOLUTION, h, h
-        # Gaps that are about to close may ask for too much; in less time they ask for less. A drive
-        # that slips would pass the speed asked for, and add energy; the step ends as it gets there.
+        # Closing gaps may require too much; a shorter step requires less. A slipping drive would
+        # exceed the requested speed and add energy, so the step ends when it reaches this speed.
         share = until_caught_up(model, state, moreau.new_v) if found else 0.25
         if share < 1.0 - CAUGHT_UP and shorter_helps:
             h *= max(share, 0.1)
@@ -140,18 +140,18 @@ def attempt_step(
         if bent > SHARE * model.tolerance and shorter_helps:
             h *= 0.5
             continue
-        # What a force changes a step grows with its square; what an impact does, with its length.
+        # Changes by forces grow with the square of a step's length, changes by impacts linearly.
         shorter = CAUTION * math.sqrt(SHARE * model.tolerance / max(moved, TINY))
         if moved > SHARE * model.tolerance and h > finest:
             h = max(min(max(shorter, 0.1), 0.8) * h, finest)
             continue
         if moved > SHARE * model.tolerance and not rattles:
-            # An impact: at the old velocity what closes would sink in.
+            # It is an impact: with the old velocity, closing gaps would become overlaps.
             rattles = True
             continue
         past = go_to_end(model, state, work, h, 0.0 if rattles else 0.25)
         if past > sweep.PAST * model.tolerance and near_stop == NEAR_STOP:
-            # An impact turned back a joint that was leaving its stop.
+            # An impact has turned back a joint that was leaving its stop.
             near_stop = HALF_PI
             continue
         if not (shorter_helps and passes_by(model, state, work)):
@@ -161,7 +161,7 @@ def attempt_step(
 
 @inlined
 def until_caught_up(model: Model, state: State, new_v: Array) -> float:
-    """Share of a step after which a drive that slips has the base at the speed asked for; or 1."""
+    """Share of a step after which a slipping drive reaches the requested speed, or 1."""
     if not (is_partly_out(model, state) and feed.slips(state)):
         return 1.0
     missing = state.feed[ix.ASKED] - state.v[model.n]
@@ -171,9 +171,9 @@ def until_caught_up(model: Model, state: State, new_v: Array) -> float:
 
 @inlined
 def changes(model: Model, state: State, work: Work, h: float) -> tuple[float, float]:
-    """By how much the change of velocity, and that of forces, moves things in a step at most.
+    """Largest displacements in a step by changes of velocity, and by changes of forces.
 
-    In radians, and in sides of a square.
+    Both are in radians, or in sides of a square.
     """
     moreau, moved, bent = work.moreau, 0.0, 0.0
     for k in range(state.counter[ix.N_HELD], model.n + 2):
@@ -186,9 +186,9 @@ def changes(model: Model, state: State, work: Work, h: float) -> tuple[float, fl
 
 @inlined
 def go_to_end(model: Model, state: State, work: Work, h: float, old: float) -> float:
-    """Find the end of a step whose second half is at the new velocity but for a share ``old``.
+    """Find the end of a step whose second half has the new velocity and a share ``old`` of the old.
 
-    No joint passes its stop. Returns how far the worst of them would have passed it [rad].
+    Joints are kept from passing their stops. Returns the largest angle corrected by this [rad].
     """
     moreau, lo = work.moreau, state.counter[ix.N_HELD]
     copy(moreau.middle_q, moreau.new_q, 0)
@@ -206,7 +206,7 @@ def go_to_end(model: Model, state: State, work: Work, h: float, old: float) -> f
 
 @inlined
 def passes_by(model: Model, state: State, work: Work) -> bool:
-    """Whether a step that is found meets squares or solids whose gaps it does not know of."""
+    """Whether the step that was found meets squares or solids whose gaps it did not consider."""
     if not (model.contact and events.may_collide(model)):
         return False
     lo, new_q = state.counter[ix.N_HELD], work.moreau.new_q
@@ -218,9 +218,9 @@ def passes_by(model: Model, state: State, work: Work) -> bool:
 
 @kernel
 def mark_slow(lo: int, model: Model, state: State, work: Work) -> bool:
-    """Mark the components at rest, or nearly, whose friction the step solves for; whether any.
+    """Mark the nearly resting components, whose friction the step solves for; True if any.
 
-    Only where others may stop bounds the step.
+    Only the stops of other components bound the step.
     """
     found = False
     brake = math.inf
@@ -240,14 +240,14 @@ def mark_slow(lo: int, model: Model, state: State, work: Work) -> bool:
 def velocity_after(
     model: Model, state: State, work: Work, h: float, old: float, near_stop: float
 ) -> bool:
-    """Middle of a step of length ``h`` and its new velocity, into ``work.moreau``.
+    """Find the middle of a step of length ``h`` and its new velocity, in ``work.moreau``.
 
-    The way to the middle is at the new velocity but for a share ``old`` of the old one. Joints
-    within ``near_stop`` [rad] of a stop are kept from passing it, whatever their rates. Returns
-    False if the velocity could not be found. Needs the smooth accelerations of the state.
+    The first half has the new velocity with a share ``old`` of the old one. Joints within
+    ``near_stop`` [rad] of a stop are kept from passing it at any rate. Returns False if the
+    velocity could not be found. Needs the smooth accelerations of the state.
     """
     lo, n, moreau = state.counter[ix.N_HELD], model.n, work.moreau
-    # A repeated step finds the middle's pose and inertias; put the state's back.
+    # A repeated step finds the middle's pose and inertias here; restore the state's.
     place_all(lo, model, state.q, work.pose)
     articulated.factor(lo, model.bodies, work.pose, work.chain.unlocked, work.chain)
     if not constrain(model, state, state.q, moreau.smooth, work, h, h, near_stop):
@@ -276,10 +276,10 @@ def constrain(
     model: Model, state: State, q: Array, acceleration: Array, work: Work, h: float, left: float,
     near_stop: float,
 ) -> bool:  # fmt: skip
-    """Find the velocity after a step ``h``, the nearest that closes no gap of ``q``.
+    """Find the velocity after a step ``h``, the nearest one that closes no gap of ``q``.
 
-    ``left`` is the time that the gaps have to last, ``near_stop`` as in `velocity_after`. Needs
-    pose and inertias of ``q``. Returns False if it could not be found.
+    ``left`` is the time for which the gaps must last; ``near_stop`` is as in `velocity_after`.
+    Needs the pose and inertias of ``q``. Returns False if the velocity could not be found.
     """
     lo, n = state.counter[ix.N_HELD], model.n
     v = work.moreau.new_v
@@ -303,10 +303,10 @@ def constrain(
             law.friction_rows(lo, model, work.pose, work, count, i)
             count += 3
     dynamics.respond(lo, model, work, count)
-    # Friction is a force: with it, accelerations over the step are solved for, not velocities.
+    # Friction is a force, so with it the unknowns are accelerations over the step, not velocities.
     unit = h if count > rows else 1.0
     for r in range(count):
-        # What is said of gaps holds in this pose, what is said of friction at the step's end.
+        # Conditions on gaps hold in this pose, conditions on friction at the step's end.
         rest = work.rows.bias[r] if r < rows else left * work.rows.bias[r]
         work.rows.bias[r] = (rest + dynamics.rate_of(lo, work, r, v)) / unit
         work.rows.equality[r] = 0
@@ -326,10 +326,10 @@ def constrain(
 
 @kernel
 def take_account(model: Model, state: State, work: Work, h: float) -> tuple[float, float]:
-    """Find the drive's impulse [N·s] and the energy that contacts took [J] in a step that is found.
+    """Find the drive's impulse [N·s] and the energy lost in contacts [J] in the step found.
 
-    By the balance of momentum and that of energy between its ends. Where velocities jump, sums of
-    impulses times rates would leave an error of first order: masses are those of the middle.
+    Both follow from the balances of momentum and energy over the step. Where velocities jump, sums
+    of impulses times rates would have a first-order error, as they use masses at the middle.
     """
     lo, n, rows, moreau = state.counter[ix.N_HELD], model.n, work.rows, work.moreau
     lost = kinetic_of(lo, model, work, state.q, state.v)
@@ -355,7 +355,7 @@ def take_account(model: Model, state: State, work: Work, h: float) -> tuple[floa
 
 @inlined
 def solve(rows: int, count: int, work: Work, model: Model) -> bool:
-    """Find the multipliers of ``rows`` gaps, and of friction in the rows after them."""
+    """Find the multipliers of ``rows`` gaps, and of friction in the following rows."""
     if count > rows:
         return solve_with_friction(rows, count, work, model.friction_limit)
     return solve_nonnegative(count, work)
@@ -365,11 +365,11 @@ def solve(rows: int, count: int, work: Work, model: Model) -> bool:
 def too_violent(
     lo: int, rows: int, count: int, model: Model, work: Work, v: Array, unit: float
 ) -> bool:
-    """Whether the multipliers change the free velocity ``v`` by more than gaps can ask for.
+    """Whether the multipliers change the free velocity ``v`` by more than gaps can require.
 
-    At rest no gap closes, so what keeps all open takes no more energy than the free motion has,
-    but for overlaps that are pushed out. Squares that overlap on both sides may ask to be pushed
-    into each other: of no velocity, or of a boundless one. Their overlaps are left for later.
+    At rest no gap closes, so keeping all gaps open takes no more energy than the free motion has,
+    except for removing overlaps. Squares that overlap on both sides may require being pushed into
+    each other, with no velocity or an unbounded one. Their overlaps are left for later.
     """
     fastest = 0.0
     for r in range(work.rows.counts[ix.JOINT_STOPS], rows):

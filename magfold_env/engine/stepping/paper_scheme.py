@@ -1,7 +1,7 @@
-"""The paper's own scheme, for reproduction: double Euler, snapping joints, kinetic friction.
+"""The paper's scheme, for reproducing its results: double Euler, snapping joints, kinetic friction.
 
-Equations 39 to 41 and Figure 9 of the paper. Only neighbours collide, by having their angle set;
-friction acts on the centres, has no torque and no static part; 0/0 in equation 41 is taken as 0.
+Equations 39 to 41 and Figure 9 of the paper. Only neighbours collide, and then their angle is set.
+Friction acts on the centres, without torque or a static part; 0/0 in equation 41 counts as 0.
 Component 1 is pinned.
 """
 
@@ -16,7 +16,7 @@ from magfold_env.engine.state import Model, Record, State, Work, copy
 from magfold_env.engine.stepping.recorder import record_instant
 
 SNAP = 0.9 * math.pi / 2.0  # equation 40
-QUIET_TIME = 0.1  # [s] a chain that turned by less than QUIET_ANGLE in it is at rest
+QUIET_TIME = 0.1  # [s] a chain that turns by less than QUIET_ANGLE in this time is at rest
 QUIET_ANGLE = 1e-3  # [rad]
 
 
@@ -24,13 +24,13 @@ QUIET_ANGLE = 1e-3  # [rad]
 def paper_advance(
     model: Model, state: State, work: Work, record: Record, until: float, dt: float
 ) -> int:
-    """Step to the time ``until`` [s] or to rest; returns which, or PAUSED as `runs.run` does.
+    """Step to the time ``until`` [s] or to rest; return which, or PAUSED as `runs.run` does.
 
-    The scheme itself knows no rest: the chain rests when all joints have snapped, or when no
-    heading changed by more than `QUIET_ANGLE` within `QUIET_TIME`.
+    The scheme itself does not define rest: here the chain rests when all joints have snapped, or
+    when no heading has changed by more than `QUIET_ANGLE` within `QUIET_TIME`.
     """
     n = model.n
-    # new_q keeps the headings of the last look, new_v[0] its time.
+    # new_q stores the headings at the last check for rest, new_v[0] its time.
     if state.counter[ix.STEPS] == 0:
         copy(state.q, work.stages.new_q, 0)
         work.stages.new_v[0] = 0.0
@@ -65,7 +65,7 @@ def paper_advance(
 
 @kernel
 def evaluate(model: Model, state: State, work: Work) -> None:
-    """Find the angular accelerations of equation 39, with friction after equation 41."""
+    """Find the angular accelerations of equation 39, with friction by equation 41."""
     bodies, pose = model.bodies, work.pose
     state.counter[ix.EVALUATIONS] += 1
     articulated.place(0, bodies, state.q, pose)
@@ -90,7 +90,7 @@ def evaluate(model: Model, state: State, work: Work) -> None:
 
 @kernel
 def snap(n: int, state: State) -> int:
-    """Set joints past 81° to 90° and average the two rates; returns how many there were."""
+    """Set joints past 81° to 90° and average the two rates; return the number of snapped joints."""
     q, v, snapped = state.q, state.v, 0
     for i in range(1, n):
         angle = q[i] - q[i - 1]

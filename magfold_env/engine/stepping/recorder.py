@@ -1,4 +1,4 @@
-"""Frames at equal intervals, from the dense output: they cost no forces and change nothing."""
+"""Frames at equal intervals from the dense output, which needs no forces and changes nothing."""
 
 from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.jit import inlined, kernel
@@ -8,7 +8,7 @@ from magfold_env.engine.stepping.stages import drive_impulse, interpolate
 
 @kernel
 def has_room(record: Record, state: State, longest_step: float) -> bool:
-    """Whether the frames of one more step fit."""
+    """Whether the record has space for the frames of one more step."""
     if record.interval <= 0.0:
         return True
     return state.counter[ix.FRAMES] + longest_step / record.interval + 2.0 < record.time.size
@@ -16,13 +16,13 @@ def has_room(record: Record, state: State, longest_step: float) -> bool:
 
 @inlined
 def is_due(record: Record, state: State, until: float) -> bool:
-    """Whether there is a frame to be taken by a time [s]."""
+    """Whether a frame is due by a time [s]."""
     return record.interval > 0.0 and state.clock[ix.FRAME_TIME] <= until
 
 
 @inlined
 def next_frame(record: Record, state: State, time: float, gained: float) -> int:
-    """Begin a frame at a time [s], until which the drive gave so much more [N·s]; its number."""
+    """Begin a frame at a time [s], until which the impulse grew by ``gained``; return its index."""
     f = state.counter[ix.FRAMES]
     record.time[f] = time
     record.lo[f] = state.counter[ix.N_HELD]
@@ -36,7 +36,7 @@ def next_frame(record: Record, state: State, time: float, gained: float) -> int:
 def record_step(
     model: Model, state: State, work: Work, record: Record, step: float, fraction: float
 ) -> None:
-    """Take the frames that fall into the accepted part of a step."""
+    """Take the frames in the accepted part of a step."""
     begin = state.clock[ix.TIME]
     while is_due(record, state, begin + fraction * step):
         time = state.clock[ix.FRAME_TIME]
@@ -50,9 +50,9 @@ def record_step(
 def record_line(
     record: Record, state: State, until: float, end: Array, velocity: Array, impulse: float
 ) -> bool:
-    """Take the frames of a way at a constant ``velocity`` to ``end``; False if they do not fit.
+    """Take the frames of a motion at constant ``velocity`` to ``end``; False if they do not fit.
 
-    It ends at the time ``until`` [s]; ``impulse`` is that of the drive by then [N·s].
+    The motion ends at the time ``until`` [s]; ``impulse`` is the drive's during the motion [N·s].
     """
     begin = state.clock[ix.TIME]
     while is_due(record, state, until):

@@ -1,4 +1,4 @@
-"""Whole runs: one chain is fed and moves on, or many are, on any number of threads."""
+"""Whole runs, of one chain or of many chains on any number of threads."""
 
 import math
 
@@ -18,11 +18,11 @@ RUN, ENERGY = range(2)
 
 @kernel
 def run(model: Model, state: State, work: Work, record: Record, until: float) -> int:
-    """Feed a chain and let it move on, until a time [s] or what ``state`` says ends the run.
+    """Feed a chain and let it move until a time [s] or an end of the run that ``state`` defines.
 
-    Returns REACHED there, TIMED_OUT at the run's own end, or how the integration ended. It returns
-    PAUSED when the record is full, and at the end of a turn of at most 50 ms. The caller empties
-    the record and calls again; the run goes on as if it had not stopped.
+    Returns REACHED there, TIMED_OUT at the time limit of the run, or another outcome of the
+    integration. Returns PAUSED when the record is full and after a turn of at most 50 ms; the
+    caller then empties the record and calls again, and the run continues as if it had not stopped.
     """
     turn = end_of_turn(model, state)
     while True:
@@ -35,7 +35,7 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
             feed.begin(model, state, work)
         parked = state.counter[ix.PARKED] == 1
         if lo > 0 and not parked and until == math.inf and state.feed[ix.ASKED] == 0.0:
-            # The drive stands still for good: what is outside has its time to settle.
+            # The drive stands still for good: the components outside have their time to settle.
             parked = True
             state.counter[ix.PARKED] = 1
             state.clock[ix.END] = state.clock[ix.TIME] + model.duration
@@ -46,7 +46,7 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
         elif parked:
             outcome = RESTED
         else:
-            # Nothing is outside yet that could move by itself.
+            # No component is outside yet that could move by itself.
             force = feed.inside_force(model, state, work, stop)
             outcome = move_with_base(model, state, work, record, stop, force)
         if outcome != REACHED:
@@ -66,20 +66,20 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
 
 @kernel
 def energy(model: Model, state: State, work: Work, x: float) -> float:
-    """Magnetic energy of the components whose magnets act [J], an outer field's included."""
+    """Magnetic energy of the components whose magnets act [J], including an outer field."""
     first = place_all(state.counter[ix.N_HELD], model, state.q, work.pose)
     return magnet_energy(first, model, work)
 
 
 @calls_by_address
 def run_at(code: int, model: int, state: int, work: int, record: int, until: float) -> int:
-    """`run`, for the addresses of its code and of its arguments."""
+    """Call `run` by the addresses of its code and of its arguments."""
     return call_int(code, model, state, work, record, until)
 
 
 @calls_by_address
 def energy_at(code: int, model: int, state: int, work: int, x: float) -> float:
-    """`energy`, for the addresses of its code and of its arguments."""
+    """Call `energy` by the addresses of its code and of its arguments."""
     return call_float(code, model, state, work, x)
 
 
@@ -88,12 +88,12 @@ def run_chains(
     code: IntArray, models: IntArray, states: IntArray, works: IntArray, record: int,
     until: Array, rows: IntArray, outcomes: IntArray, energies: Array, next_row: IntArray,
 ) -> int:  # fmt: skip
-    """`run` the chains ``rows``, taken one by one from a counter (1,) that threads share.
+    """`run` the chains ``rows``, taken one by one by a counter (1,) that threads share.
 
-    Arguments are addresses: of the code for RUN and ENERGY, of what belongs to each chain (m,),
-    and of one record, since only one chain may be recorded. Runs pause at the times ``until`` (m,)
-    [s]. Filled in are how each ended (m,), REACHED if it has not, and the energies (m,) [J] of
-    those that ended. Returns how many chains this thread took.
+    Arguments are addresses: of the code for RUN and ENERGY, of each chain's data (m,), and of one
+    record, since only one chain may be recorded. Runs pause at the times ``until`` (m,) [s]. Fills
+    in each outcome (m,), REACHED if the run has not ended, and the energies (m,) [J] of ended runs.
+    Returns how many chains this thread ran.
     """
     taken = 0
     while True:
@@ -112,6 +112,6 @@ def run_chains(
 def energies_of(
     code: IntArray, models: IntArray, states: IntArray, works: IntArray, rows: IntArray, out: Array
 ) -> None:
-    """Fill in the energies [J] of some chains as they are."""
+    """Fill in the energies [J] of some chains in their present states."""
     for k in rows:
         out[k] = call_float(code[ENERGY], models[k], states[k], works[k], 0.0)

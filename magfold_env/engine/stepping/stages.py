@@ -1,7 +1,7 @@
-"""Dormand and Prince's step: its stages, the estimate of its error, and its dense output.
+"""Dormand and Prince's step: its stages, its error estimate, and its dense output.
 
-Coefficients of the Runge-Kutta pair 5(4): Dormand, Prince (1980); of the dense output: Shampine
-(1986), Math. Comp. 46:135-150.
+The coefficients of the Runge-Kutta pair 5(4) are from Dormand and Prince (1980), and those for the
+dense output from Shampine (1986), Math. Comp. 46:135-150.
 """
 
 import math
@@ -48,19 +48,19 @@ DENSE = np.array(
     ]
 )
 
-LOCAL = 0.1  # share of the tolerance that one step may use up
-UNEVEN = 2.0  # mean mass over the least, its root, from which masses decide about errors
-SLOW = 0.3  # share of a typical rate below which rates are judged by it
+LOCAL = 0.1  # share of the tolerance that one step may use
+UNEVEN = 2.0  # root of mean over least mass from which masses weigh errors of velocities
+SLOW = 0.3  # share of a typical rate: the least scale for errors of rates
 
 
 @kernel
 def stages(model: Model, state: State, work: Work, h: float) -> bool:
-    """Fill the slopes of a step, its end in ``work.stages.new_q`` and ``work.stages.new_v``.
+    """Fill in a step's slopes, and its end in ``work.stages.new_q`` and ``work.stages.new_v``.
 
-    The estimated errors of the end are left in ``work.stages.q`` and ``work.stages.v``.
+    Leaves the estimated errors of the end in ``work.stages.q`` and ``work.stages.v``.
     """
     lo, end, driven = state.counter[ix.N_HELD], coordinates(model), drives(model, state)
-    # What the tube holds does not turn. Loops over all components are faster than over the others.
+    # Held components do not turn, but loops over all components are faster than without them.
     for s in range(STAGES):
         for k in range(lo):
             work.stages.slope_v[s, k] = 0.0
@@ -85,7 +85,7 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
             ev += ERROR[s] * work.stages.slope_v[s, k]
         work.stages.q[k], work.stages.v[k] = h * eq, h * ev
     if driven and work.rows.counts[ix.SOLVED] > work.rows.counts[ix.JOINT_STOPS]:
-        # A chain that the tube guides moves alike whatever the force: its work counts as well.
+        # A guided base moves equally for any force, so the error of the drive's work counts too.
         off = 0.0
         for s in range(STAGES):
             off += ERROR[s] * work.stages.drive[s]
@@ -96,10 +96,10 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
 
 @kernel
 def step_error(model: Model, state: State, work: Work) -> float:
-    """Estimated error of the step over what is allowed.
+    """Return the estimated error of the step relative to the allowed error.
 
-    Angles are judged by the tolerance, rates by the tolerance times a typical rate, the base by
-    the tolerance times a component's length; velocities of uneven chains also all together.
+    Scales are the tolerance for angles, the tolerance times a typical rate for rates, and the
+    tolerance times a length for the base; unequal masses' velocities are also weighed together.
     """
     n, stages = model.n, work.stages
     worst, total = 0.0, 0.0
@@ -119,9 +119,9 @@ def step_error(model: Model, state: State, work: Work) -> float:
 
 @kernel
 def kinetic_error(lo: int, model: Model, work: Work) -> float:
-    """Estimated error of the velocities over what is allowed, in the metric of the masses.
+    """Estimated error of the velocities relative to the allowed error, in the metric of the masses.
 
-    Where a light component turns fast, the least of its errors carries heavy ones beyond it away.
+    The smallest errors of a fast, light component would carry heavy components beyond it away.
     Needs the pose at the step's end.
     """
     slow = SLOW * model.typical_rate * model.bodies.length[0]
@@ -133,7 +133,7 @@ def kinetic_error(lo: int, model: Model, work: Work) -> float:
 
 @inlined
 def dense_weight(s: int, fraction: float) -> float:
-    """Weight of the slope of stage s in the dense output at a ``fraction`` of the step."""
+    """Weight of stage s's slope in the dense output at a ``fraction`` of the step."""
     w = 0.0
     for j in range(3, -1, -1):
         w = (w + DENSE[s, j]) * fraction
@@ -142,7 +142,7 @@ def dense_weight(s: int, fraction: float) -> float:
 
 @kernel
 def interpolate(y: Array, slopes: Array, step: float, fraction: float, out: Array) -> None:
-    """Dense output of the step at ``fraction`` of it."""
+    """Fill in the dense output at a ``fraction`` of the step."""
     for k in range(y.size):
         out[k] = y[k]
     for s in range(STAGES):
@@ -153,7 +153,7 @@ def interpolate(y: Array, slopes: Array, step: float, fraction: float, out: Arra
 
 @kernel
 def drive_impulse(model: Model, state: State, work: Work, step: float, fraction: float) -> float:
-    """Impulse of the drive within a ``fraction`` of the step [N·s]."""
+    """Impulse of the drive in a ``fraction`` of the step [N·s]."""
     if not is_partly_out(model, state):
         return 0.0
     if slips(state):
@@ -168,7 +168,7 @@ def drive_impulse(model: Model, state: State, work: Work, step: float, fraction:
 def close_milliseconds(
     model: Model, state: State, work: Work, step: float, fraction: float
 ) -> None:
-    """Take the drive's mean force in all milliseconds that end in a ``fraction`` of the step."""
+    """Update the peak by mean forces in milliseconds that end in the ``fraction`` of the step."""
     begin, impulse = float(state.clock[ix.TIME]), float(state.account[ix.IMPULSE])
     end = ledger.next_millisecond(state)
     while end <= begin + fraction * step:

@@ -1,6 +1,6 @@
-"""How long a step may be: as far as the state alone foresees, and as the last step's error allows.
+"""The length of a step, limited by the state and by the last step's error.
 
-And which scheme it takes: where friction is stiff, Chebyshev's.
+The scheme is chosen too: Chebyshev's if friction is stiff.
 """
 
 import math
@@ -17,25 +17,25 @@ from magfold_env.engine.stepping import chebyshev, stages
 LONGEST_STEP = 0.1  # [s]
 SHORTEST_STEP = 1e-13  # [s]
 LONGER = 1.2  # times the time to the next stop
-SOONEST_STOP = 1e-7  # [s] before which no stop is foreseen
+SOONEST_STOP = 1e-7  # [s] shortest predicted time to a stop
 PAST_EDGE = 2e-6  # [s] how far a step may reach beyond the end of a face
-SHORTEST_BRAKE = 1e-7  # [s] the shortest step that ends where a component stops
+SHORTEST_BRAKE = 1e-7  # [s] the shortest step that ends when a component stops
 EASY = 1e-4  # an error that allows the largest growth
-CAUTION = 0.8  # times the longest step that its error allows
+CAUTION = 0.8  # times the longest step that the error allows
 LARGEST_GROWTH = 5.0
-LEAST_GROWTH = 0.2  # after a step that was good enough, however hard it was to find
-# Lengths of steps times the rate of friction: beyond which its stability limits an explicit step,
-# and up to which such a step is the cheaper one.
+LEAST_GROWTH = 0.2  # after an accepted step, regardless of the attempts before
+# Step lengths times friction's rate: beyond STIFF stability limits an explicit step; up to MILD an
+# explicit step is cheaper.
 STIFF, MILD = 2.5, 2.0
-OTHERS = 4  # explicit steps to be taken after a Chebyshev step that was no better
+OTHERS = 4  # number of explicit steps after a Chebyshev step that was no better
 
 
 @kernel
 def longest_step(model: Model, state: State, work: Work) -> float:
-    """How far a step may reach [s], going by the state alone.
+    """Limit on the length of a step [s] that follows from the state.
 
-    Not far beyond a joint's stop, the end of a face on which a corner slides, or the moment when
-    friction stops a component: what happens there would only have the step repeated.
+    It is not far beyond a joint's stop, the end of a face on which a corner slides, or the moment
+    when friction stops a component, because these events would only make the step repeat.
     """
     lo, h = state.counter[ix.N_HELD], LONGEST_STEP
     if model.contact:
@@ -52,7 +52,7 @@ def longest_step(model: Model, state: State, work: Work) -> float:
 
 @inlined
 def takes_smooth(state: State, h: float, rate: float) -> bool:
-    """Whether a step is Chebyshev's: explicit ones would be unstable, or cost more."""
+    """Whether a step is Chebyshev's, because explicit steps would be unstable or more expensive."""
     return state.counter[ix.STIFF] > 0 and h * rate > MILD
 
 
@@ -70,7 +70,7 @@ def plan_next(
         growth = 1.0
     elif error > EASY:
         growth = min(growth, next_growth(state, h, error, smooth))
-    # A step cut short by an event or by the time limit says nothing against a longer one.
+    # A step shortened by an event or a time limit is no reason against a longer one.
     state.clock[ix.STEP] = max(
         h * growth, 0.5 * state.clock[ix.STEP] if h < state.clock[ix.STEP] else SHORTEST_STEP
     )
@@ -80,10 +80,10 @@ def plan_next(
 
 @inlined
 def next_growth(state: State, h: float, error: float, smooth: bool) -> float:
-    """Return how much longer the next step may be, going by this one's error and its trend.
+    """Return the growth of the next step that follows from this one's error and its trend.
 
-    Gustafsson's predictive controller (Hairer and Wanner, Solving ODEs II, IV.8): towards a stop
-    magnets pull ever harder, and a rule that knows only the last error has every other step
+    Gustafsson's predictive controller (Hairer and Wanner, Solving ODEs II, IV.8): magnets pull ever
+    harder towards a stop, and with a rule that uses only the last error every other step would be
     rejected.
     """
     if smooth:
@@ -98,9 +98,9 @@ def next_growth(state: State, h: float, error: float, smooth: bool) -> float:
 
 @kernel
 def time_past_stop(lo: int, model: Model, state: State, work: Work) -> float:
-    """Time until the first open joint is a little beyond its stop, as it accelerates now [s].
+    """Time until the first open joint is slightly beyond its stop, at present accelerations [s].
 
-    Not so far that magnets, of which only stops keep the poles apart, would all but meet.
+    The overshoot is limited, because magnets that only the stops keep apart would almost meet.
     """
     soonest = LONGEST_STEP
     for k in range(first_joint(lo), model.n):
@@ -119,10 +119,10 @@ def time_past_stop(lo: int, model: Model, state: State, work: Work) -> float:
 
 @kernel
 def time_to_edge(lo: int, model: Model, work: Work, v: Array) -> float:
-    """Time until a corner that slides along a face, or around an edge, is at its end [s].
+    """Time until a corner that slides along a face or around an edge reaches its end [s].
 
-    There the normal begins or ceases to turn: without this limit, twice as many folds of
-    `Reprogram` end otherwise than at tighter tolerances (27 instead of 15 of 300). At the present
+    There the normal begins or stops turning: without this limit, twice as many folds of `Reprogram`
+    end differently than at tighter tolerances (27 instead of 15 of 300). Assumes present
     velocities; infinite if nothing slides. Needs `place_boxes` and centre velocities.
     """
     soonest = math.inf
@@ -148,7 +148,7 @@ def time_to_edge(lo: int, model: Model, work: Work, v: Array) -> float:
 
 @inlined
 def time_to_end(x: float, end: float, rate: float) -> float:
-    """Time until a point at x is at one of the ends −end and end of a face [s]."""
+    """Time until a point at x reaches one of a face's ends, −end or end [s]."""
     goal = math.copysign(end, x if abs(x) > end else rate)
     time = (goal - x) / rate if rate != 0.0 else math.inf
     return time if time > 0.0 else math.inf
