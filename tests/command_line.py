@@ -1,4 +1,9 @@
-"""The `magfold` command in this process, and how to read what it says."""
+"""The `magfold` command in this process and how to read what it says; Python in another one."""
+
+import os
+import subprocess
+import sys
+from typing import Any
 
 from typer.testing import CliRunner, Result
 
@@ -7,6 +12,17 @@ from magfold_env.cli import app
 
 def run(*arguments: object) -> Result:
     return CliRunner().invoke(app.app, [str(argument) for argument in arguments])
+
+
+def python(
+    *arguments: object, check: bool = True, cwd: Any = None, **env: Any
+) -> subprocess.CompletedProcess[str]:
+    """Run Python where it finds what this process finds, with changes of its environment."""
+    command = [sys.executable, *map(str, arguments)]
+    surroundings = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), **env}
+    return subprocess.run(
+        command, env=surroundings, cwd=cwd, check=check, capture_output=True, text=True
+    )
 
 
 def rows(text: str) -> list[list[str]]:

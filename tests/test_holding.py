@@ -200,9 +200,7 @@ def test_json_holds_it_all(tmp_path: Path) -> None:
         ({"angles": np.arange(6.0)}, {}, "is not allowed; must be 0 at rest: nothing balances"),
     ],
 )
-def test_what_is_not_allowed_is_told(
-    changes: dict[str, Any], arguments: dict[str, Any], message: str
-) -> None:
+def test_what_is_not_allowed_is_told(changes, arguments, message):
     fold = mf.simulate(mf.load_scene("paper/sequence-3"))
     with pytest.raises(mf.SceneError) as caught:
         mf.holding(replace(fold, **changes), **arguments)

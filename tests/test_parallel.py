@@ -139,9 +139,7 @@ def lose(times: int) -> Callable[[int], int]:
 
 
 @pytest.mark.parametrize("running", [True, False])
-def test_ray_is_started_where_it_is_not_running(
-    running: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ray_is_started_where_it_is_not_running(running, monkeypatch):
     cluster = FakeCluster(monkeypatch, running=running)
     found = list(finished(square, range(50), Workers(2, "ray")))
     assert sorted(found) == [(k, k * k) for k in range(50)]

@@ -1,8 +1,6 @@
 """The same models and folds where processors and libraries round otherwise, or do not compile."""
 
 import json
-import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -11,6 +9,7 @@ import numpy as np
 import pytest
 
 from magfold_env.engine.compile.jit import numba_config
+from tests.command_line import python
 
 pytestmark = [
     pytest.mark.slow,
@@ -51,15 +50,9 @@ print(json.dumps(found))
 """
 
 
-def folds(scenes: dict[str, dict[str, Any]], **changes: str) -> dict[str, Any]:
+def folds(scenes: dict[str, dict[str, Any]], **changes: Any) -> dict[str, Any]:
     """Simulate in another process, with changes of its surroundings."""
-    result = subprocess.run(
-        [sys.executable, "-c", SCRIPT, json.dumps([scenes, SEQUENCE])],
-        env={**os.environ, **changes},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    result = python("-c", SCRIPT, json.dumps([scenes, SEQUENCE]), **changes)
     return json.loads(result.stdout)
 
 

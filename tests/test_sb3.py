@@ -31,13 +31,7 @@ FLOOR = "MagFold/UnknownFloor-v0"
 )
 def test_it_says_what_stable_baselines_own_say(env_id: str, single: Any, options: Any) -> None:
     native = make_sb3_vec(env_id, 3, **options)
-    other = make_vec_env(
-        single,
-        3,
-        seed=4,
-        env_kwargs=options,
-        vec_env_cls=DummyVecEnv,
-    )
+    other = make_vec_env(single, 3, seed=4, env_kwargs=options, vec_env_cls=DummyVecEnv)
     native.seed(4)
     assert same(native.reset(), other.reset())
     assert same(native.venv.reset_infos, other.reset_infos)

@@ -112,9 +112,7 @@ def test_what_is_no_drawing_is_refused(drawing: str) -> None:
 
 
 @given(angle_lists, st.floats(-4, 4), st.floats(-1, 1), st.floats(-1, 1))
-def test_similarity_is_its_definition_wherever_the_folds_lie(
-    angles: list[float], turn: float, x: float, y: float
-) -> None:
+def test_similarity_is_its_definition_wherever_the_folds_lie(angles, turn, x, y):
     other = np.array(angles)[::-1]
     n = len(angles) + 1
 

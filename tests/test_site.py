@@ -3,9 +3,6 @@
 Needs the site that `.ci/site` has built, a Chromium, and axe-core, which the extra `docs` brings.
 """
 
-import os
-from collections.abc import Generator
-from importlib.util import find_spec
 from pathlib import Path
 from runpy import run_path
 from urllib.parse import unquote, urlsplit
@@ -14,12 +11,7 @@ import gymnasium
 import pytest
 
 import magfold_env.envs  # noqa: F401 - registers them
-
-if os.name != "posix":
-    pytest.skip("the browser is driven over POSIX pipes", allow_module_level=True)
-
 from tests.markup import Markup
-from tests.replay import chromium
 
 SITE = Path(__file__).parents[1] / "runs" / "site"
 PAGES = sorted(
@@ -32,11 +24,6 @@ WIDTHS = (390, 1400)  # [px] a phone's, a desk's
 
 if not PAGES:
     pytest.skip("no site is built; .ci/site does so", allow_module_level=True)
-
-in_browser = pytest.mark.skipif(
-    chromium.found() is None or find_spec("axe_core_python") is None,
-    reason="needs a Chromium or Chrome on the PATH, and axe-core-python",
-)
 
 
 @pytest.fixture(scope="module")
@@ -73,24 +60,14 @@ def test_links_inside_lead_somewhere(page: Path, contents: dict[Path, Markup]) -
 
 @pytest.fixture(scope="module")
 def axe() -> str:
-    from axe_core_python import base  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
-
+    base = pytest.importorskip("axe_core_python.base")
     return (Path(base.__file__).parent / "axe.min.js").read_text("utf-8")
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Generator[chromium.Page]:
-    with chromium.page(tmp_path_factory.mktemp("profile")) as page:
-        yield page
-
-
 @pytest.mark.slow
-@in_browser
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(SITE).as_posix())
-def test_pages_are_whole_and_open_to_all(
-    browser: chromium.Page, axe: str, page: Path, dark: bool
-) -> None:
+def test_pages_are_whole_and_open_to_all(browser, axe, page, dark):
     for width in WIDTHS:
         browser.resize(width, 900, dark=dark)
         browser.open(page)

@@ -60,9 +60,7 @@ def pages_with(language: str) -> list[Any]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", pages_with("python"))
-def test_lines_of_python_run_and_print_what_they_say(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_lines_of_python_run_and_print_what_they_say(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
     if "import minari" in page.read_text("utf-8"):
@@ -196,9 +194,7 @@ def fewer_targets(words: Sequence[str]) -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", pages_with("bash"))
-def test_commands_in_blocks_run(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_in_blocks_run(page, tmp_path, monkeypatch):
     """Others than those that do LESS here run in the tests of their own, or install something."""
     monkeypatch.chdir(tmp_path)
     files_that_pages_take_for_granted()

@@ -1,13 +1,13 @@
 """What the wheel brings."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 from zipfile import ZipFile
 
 import pytest
 from hatchling.builders.wheel import WheelBuilder
+
+from tests.command_line import python
 
 ROOT = Path(__file__).parents[1]
 
@@ -37,14 +37,7 @@ def test_the_wheel_brings_one_package_and_all_of_it(unpacked: Path) -> None:
 def printed(unpacked: Path, name: str, arguments: str = "") -> str:
     """Return what a function of `magfold_env.files` says of what is unpacked."""
     code = f"from magfold_env.files import {name}; print({name}({arguments}))"
-    run = subprocess.run(
-        [sys.executable, "-c", code],
-        env=os.environ | {"PYTHONPATH": str(unpacked)},
-        cwd=unpacked.parent,
-        capture_output=True,
-        check=True,
-        text=True,
-    )
+    run = python("-c", code, cwd=unpacked.parent, PYTHONPATH=str(unpacked))
     return run.stdout.strip()
 
 

@@ -3,7 +3,6 @@
 import json
 from functools import partial
 from itertools import chain, pairwise, repeat
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -304,9 +303,7 @@ ADMITTED = {RANDOM: 0.1, OPEN_LOOP: 0.7, ORACLE: 0.9, TRAINED: 0.8, FROZEN: 0.6,
         ({FROZEN: 0.81}, [True, True, True, False], "not admitted"),
     ],
 )
-def test_each_line_of_the_rule_decides(
-    changes: dict[str, float], holds: list[bool], said: str
-) -> None:
+def test_each_line_of_the_rule_decides(changes, holds, said):
     verdict = rule.judge(ends_of(ADMITTED | changes, runs=2))
     assert [line.holds for line in verdict.lines] == holds
     assert verdict.decision == said
@@ -434,9 +431,7 @@ main(
 
 
 @pytest.mark.slow
-def test_the_command_goes_on_where_it_was_killed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_command_goes_on_where_it_was_killed(tmp_path, monkeypatch):
     folder = tmp_path / "killed"
     options = ["--tasks", 2, "--episodes", 3, "--search", 13, 32, "--race", 13, 32]
     given = ["admission.__main__", FLOOR, "--processes", 1, *options, "--output"]

@@ -1,6 +1,5 @@
 """What folds wrong is drawn in and let out anew; where nothing does, an open loop is played."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -162,9 +161,7 @@ def test_a_first_fold_creeps_where_the_tube_holds_the_last_component(refolding: 
 
 
 @pytest.mark.medium
-def test_for_every_task_the_best_of_some_settings_is_found(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_for_every_task_the_best_of_some_settings_is_found(tmp_path, monkeypatch):
     every: Any = make_env(SETTINGS).unwrapped
     few: Any = UnknownFloorEnv(tasks=every.tasks[8:10])
     for module in drawing_back, open_loops:

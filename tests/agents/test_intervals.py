@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from agents.evaluation.intervals import (
-    difference,
-    estimate,
-    interquartile_mean,
-    mean,
-    percent,
-)
+from agents.evaluation.intervals import difference, estimate, interquartile_mean, mean, percent
 from magfold_env.shapes import mirror
 
 WORDS = [f"L{''.join(rest)}" for rest in product("LSR", repeat=3)]

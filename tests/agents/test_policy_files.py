@@ -3,8 +3,6 @@
 import base64
 import json
 import pickle
-import subprocess
-import sys
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -21,6 +19,7 @@ from agents.training.envs import make_training_envs
 from agents.training.models import make_model
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from tests.agents.training import LEARNERS, call, tiny
+from tests.command_line import python
 from tests.fuzz.readers import resigned
 
 GOAL = "MagFold/TubeFeedGoal-v0"
@@ -47,9 +46,7 @@ def file(model: stable_baselines3.PPO, tmp_path: Path) -> Path:
 
 @pytest.mark.medium
 @pytest.mark.parametrize(("algorithm", "features", "env_id"), CASES)
-def test_every_algorithm_acts_as_before(
-    algorithm: str, features: str, env_id: str, tmp_path: Path
-) -> None:
+def test_every_algorithm_acts_as_before(algorithm, features, env_id, tmp_path):
     learner = {"algorithm": algorithm, "features": features, "hidden": [16], **LEARNERS[algorithm]}
     actions = {"actions": "box"} if algorithm in ("sac", "tqc") else {}
     env = {"id": env_id, "components": 3, "fidelity": "quasistatic", **actions}
@@ -190,7 +187,7 @@ def test_what_is_written_is_always_alike(model: Any, file: Path, tmp_path: Path)
         "write(sys.argv[2], file.settings, file.weights(shapes))"
     )
     again = tmp_path / "again.safetensors"
-    subprocess.run([sys.executable, "-c", code, str(file), str(again)], check=True)
+    python("-c", code, file, again)
     assert again.read_bytes() == file.read_bytes()
 
 

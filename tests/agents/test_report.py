@@ -11,11 +11,7 @@ from rich.console import Console
 
 from agents.commands import text_table
 from agents.evaluation.episodes import Method, Outcome, parse_methods, play
-from agents.evaluation.policies import (
-    OpenLoop,
-    at_random,
-    make_policy,
-)
+from agents.evaluation.policies import OpenLoop, at_random, make_policy
 from agents.evaluation.report import (
     ENDS,
     by_target,
@@ -62,16 +58,10 @@ def outcome(target: str, status: str, success: bool = False) -> Outcome:
         ("runs/robust.json", "robust", ("runs/robust.json",)),
         ("runs/ppo/policy.safetensors", "ppo", ("runs/ppo/policy.safetensors",)),
         ("policy.safetensors", "policy", ("policy.safetensors",)),
-        (
-            "PPO=a/p.safetensors,b/p.safetensors",
-            "PPO",
-            ("a/p.safetensors", "b/p.safetensors"),
-        ),
+        ("PPO=a/p.safetensors,b/p.safetensors", "PPO", ("a/p.safetensors", "b/p.safetensors")),
     ],
 )
-def test_a_method_has_a_name_and_a_policy_a_seed(
-    text: str, name: str, policies: tuple[str, ...]
-) -> None:
+def test_a_method_has_a_name_and_a_policy_a_seed(text, name, policies):
     assert Method.parse(text) == Method(name, policies)
 
 
@@ -126,16 +116,14 @@ METHODS = [Method("minimiser", ("minimiser",)), Method("good", ("a.zip", "b.zip"
 
 
 def test_all_runs_of_a_method_count() -> None:
-    good = summarise(RESULTS)["good"]
+    good: Any = summarise(RESULTS)["good"]
     assert good.success.value == pytest.approx((0.75 + 1.0) / 2)
     assert good.score.value == pytest.approx(((0.6 + 1.0) / 2 + 1.0) / 2)
     assert good.targets["LRLLL"] == share(3, 4)
-    assert good.ahead is not None
     assert good.ahead.value == pytest.approx(good.success.value)
     assert good.ends["target"] == 5
     assert good.ends["misfolded"] == 1
-    built = summarise({"one": [run(True, True, True, built=False)]})["one"].built
-    assert built is not None
+    built: Any = summarise({"one": [run(True, True, True, built=False)]})["one"].built
     assert (built.value, summarise(RESULTS)["good"].built) == (0.0, None)
 
 

@@ -57,9 +57,7 @@ def test_a_shipped_policy_is_loaded_by_its_name(card: Card) -> None:
 
 
 @pytest.mark.medium
-def test_the_card_takes_what_an_evaluation_and_an_ablation_found(
-    card: Card, tmp_path: Path
-) -> None:
+def test_the_card_takes_what_an_evaluation_and_an_ablation_found(card, tmp_path):
     settings = tiny().env
     results = compare([Method.parse(NAME)], settings, 3, 1, tmp_path / "out")
     card = with_results(card, [tmp_path / "out" / "results.json"])
@@ -114,9 +112,7 @@ def test_what_is_damaged_is_refused(card: Card, tmp_path: Path, damage: str) -> 
         load_shipped(NAME)
 
 
-def test_runs_of_other_settings_make_no_set(
-    runs: list[Path], tmp_path_factory: pytest.TempPathFactory, tmp_path: Path
-) -> None:
+def test_runs_of_other_settings_make_no_set(runs, tmp_path_factory, tmp_path):
     other = tmp_path_factory.mktemp("other")
     train(tiny(timesteps=24, learner={"algorithm": "ppo", "n_steps": 24, "batch_size": 24}), other)
     with pytest.raises(CardError, match="was trained with other settings than"):

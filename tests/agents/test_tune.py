@@ -62,9 +62,7 @@ def study_in(folder: Path) -> optuna.Study:
 
 
 @pytest.mark.medium
-def test_the_same_command_goes_on_and_the_best_settings_train_the_same_policy_again(
-    file: Path, tmp_path: Path
-) -> None:
+def test_the_same_command_goes_on_and_the_best_settings_train_the_same_policy_again(file, tmp_path):
     folder = tmp_path / "out"
     given = "tune", file, "--output", folder
     assert call(*given).exit_code == 0
@@ -77,9 +75,7 @@ def test_the_same_command_goes_on_and_the_best_settings_train_the_same_policy_ag
     assert trials[:2] == first
     assert len(trials) == 3
     for trial in trials:
-        run = RunInfo.read(folder / f"trial-{trial.number:04d}")
-        assert run is not None
-        assert run.validation is not None
+        run: Any = RunInfo.read(folder / f"trial-{trial.number:04d}")
         assert run.validation["score"] == trial.value
         assert f"trial-{trial.number:04d}" in result.output
     best = study_in(folder).best_trial
@@ -113,9 +109,7 @@ class Scripted:
 
 @pytest.mark.medium
 @pytest.mark.parametrize("pruner", ["median", "hyperband"])
-def test_runs_that_do_badly_are_broken_off(
-    pruner: str, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_runs_that_do_badly_are_broken_off(pruner, file, tmp_path, monkeypatch):
     good, bad = [0.5, 0.6, 0.7, 0.8, 0.9, 0.9], [0.4, 0.3, 0.2, 0.1, 0.1, 0.1]
     runs = Scripted([good] * 5 + [bad])
     monkeypatch.setattr(run, "train", runs)
@@ -128,9 +122,7 @@ def test_runs_that_do_badly_are_broken_off(
 
 
 @pytest.mark.medium
-def test_an_interrupted_trial_is_taken_up_in_its_folder(
-    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_trial_is_taken_up_in_its_folder(file, tmp_path, monkeypatch):
     def interrupt(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 
@@ -175,8 +167,7 @@ def test_a_trial_that_was_broken_off_goes_on_at_its_checkpoint(
     time.sleep(4.0)  # the database counts whole seconds
     search_here(load_search(long), folder)
     own = folder / "trial-0000"
-    run = RunInfo.read(own)
-    assert run is not None
+    run: Any = RunInfo.read(own)
     assert run.resumed_at
     whole = train(load_settings(own / "settings.yaml"), tmp_path / "whole")
     assert same_weights(whole, own / "policy.safetensors")
@@ -198,9 +189,7 @@ def test_processes_share_a_study(file: Path, tmp_path: Path) -> None:
     assert load_settings(folder / "best.yaml")
 
 
-def test_a_run_whose_numbers_break_down_is_broken_off(
-    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_whose_numbers_break_down_is_broken_off(file, tmp_path, monkeypatch):
     def diverge(*_: Any, **__: Any) -> None:
         raise DivergedError("not finite")
 
@@ -230,9 +219,7 @@ def test_networks_that_are_not_finite_are_told(tmp_path: Path) -> None:
         ({"config": "ppo-tub"}, "ppo-tub: no such file; shipped settings"),
     ],
 )
-def test_wrong_searches_name_key_value_and_remedy(
-    changes: dict[str, Any], message: str, file: Path
-) -> None:
+def test_wrong_searches_name_key_value_and_remedy(changes, message, file):
     with pytest.raises(SettingsError, match=message):
         load_search(changed(file, **changes))
 

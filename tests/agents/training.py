@@ -1,9 +1,11 @@
 """Commands, tiny runs without dynamics, and what is compared of them."""
 
+import itertools
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import pytest
 import torch
 import typer
 from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
@@ -11,6 +13,7 @@ from typer.testing import CliRunner
 
 from agents.settings import TrainSettings
 from agents.training import policy_files
+from agents.training.run import BoundaryCallback, train
 
 LEARNERS: dict[str, dict[str, Any]] = {
     "ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2},
@@ -35,15 +38,8 @@ def tiny(
     if hindsight:
         env["id"] = "MagFold/TubeFeedGoal-v0"
         learner["hindsight"] = {}
-    run = {
-        "name": "tiny",
-        "env": env,
-        "learner": learner,
-        "timesteps": 300,
-        "checkpoint_every": 48,
-        "validate_every": 96,
-        "validation_episodes": 4,
-    }
+    run = {"name": "tiny", "env": env, "learner": learner, "timesteps": 300}
+    run |= {"checkpoint_every": 48, "validate_every": 96, "validation_episodes": 4}
     return TrainSettings.model_validate(run | changes)
 
 
@@ -52,6 +48,25 @@ def call(module: str, *arguments: object) -> Any:
     app = typer.Typer()
     app.command()(import_module(f"agents.{module}").main)
     return CliRunner().invoke(app, list(map(str, arguments)))
+
+
+class KilledError(BaseException):
+    """Ends a run as a kill does: nobody catches it."""
+
+
+def killed(settings: TrainSettings, folder: Path, after: int, resume: bool | None = None) -> None:
+    """Train until the run has made so many steps of its callback, and break it off there."""
+    step, calls = BoundaryCallback.on_step, itertools.count(1)
+
+    def stepping(self: BoundaryCallback) -> bool:
+        if next(calls) > after:
+            raise KilledError
+        return step(self)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(BoundaryCallback, "on_step", stepping)
+        with pytest.raises(KilledError):
+            train(settings, folder, resume)
 
 
 def weights(policy: Path) -> dict[str, torch.Tensor]:

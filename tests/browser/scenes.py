@@ -84,8 +84,7 @@ def chain_of(scene: mf.Scene, couplings: states.Couplings | None = None) -> memo
     given_.friction[:] = scene.frictions[::order]
     chain.state.speed[:] = scene.speeds[::order]
     tube = scene.mount == "tube"
-    start = scene.start_offsets if tube else scene.start_angles
-    assert start is not None
+    start: Any = scene.start_offsets if tube else scene.start_angles
     given_.start[0, : len(start)] = start[::order]
     for row, each in zip(given_.obstacles, scene.obstacles, strict=False):
         row[:] = *each.position, *each.size, each.heading

@@ -43,9 +43,7 @@ def test_the_same_sources_give_the_same_bytes(tmp_path: Path) -> None:
         assert tmp_path.joinpath(each.name).read_bytes() == each.read_bytes(), each.name
 
 
-def test_without_a_linker_one_line_says_what_is_missing(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_without_a_linker_one_line_says_what_is_missing(monkeypatch, tmp_path):
     monkeypatch.setattr(wasm, "linker", lambda: None)
     app = typer.Typer()
     app.command()(command.main)

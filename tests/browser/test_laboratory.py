@@ -1,6 +1,5 @@
 """The laboratory in a headless Chromium: what is set by hand folds as `mf.simulate` says."""
 
-import os
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -8,17 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-if os.name != "posix":
-    pytest.skip("the browser is driven over POSIX pipes", allow_module_level=True)
-
 import magfold_env as mf
 from magfold_env.browser import build
 from tests.browser import built
 from tests.replay import chromium
 
-pytestmark = pytest.mark.skipif(
-    chromium.found() is None, reason="needs a Chromium or Chrome on the PATH"
-)
 BITS = "(values) => [...new BigUint64Array(new Float64Array(values).buffer)].map(String)"
 
 
@@ -27,15 +20,9 @@ def file() -> Path:
     return built.folder() / build.PAGE
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Generator[chromium.Page]:
-    with chromium.page(tmp_path_factory.mktemp("profile")) as page:
-        page.resize(1400, 900)
-        yield page
-
-
 @pytest.fixture
 def page(browser: chromium.Page, file: Path) -> Generator[chromium.Page]:
+    browser.resize(1400, 900)
     browser.call("Page.navigate", url="about:blank")
     browser.open(file)
     browser.until("window.laboratory !== undefined")

@@ -134,9 +134,7 @@ CASES = {
 @pytest.mark.parametrize(
     "name", [pytest.param("design", marks=pytest.mark.medium), *(n for n in CASES if n != "design")]
 )
-def test_a_command_writes_and_shows_what_its_function_returns(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_command_writes_and_shows_what_its_function_returns(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "120")
     case = CASES[name]
@@ -186,9 +184,7 @@ def test_wrong_scenes_are_told_one_problem_a_line(command: str, tmp_path: Path) 
 # --- fold -----------------------------------------------------------------------------------------
 
 
-def test_a_failed_simulation_ends_with_exit_code_1(
-    quick: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failed_simulation_ends_with_exit_code_1(quick, monkeypatch):
     good = mf.simulate(mf.load_scene(quick))
     broken = {"status": mf.FoldStatus.FAILED, "message": "[numbers] broke down", "energy": math.nan}
     monkeypatch.setattr(fold, "simulate", lambda *_, **__: mf.Fold(**{**vars(good), **broken}))
@@ -204,10 +200,10 @@ def test_a_page_needs_no_extra(quick: str, tmp_path: Path, monkeypatch: pytest.M
         monkeypatch.setitem(sys.modules, name, None)
     page = tmp_path / "fold.html"
     assert run("fold", quick, "--html", page).exit_code == 0
-    found = re.search(r'type="application/json" id="fold">(.*?)</script>', page.read_text("utf-8"))
-    assert found is not None
-    fold = mf.simulate(mf.load_scene(quick), frame_rate=240.0)
-    assert fold.trajectory is not None
+    found: Any = re.search(
+        r'type="application/json" id="fold">(.*?)</script>', page.read_text("utf-8")
+    )
+    fold: Any = mf.simulate(mf.load_scene(quick), frame_rate=240.0)
     assert len(json.loads(found[1])["time"]) == len(fold.trajectory) > 5
 
 
@@ -243,9 +239,7 @@ def test_a_fold_from_a_file_is_held_like_one_that_is_simulated(tmp_path: Path) -
         ),
     ],
 )
-def test_the_same_command_goes_on_where_it_was(
-    line: str, more: str, records: int, other: str, difference: str, tmp_path: Path
-) -> None:
+def test_the_same_command_goes_on_where_it_was(line, more, records, other, difference, tmp_path):
     for given_ in (line, f"{line} {more}"):
         assert run(*shlex.split(given_), "--out", tmp_path).exit_code == 0
     assert list(records_in(tmp_path / "state")) == list(range(records))

@@ -42,9 +42,7 @@ def test_what_is_missing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.medium
-def test_a_packed_page_of_other_sources_is_not_taken(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_packed_page_of_other_sources_is_not_taken(page, tmp_path, monkeypatch):
     monkeypatch.undo()
     monkeypatch.setattr(build, "PACKED", page)
     monkeypatch.setattr(build, "kept", lambda: tmp_path)

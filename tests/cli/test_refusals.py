@@ -52,9 +52,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("command", "message"), REFUSED)
-def test_what_is_wrong_is_refused_in_one_line(
-    command: str, message: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_wrong_is_refused_in_one_line(command, message, monkeypatch):
     monkeypatch.setattr(fold, "simulate", lambda *_, **__: pytest.fail("simulated all the same"))
     fails_in_one_line(run(*shlex.split(command)), message)
 
@@ -69,9 +67,7 @@ def test_what_is_wrong_is_refused_in_one_line(
         ("ray", f"ensemble {BASE} --backend ray", "pip install -e '.[ray]'"),
     ],
 )
-def test_a_missing_extra_is_told_before_the_work(
-    module: str, command: str, message: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_missing_extra_is_told_before_the_work(module, command, message, monkeypatch):
     for name in [name for name in sys.modules if name.startswith("magfold_env.render")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, module, None)

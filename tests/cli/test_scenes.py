@@ -71,9 +71,7 @@ def test_keys_are_those_of_scenes_with_all_that_there_is(keys: dict[str, Key]) -
         ("solver.max_steps", "integer ≥ 1 and ≤ 1000000000000", "", "200000", "Work cap"),
     ],
 )  # fmt: skip
-def test_keys_say_what_may_be_unit_and_default(
-    keys: dict[str, Key], key: str, allowed: str, unit: str, default: str, meaning: str
-) -> None:
+def test_keys_say_what_may_be_unit_and_default(keys, key, allowed, unit, default, meaning):
     assert keys[key][:4] == (key, allowed, unit, default)
     assert keys[key].meaning.startswith(meaning)
 

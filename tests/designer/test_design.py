@@ -14,13 +14,11 @@ SMALL = mf.load_scene("design").replace(sequence=("NNNN",) * 4)
 
 
 def test_a_design_folds_into_its_target() -> None:
-    design = mf.design("LRR", SMALL, "forward", runs=30)
+    design: Any = mf.design("LRR", SMALL, "forward", runs=30)
     assert design.reached
-    assert design.scene is not None
     assert design.scene.mount == "tube"
     assert design.scene.feed.direction == "forward"
     assert design.speed == design.scene.feed.speed
-    assert design.probability is not None
     assert design.score is not None
     assert design.score == design.probability.rate >= 0.9
     again = mf.ensemble(design.scene, 30, design.releases_seed)
@@ -31,8 +29,7 @@ def test_a_design_folds_into_its_target() -> None:
 
 @pytest.mark.parametrize("mode", ["free", "backward"])
 def test_every_mode_releases_its_own_way(mode: Any) -> None:
-    design = mf.design("LLR", SMALL, mode, runs=10)
-    assert design.scene is not None
+    design: Any = mf.design("LLR", SMALL, mode, runs=10)
     assert design.scene.mount == ("free" if mode == "free" else "tube")
     assert design.reached
     assert (design.speed is None) == (mode == "free")
@@ -44,8 +41,7 @@ def test_every_mode_releases_its_own_way(mode: Any) -> None:
 def test_objectives_of_energy_are_met(objective: Any, search: Any) -> None:
     design = mf.design("LRR", SMALL, objective=objective, search=search, runs=0)
     assert design.reached
-    evidence = design.evidence
-    assert evidence is not None
+    evidence: Any = design.evidence
     assert design.probability is None
     scene = SMALL.replace(sequence=design.sequence)
     lowest, second = mf.minimise(scene, top=2).states
@@ -90,8 +86,7 @@ def test_the_same_seed_gives_the_same_design_however_many_work() -> None:
 
 
 def test_a_score_is_one_only_for_the_target() -> None:
-    design = mf.design("LRR", SMALL, runs=0)
-    assert design.scene is not None
+    design: Any = mf.design("LRR", SMALL, runs=0)
     fold = mf.simulate(design.scene, seed=0)
     assert fold.status is FoldStatus.FOLDED
     assert score_of(fold, "LRR") == 1.0

@@ -47,9 +47,7 @@ def test_a_sweep_does_not_depend_on_who_makes_it(made: mf.Sweep, backend: Any) -
     assert again.to_dict() == made.to_dict()
 
 
-def test_progress_is_told_and_more_runs_add_to_what_is_there(
-    made: mf.Sweep, tmp_path: Path
-) -> None:
+def test_progress_is_told_and_more_runs_add_to_what_is_there(made, tmp_path):
     told: list[tuple[int, int]] = []
     for runs in (3, RUNS):
         again = mf.sweep(

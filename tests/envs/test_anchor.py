@@ -139,9 +139,7 @@ def test_an_episode_that_is_never_left_is_late() -> None:
     assert info["message"] == f"late: not left after {LATE:g} s"
 
 
-def test_pulls_of_one_tray_have_baselines_of_their_own(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Any
-) -> None:
+def test_pulls_of_one_tray_have_baselines_of_their_own(monkeypatch, tmp_path):
     sequence = tuple("".join(TASK["tray"][part][k] for k in FACES[lie]) for part, lie in CHAIN)
     monkeypatch.setattr(tray_order.TrayDesigns, "__init__", lambda *_: None)
     monkeypatch.setattr(tray_order.TrayDesigns, "best", lambda *_: sequence)

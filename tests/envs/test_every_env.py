@@ -1,7 +1,5 @@
 """What holds for every environment, alone and in a vector, however its actions are written."""
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -9,16 +7,11 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-import magfold_env
-from magfold_env.engine.compile.jit import numba_config
 from magfold_env.envs import ENTRY_POINTS, VECTOR_ENTRY_POINTS, register_envs
 from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.scoring.track import TRACKS
 from tests.envs import contract
 from tests.envs.vectors import kinds_of
-
-MOST_FILES = 8
-"""Files of Python that the step of an environment runs at most."""
 
 SPACES = contract.SINGLE[:2]
 """Rules that depend on how actions are written; for the others the default will do."""
@@ -52,25 +45,19 @@ every_id = pytest.mark.parametrize("env_id", list(ENTRY_POINTS))
 
 @pytest.mark.parametrize("hold", SPACES, ids=contract.name_of)
 @every_variant
-def test_every_way_to_write_actions_keeps_the_contract(
-    env_id: str, options: dict[str, Any], hold: contract.Rule
-) -> None:
+def test_every_way_to_write_actions_keeps_the_contract(env_id, options, hold):
     hold(env_id, options)
 
 
 @pytest.mark.parametrize("hold", contract.SINGLE[2:], ids=contract.name_of)
 @every_fidelity
-def test_every_environment_keeps_the_contract(
-    env_id: str, options: dict[str, Any], hold: contract.Rule
-) -> None:
+def test_every_environment_keeps_the_contract(env_id, options, hold):
     hold(env_id, options)
 
 
 @pytest.mark.parametrize("mode", AutoresetMode)
 @every_fidelity
-def test_many_say_what_single_ones_do(
-    env_id: str, options: dict[str, Any], mode: AutoresetMode
-) -> None:
+def test_many_say_what_single_ones_do(env_id, options, mode):
     contract.many_are_as_single_ones(env_id, options, mode)
 
 
@@ -81,9 +68,7 @@ def test_many_read_actions_as_single_ones_do(env_id: str, options: dict[str, Any
 
 @pytest.mark.parametrize("shaping", ["similarity", "energy"])
 @every_id
-def test_shaping_changes_the_discounted_return_by_the_first_potential_alone(
-    env_id: str, shaping: str
-) -> None:
+def test_shaping_changes_the_discounted_return_by_the_first_potential_alone(env_id, shaping):
     if "Goal" in env_id:
         pytest.skip("has no shaping")
     options = {} if env_id in TRACKS else {"baseline": None}
@@ -129,32 +114,6 @@ def test_wrong_options_are_named(env_id: str, options: dict, message: str) -> No
         make = getattr(__import__(module, fromlist=[name]), name)
         with pytest.raises(ValueError, match=message):
             make(**options)
-
-
-@pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
-@every_id
-def test_a_step_can_be_read_in_few_files(env_id: str) -> None:
-    package, found = Path(magfold_env.__file__).parent, set[str]()
-
-    def note(frame: Any, event: str, _: object) -> None:
-        code = frame.f_code
-        is_python = "__name__" in frame.f_globals  # frames of kernels are empty
-        if event == "call" and is_python and package in Path(code.co_filename).parents:
-            found.add(str(Path(code.co_filename).relative_to(package)))
-
-    env = contract.made(env_id, {})
-    contract.play(env, 0)
-    env.reset(seed=1)
-    action = env.action_space.sample()
-    sys.setprofile(note)
-    try:
-        over = env.step(action)[2]
-    finally:
-        sys.setprofile(None)
-    # How kernels are called is no part of the environment; how an episode ends is in files of its
-    # own.
-    files = {each for each in found if not each.startswith("engine")}
-    assert len(files) <= MOST_FILES + 2 * over, files
 
 
 def test_registering_again_changes_nothing() -> None:

@@ -35,11 +35,7 @@ def many(**options: Any) -> Any:
     ("make", "options", "message"),
     [
         (TubeFeedEnv, {"gamma": 1.5}, "gamma: 1.5 is not allowed; must be between 0 and 1"),
-        (
-            TubeFeedEnv,
-            {"reward": "best"},
-            "reward: 'best' .*must be one of relative, score, spar",
-        ),
+        (TubeFeedEnv, {"reward": "best"}, "reward: 'best' .*must be one of relative, score, spar"),
         (TubeFeedEnv, {"shaping": "speed"}, "shaping: 'speed' .*must be one of True, False, simil"),
         (TubeFeedEnv, {"baseline": "best"}, "baseline: 'best' .*must be 'auto' or None"),
         (TubeFeedEnv, {"components": 6.5}, "components: 6.5 .*must be a whole number, at least 2"),
@@ -59,11 +55,7 @@ def many(**options: Any) -> Any:
             (TubeFeedGoalEnv, {key: None}, f"{key}: must be left out")
             for key in ("reward", "shaping", "gamma", "baseline")
         ),
-        (
-            UnknownFloorEnv,
-            {"tasks": "none"},
-            "tasks: 'none' .*must be a list of tasks, the path",
-        ),
+        (UnknownFloorEnv, {"tasks": "none"}, "tasks: 'none' .*must be a list of tasks, the path"),
         (UnknownFloorEnv, {"tasks": "none.yaml"}, "tasks: 'none.yaml' .*must be a list of tasks, "),
         (UnknownFloorEnv, {"tasks": []}, r"tasks: chains of \[\] components are not allowed"),
         (UnknownFloorEnv, {"tasks": [TASK | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not"),
@@ -72,44 +64,20 @@ def many(**options: Any) -> Any:
             {"tasks": [TASK, TASK | {"sequence": ["NX", *SEQUENCE[1:]]}]},
             r"sequence\[0\]: 'NX' is not allowed; must be four letters",
         ),
-        (
-            UnknownFloorEnv,
-            {"tasks": [TASK | {"direction": "up"}]},
-            "direction: 'up' is not allow",
-        ),
+        (UnknownFloorEnv, {"tasks": [TASK | {"direction": "up"}]}, "direction: 'up' is not allow"),
         (UnknownFloorEnv, {"fidelity": "quasistatic"}, "fidelity: .*must be 'dynamics'"),
         (ReprogramEnv, {"tasks": [REFOLD | {"first": "LLLLL"}]}, "tasks.first: 'LLLLL' is not all"),
         (ReprogramEnv, {"tasks": [REFOLD | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not a"),
         (ReprogramEnv, {"tasks": "two-folds-6"}, "first"),
-        (
-            TrayEnv,
-            {"tasks": [TRAY | {"tray": ("NSNS",) * 5}]},
-            "tray: .* must have 6 components",
-        ),
-        (
-            TrayEnv,
-            {"tasks": [TRAY | {"tray": ("NS-S",) * 9}]},
-            "tray: 'NS-S' is .*four letters",
-        ),
+        (TrayEnv, {"tasks": [TRAY | {"tray": ("NSNS",) * 5}]}, "tray: .* must have 6 components"),
+        (TrayEnv, {"tasks": [TRAY | {"tray": ("NS-S",) * 9}]}, "tray: 'NS-S' is .*four letters"),
         (TrayEnv, {"tasks": [TRAY | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not allowed"),
-        (
-            TrayEnv,
-            {"tasks": [TRAY | {"strengths": SOUND[1:]}]},
-            "strengths: .* must be 9 times",
-        ),
-        (
-            TrayEnv,
-            {"tasks": [TRAY, TRAY | {"tray": TRAY["tray"][1:]}]},
-            "trays of .8, 9. comp",
-        ),
+        (TrayEnv, {"tasks": [TRAY | {"strengths": SOUND[1:]}]}, "strengths: .* must be 9 times"),
+        (TrayEnv, {"tasks": [TRAY, TRAY | {"tray": TRAY["tray"][1:]}]}, "trays of .8, 9. comp"),
         (TrayEnv, {"scene": "tube-built"}, "scene.feed.loading: 'preloaded' .*must be 'at_m"),
         (AnchorEnv, {"tasks": [PULL | {"pull": 0.0}]}, "pull: 0.0 is not allowed; must be"),
         (AnchorEnv, {"tasks": [PULL | {"pull": np.inf}]}, "pull: inf is not allowed; must be"),
-        (
-            AnchorEnv,
-            {"tasks": [PULL | {"towards": np.inf}]},
-            "towards: inf is not allowed; must",
-        ),
+        (AnchorEnv, {"tasks": [PULL | {"towards": np.inf}]}, "towards: inf is not allowed; must"),
         (many, {"num_envs": 0}, "num_envs: 0 is not allowed; must be at least 1"),
         (many, {"autoreset_mode": "Later"}, "autoreset_mode: 'Later' .*must be one of"),
         (many, {"threads": 0}, "threads: 0 is not allowed; must be at least 1"),
@@ -146,9 +114,7 @@ def test_a_task_of_two_words_is_none_of_one() -> None:
         ({"options": {"reset_mask": np.ones(3, bool)}}, ValueError, r"must have shape \(2,\)"),
     ],
 )
-def test_wrong_resets_of_many_are_named(
-    arguments: Any, error: type[Exception], message: str
-) -> None:
+def test_wrong_resets_of_many_are_named(arguments, error, message):
     with pytest.raises(error, match=message):
         many().reset(**arguments)
 

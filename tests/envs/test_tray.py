@@ -191,11 +191,9 @@ def test_a_dead_magnet_does_not_act_where_it_lies() -> None:
 def test_the_minimisers_chain_has_the_largest_gap_of_those_that_can_be_had() -> None:
     scene, tray = mf.load_scene("tray"), ("NSSN", "SNSN", "NNSN", "NSNN", "SNNS", "NSNS", "SSNN")
     designs = TrayDesigns(scene, "LRLRL")
-    best = designs.best(tray)
-    assert best is not None
+    best: Any = designs.best(tray)
     task = TrayTask(tray=tray, direction="forward", target="LRLRL")
-    order = task.order_of(best)
-    assert order is not None
+    order: Any = task.order_of(best)
     assert len({part for part, _ in order}) == 6
     for faces, (part, lie) in zip(best, order, strict=True):
         assert faces == "".join(tray[part][k] for k in FACES[lie])

@@ -89,9 +89,7 @@ def test_an_outline_is_reached_by_any_word_that_covers_it() -> None:
     word, other = "LLRRL", goal_words("LLRRL", "outline")[1]
     for match in ("word", "outline"):
         env = TubeFeedEnv(match=match, targets=[word], randomisation="none", baseline=None)
-        design = TubeFeedEnv(randomisation="none").baseline_of(other)
-        assert design.sequence is not None
-        assert design.speed is not None
+        design: Any = TubeFeedEnv(randomisation="none").baseline_of(other)
         env.reset(seed=0)
         info: dict = {}
         for faces in design.sequence:
@@ -114,9 +112,7 @@ def test_the_minimisers_design_earns_about_nothing() -> None:
     rewards = []
     for target in ("LRLLL", "RLRLR"):
         env.reset(seed=0, options={"target": target})
-        design = env.baseline
-        assert design.sequence is not None
-        assert design.speed is not None
+        design: Any = env.baseline
         rewards.append(env.step(env.actions.encode(design.sequence, design.speed))[1])
     assert rewards == pytest.approx([0.0, 0.0])
 

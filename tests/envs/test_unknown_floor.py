@@ -243,9 +243,7 @@ def test_tasks_may_be_a_file(kind: type, tmp_path: Path) -> None:
         (FILE + "- {direction: up}", "target: None is not allowed; must be given"),
     ],
 )
-def test_what_is_wrong_in_a_file_of_tasks_is_told_with_its_path(
-    content: str, message: str, tmp_path: Path
-) -> None:
+def test_what_is_wrong_in_a_file_of_tasks_is_told_with_its_path(content, message, tmp_path):
     path = tmp_path / "tasks.yaml"
     path.write_text(content)
     with pytest.raises(ValueError, match=f"{path}: {message}"):

@@ -212,9 +212,7 @@ READERS: dict[str, Reader] = {
     "tasks": Reader(".yaml", read_tasks, lambda: [TASKS.encode()]),
     "settings": Reader(".yaml", load_settings, lambda: _shipped("agents", 4000)),
     "ensemble": Reader(
-        ".json",
-        Ensemble.from_json,
-        lambda: [_written(ensemble(SCENE, 2, workers=1).to_json)],
+        ".json", Ensemble.from_json, lambda: [_written(ensemble(SCENE, 2, workers=1).to_json)]
     ),
     "sweep": Reader(
         ".json",

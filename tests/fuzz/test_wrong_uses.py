@@ -64,9 +64,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize(("command", "option", "value"), CASES)
-def test_wrong_options_of_commands_are_told(
-    command: str, option: str, value: str, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_wrong_options_of_commands_are_told(command, option, value, folder, monkeypatch):
     monkeypatch.chdir(folder)
     result = run(command, *ARGUMENTS.get(command, []), option, value)
     assert (result.exit_code, result.stdout) == (2, "")
@@ -259,9 +257,7 @@ CALLS = [
 
 
 @pytest.mark.parametrize(("function", "name", "value"), CALLS)
-def test_wrong_arguments_are_told(
-    function: Callable[..., object], name: str, value: object
-) -> None:
+def test_wrong_arguments_are_told(function, name, value):
     is_told(lambda: function(**{name: value}), name, value)
     assert not Path(FILE).exists()
 

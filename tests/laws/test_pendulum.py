@@ -1,5 +1,7 @@
 """The three-link pendulum: energy, order of convergence, and scipy as a second opinion."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -20,16 +22,14 @@ END = 0.3  # [s] several swings of a 5 cm chain, before it turns chaotic
 
 def swing(tolerance):
     scene = load_scene("pendulum-3").replace(solver={"tolerance": tolerance}, duration=END)
-    fold = simulate(scene, frame_rate=500.0)
-    assert fold.trajectory is not None
+    fold: Any = simulate(scene, frame_rate=500.0)
     return scene, fold
 
 
 def drift(tolerance):
     """Largest change of the energy, relative to its range."""
     scene, fold = swing(tolerance)
-    run = fold.trajectory
-    assert run is not None
+    run: Any = fold.trajectory
     still = np.zeros((len(run.angles), 2))
     moving = kinetic_energy(scene, run.angles, run.rates, still)
     total = moving + weight_energy(scene, run.angles, still)

@@ -76,9 +76,7 @@ def test_no_stable_state_is_no_error_until_it_is_asked_for() -> None:
 
 
 @pytest.mark.parametrize("among", ["all", "folded", "stable"])
-def test_a_chain_that_is_too_long_is_refused_at_once(
-    among: Among, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_chain_that_is_too_long_is_refused_at_once(among, monkeypatch):
     monkeypatch.setattr(arms, "count_entries", lambda *_: pytest.fail("counted all the same"))
     longest = LONGEST_CUT[among]
     message = f"sequence: {longest + 1} components are not allowed; must be {longest} or fewer"

@@ -59,9 +59,7 @@ def test_full_search_is_brute_force(sequence: tuple[str, ...], model: str) -> No
 
 @given(sequence=sequences(2, 6), mode=st.sampled_from(["forward", "backward"]))
 @settings(max_examples=15)
-def test_one_joint_at_a_time_with_all_components_acting(
-    sequence: tuple[str, ...], mode: Feed
-) -> None:
+def test_one_joint_at_a_time_with_all_components_acting(sequence, mode):
     scene = scene_of(sequence, "points")
     found = minimise(scene, mode)
     letters = ["S"] * (len(sequence) - 1)

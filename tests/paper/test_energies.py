@@ -85,9 +85,7 @@ SAID = ["stable", "outlines", "below S1C", "S2A", "positive", "S2A's", "S2C's", 
         ({"state": "S1A"}, {"contacts": 1}, "compact"),
     ],
 )
-def test_figure_7_disagrees_with_other_numbers(
-    folds: Measured, where: dict[str, str | int], change: dict[str, object], claim: str
-) -> None:
+def test_figure_7_disagrees_with_other_numbers(folds, where, change, claim):
     before = dict(zip(SAID, outcomes(FIGURE_7.claims(folds)), strict=True))
     after = outcomes(FIGURE_7.claims(changed(folds, "states", {**where}, **change)))
     assert before[claim].startswith("agrees")

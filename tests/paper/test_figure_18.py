@@ -71,9 +71,7 @@ def test_the_straight_line_moves_least_in_sequence_2() -> None:
 
 
 @pytest.mark.parametrize(("number", "mode"), [(1, "free"), (2, "forward"), (3, "backward")])
-def test_only_friction_over_remanence_squared_and_speed_over_remanence_count(
-    number: int, mode: Mode
-) -> None:
+def test_only_friction_over_remanence_squared_and_speed_over_remanence_count(number, mode):
     scene = paper_scene(number, mode).replace(friction=0.35)
     scene = scene.replace(magnets={"remanence": 0.6}, feed={"speed": 0.05})
     twice = scene.replace(magnets={"remanence": 1.2}, friction=1.4, feed={"speed": 0.1})

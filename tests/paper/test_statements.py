@@ -4,7 +4,6 @@ import pytest
 
 from magfold_bench.paper.statements import HOLDS, RELEASES, Released
 from magfold_env.ensembles.releases import Ensemble, Run
-from magfold_env.minimiser import Mode
 from magfold_env.scene import load_scene
 from tests.paper.measured import FITTING, Ends
 
@@ -51,8 +50,6 @@ def test_what_the_text_says_meets_all(number: int) -> None:
         (3, "backward", {"LRLLL": 55, "LRLSL": 45}, {"3 modes"}),
     ],
 )
-def test_other_ends_break_what_they_contradict(
-    number: int, mode: Mode, counts: dict[str, int], broken: set[str]
-) -> None:
+def test_other_ends_break_what_they_contradict(number, mode, counts, broken):
     held = holding(number, {**FITTING[number], mode: counts})
     assert {name for name, holds in held.items() if not holds} == broken

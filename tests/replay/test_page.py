@@ -27,8 +27,7 @@ def _page(fold: mf.Fold, folder: Path) -> tuple[Markup, dict[str, Any]]:
 
 def test_a_page_holds_the_recorded_motion(tmp_path: Path) -> None:
     fold = recorded("LRLLL")
-    motion = fold.trajectory
-    assert motion is not None
+    motion: Any = fold.trajectory
     reader, data = _page(fold, tmp_path)
     assert [entry.name for entry in tmp_path.iterdir()] == ["fold.html"]
     assert (data["word"], data["status"], data["message"]) == ("LRLLL", "folded", fold.message)
@@ -92,8 +91,7 @@ def test_a_fold_that_was_not_recorded_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_fold_that_broke_down_is_shown_up_to_there() -> None:
-    fold = replace(recorded("LRLLL"), energy=np.nan, angles=np.full(6, np.nan))
-    assert fold.trajectory is not None
+    fold: Any = replace(recorded("LRLLL"), energy=np.nan, angles=np.full(6, np.nan))
     fold.trajectory.angles[20:] = np.nan
     data = page_data(recording(fold))
     assert len(data["time"]) == len(data["angles"]) == len(data["magnetic"]) == 20

@@ -116,9 +116,7 @@ WRONG: list[tuple[dict[str, Any], str, str]] = [
 
 
 @pytest.mark.parametrize(("change", "key", "remedy"), WRONG)
-def test_wrong_values_are_named_with_key_value_and_remedy(
-    change: dict[str, Any], key: str, remedy: str
-) -> None:
+def test_wrong_values_are_named_with_key_value_and_remedy(change, key, remedy):
     given: dict[str, Any] = {"sequence": SEQUENCE}
     with pytest.raises(mf.SceneError) as caught:
         mf.Scene(**given | change)

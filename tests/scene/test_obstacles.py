@@ -31,9 +31,7 @@ def spot(position: tuple[float, float], size: float = 1e-3) -> Rectangle:
 
 
 @given(st.tuples(st.floats(-0.1, 0.05), st.floats(-0.05, 0.05)), angles, sizes, sizes)
-def test_it_overlaps_an_outline_if_a_point_of_it_lies_inside(
-    position: tuple[float, float], heading: float, one: float, other: float
-) -> None:
+def test_it_overlaps_an_outline_if_a_point_of_it_lies_inside(position, heading, one, other):
     each = Rectangle(position=position, size=(one, other), heading=heading)
     outline = np.array([(-0.5, -0.01), (0.0, -0.01), (0.0, 0.01), (-0.5, 0.01)])
     x, y = points_of(each).T
@@ -48,9 +46,7 @@ def test_it_overlaps_an_outline_if_a_point_of_it_lies_inside(
 
 
 @pytest.mark.parametrize("position", [(-0.05, 0.0), (0.01, 0.0), (0.01, -0.009)])
-def test_the_bore_and_as_much_before_it_as_a_casing_is_long_stay_free(
-    position: tuple[float, float],
-) -> None:
+def test_the_bore_and_as_much_before_it_as_a_casing_is_long_stay_free(position):
     with pytest.raises(mf.SceneError, match=r"obstacles\[1\]\.position: .*free the tube's bore"):
         TUBE.replace(obstacles=(spot((0.2, 0.2)), spot(position)))
     assert SCENE.replace(obstacles=(spot((-0.05, 0.0)),)).obstacles

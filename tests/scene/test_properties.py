@@ -115,9 +115,7 @@ def _rectangles(draw: st.DrawFn) -> tuple[mf.Magnets, float]:
 
 
 @given(_rectangles())
-def test_magnets_fit_exactly_if_no_two_of_their_rectangles_overlap(
-    drawn: tuple[mf.Magnets, float],
-) -> None:
+def test_magnets_fit_exactly_if_no_two_of_their_rectangles_overlap(drawn):
     magnets, side = drawn
     turn = np.array([[0.0, -1.0], [1.0, 0.0]])  # the next face is a quarter turn further
     boxes = []

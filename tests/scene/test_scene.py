@@ -68,8 +68,7 @@ def test_a_draw_leaves_nothing_to_draw(scene: mf.Scene) -> None:
 def test_the_first_draws_come_in_the_stated_order(scene: mf.Scene) -> None:
     drawn = scene.replace(spreads=SPREADS).draw(np.random.default_rng(3))
     unit = 2.0 * np.random.default_rng(3).random(2 * 3 + 2) - 1.0
-    magnets = drawn.magnets
-    assert magnets is not None
+    magnets: Any = drawn.magnets
     found = [drawn.friction, *drawn.masses, magnets.remanence, drawn.feed.speed]
     stated = [0.35, *[0.0037] * 3, 0.6, 0.05]
     widths = [0.2, *[0.1] * 3, 0.05, 0.3]
@@ -106,8 +105,7 @@ def test_speeds_and_magnets_are_drawn_one_by_one_after_all_else(scene: mf.Scene)
 def test_a_schedule_is_drawn_as_fast_as_the_feed(scene: mf.Scene) -> None:
     legs = {"advance": [[2.0, 0.1], [0.5, 0.2]]}
     fed = scene.replace(mount="tube", feed={"schedule": legs}, spreads={"feed_speed": 0.3})
-    drawn = fed.draw(np.random.default_rng(3)).feed
-    assert drawn.schedule is not None
+    drawn: Any = fed.draw(np.random.default_rng(3)).feed
     assert drawn.schedule.advance is not None
     pace = float(np.max(drawn.speed)) / 0.05
     assert pace != 1.0
@@ -167,15 +165,13 @@ def test_given_angles_stay_and_given_inertias_follow_the_masses(scene: mf.Scene)
 
 def test_a_tube_draws_where_its_hinges_lie(scene: mf.Scene) -> None:
     tube = scene.replace(mount="tube", spreads=SPREADS)
-    drawn = tube.draw(np.random.default_rng(10))
+    drawn: Any = tube.draw(np.random.default_rng(10))
     assert drawn.is_concrete
-    assert drawn.start_offsets is not None
     unit = 2 * np.random.default_rng(10).random(2 * 3 + 4) - 1
     most = 0.25 * 0.03 * scene.casing.diagonal
     np.testing.assert_allclose(drawn.start_offsets, most * unit[3 + 3 :], atol=1e-18)
     tight = tube.replace(feed={"bore": 1.001 * scene.casing.diagonal})
-    offsets = tight.draw(np.random.default_rng(10)).start_offsets
-    assert offsets is not None
+    offsets: Any = tight.draw(np.random.default_rng(10)).start_offsets
     np.testing.assert_allclose(offsets, 0.0005 * scene.casing.diagonal * unit[6:], atol=1e-15)
 
 

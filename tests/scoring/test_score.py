@@ -168,9 +168,7 @@ def test_a_score_is_read_as_it_was_written(tmp_path: Path) -> None:
         (lambda run: run.pop("task"), "rows.mine.runs: 1 is not allowed; must be one, with task"),
     ],
 )
-def test_a_score_that_is_not_that_of_its_episodes_is_refused(
-    change: Any, message: str, tmp_path: Path
-) -> None:
+def test_a_score_that_is_not_that_of_its_episodes_is_refused(change, message, tmp_path):
     path = tmp_path / "score.json"
     scored().write(path)
     content = json.loads(path.read_text(encoding="utf-8"))

@@ -58,8 +58,7 @@ def imbalance(scene: mf.Scene, pushes: Sequence[tuple[float, float]] = ()) -> tu
     session.settle()
     account, rubbed = session.account, 0.0
     if scene.frictions.any():
-        motion = session.fold().trajectory
-        assert motion is not None
+        motion: Any = session.fold().trajectory
         rubbed = rubbed_away(scene, motion)
     gained = total_of(session) - before
     terms = (account.feed, account.loading, account.bumps, -account.impacts, -rubbed)
@@ -130,8 +129,7 @@ def test_recorded_push_is_the_impulse(direction: str) -> None:
     session = Session(scene.draw(np.random.default_rng(0)), RATE)
     session.settle()
     fold = session.fold()
-    motion = fold.trajectory
-    assert motion is not None
+    motion: Any = fold.trajectory
     assert impulses(motion).sum() == pytest.approx(session.account.impulse, rel=1e-9)
     assert not motion.push[motion.released == session.n][1:].any()
     assert fold.push_peak == session.account.push_peak

@@ -130,12 +130,7 @@ def test_a_drive_slips_where_it_takes_too_much_and_jams() -> None:
 
 def test_the_stop_bears_what_the_drive_cannot() -> None:
     """In-plane gravity pulls inward more than the drive bears: it falls back, and no farther."""
-    scene = tube(
-        5,
-        friction=0.0,
-        feed={"force_limit": 0.05},
-        gravity={"in_plane": [-20.0, 0.0]},
-    )
+    scene = tube(5, friction=0.0, feed={"force_limit": 0.05}, gravity={"in_plane": [-20.0, 0.0]})
     session = Session(scene)
     session.feed_one()
     session.push(0.1, 0.5)

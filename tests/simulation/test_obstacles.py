@@ -50,10 +50,9 @@ def test_a_feed_against_a_wall_jams() -> None:
     )  # fmt: skip
     session = Session(scene, 1000.0)
     session.settle()
-    fold = session.fold()
+    fold: Any = session.fold()
     assert fold.status is mf.FoldStatus.JAMMED
     assert fold.push_peak == pytest.approx(1.0)
-    assert fold.trajectory is not None
     assert fold.trajectory.push.max() <= 1.0 + 1e-9
     # In line with the wall the chain cannot give way, only the drive can.
     assert fold.base[0] == pytest.approx(3.0 * DIAGONAL - 0.002, abs=2e-5)

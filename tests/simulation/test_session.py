@@ -59,8 +59,7 @@ def test_recording_in_pieces_changes_nothing(monkeypatch):
         session.settle()
     assert recorded.steps == plain.steps
     assert (recorded.angles == plain.angles).all()
-    path = recorded.fold().trajectory
-    assert path is not None
+    path: Any = recorded.fold().trajectory
     assert len(path) == int(plain.time * 2000.0) + 2  # and the end
     assert (np.diff(path.time) > 0.0).all()
 
@@ -197,9 +196,7 @@ def test_given_angles_are_kept_and_lie_along_the_axis(direction: str) -> None:
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 @pytest.mark.parametrize("off", [-0.051, -0.049, 0.0, 0.049, 0.051])
-def test_a_fold_has_every_joint_within_a_twentieth_of_a_right_angle(
-    sign: float, off: float
-) -> None:
+def test_a_fold_has_every_joint_within_a_twentieth_of_a_right_angle(sign, off):
     joints = [math.pi / 2, sign * (math.pi / 2 + off), -math.pi / 2]
     status, words = ending(outcomes.RESTED, 0.5, joints, "")
     assert (status == FoldStatus.FOLDED) == (abs(off) < 0.05)

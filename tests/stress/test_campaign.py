@@ -109,9 +109,7 @@ def test_an_error_that_is_raised_breaks_a_law(monkeypatch: pytest.MonkeyPatch) -
     assert [str(each) for each in verdict.broken] == ["no exception: ZeroDivisionError: by zero"]
 
 
-def test_a_scene_that_is_refused_ends_no_campaign(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_a_scene_that_is_refused_ends_no_campaign(monkeypatch, tmp_path):
     def refused(_: object) -> None:
         raise SceneError("friction: -1 is not allowed; must be at least 0")
 

@@ -123,9 +123,7 @@ def test_untrue_statuses_are_found(ended: tuple[Motion, Fold]) -> None:
 
 
 @pytest.mark.parametrize("obstacles", [(), (Rectangle(position=(1, 1), size=(0.01, 0.01)),)])
-def test_motion_that_is_told_to_be_rest_is_found(
-    obstacles: tuple[Rectangle, ...], ended: tuple[Motion, Fold]
-) -> None:
+def test_motion_that_is_told_to_be_rest_is_found(obstacles, ended):
     motion, fold = ended
     fold = replace(fold, scene=fold.scene.replace(obstacles=obstacles))
     rates = motion.rates.copy()

@@ -34,8 +34,7 @@ def _post(*keys: str) -> None:
 
 
 def _screen() -> np.ndarray:
-    screen = pygame.display.get_surface()
-    assert screen is not None
+    screen: Any = pygame.display.get_surface()
     return pygame.surfarray.array3d(screen)
 
 

@@ -86,12 +86,9 @@ def draws(randomisation: str, count: int = 200) -> list[Any]:
     ("randomisation", "friction", "remanence", "jitter", "angle"),
     [("nominal", 0.1, 0.05, 0.05, 0.03), ("strong", 0.3, 0.1, 0.2, 0.1)],
 )
-def test_presets_have_the_stated_widths(
-    randomisation: str, friction: float, remanence: float, jitter: float, angle: float
-) -> None:
+def test_presets_have_the_stated_widths(randomisation, friction, remanence, jitter, angle):
     mean = load_scene("tube-feed")
-    magnets = mean.magnets
-    assert magnets is not None
+    magnets: Any = mean.magnets
     drawn = draws(randomisation)
     for values, width in (
         (np.array([scene.friction for scene in drawn]) / mean.friction - 1, friction),
