@@ -163,13 +163,11 @@ def test_records_that_cannot_be_used_are_refused_with_their_number(tmp_path: Pat
     ("key", "difference"),
     [
         ({**KEY, "seed": 2}, "whose seed is 1 where this one's is 2"),
-        (
-            {**KEY, "scene": {"friction": 0.3, "sequence": ["NSNS", "SNSN"]}},
-            "whose scene.friction is 0.35 where this one's is 0.3",
-        ),
+        ({**KEY, "scene": {"friction": 0.3, "sequence": ["NSNS", "SNSN"]}},
+         "whose scene.friction is 0.35 where this one's is 0.3"),
         ({"seed": 1}, "whose scene is .* where this one's is None"),
     ],
-)
+)  # fmt: skip
 def test_another_runs_file_is_refused(key, difference, tmp_path):
     written(tmp_path, [1])
     with (

@@ -87,14 +87,12 @@ SCENE = mf.load_scene("paper/sequence-3")
         (mf.minimise(SCENE), "<Minimum: LRLLL -11.39 mJ, SRLLL"),
         (mf.ground_state(SCENE), "<Minimum: LRLLL -11.39 mJ>"),
         (mf.ensemble(SCENE, 3), "<Ensemble, runs=3: LRLLL folded 100 % (44–100)>"),
-        (
-            mf.sweep(SCENE, {"friction": [0.1, 0.2]}, runs=1),
-            "<Sweep over friction (2 values), runs=1>",
-        ),
+        (mf.sweep(SCENE, {"friction": [0.1, 0.2]}, runs=1),
+         "<Sweep over friction (2 values), runs=1>"),
         (mf.design("L", budget=10, runs=2), "<Design of L, forward: "),
     ],
     ids=lambda value: type(value).__name__,
-)
+)  # fmt: skip
 def test_results_fit_into_a_line(result: object, begin: str) -> None:
     assert repr(result).startswith(begin)
     assert len(repr(result)) < 200

@@ -36,13 +36,11 @@ def test_every_public_name_is_there_and_listed() -> None:
     [
         ("import magfold_env.minimiser as e; print(e.__name__)", "magfold_env.minimiser"),
         ("import magfold_env as mf; print(mf.scene.__name__)", "magfold_env.scene"),
-        (
-            "import magfold_env.simulation.simulate, magfold_env as mf; print(mf.energy.__name__)",
-            "energy",
-        ),
+        ("import magfold_env.simulation.simulate, magfold_env as mf; print(mf.energy.__name__)",
+         "energy"),
         ("from magfold_env import files; print(files.__name__)", "magfold_env.files"),
     ],
-)
+)  # fmt: skip
 def test_packages_and_functions_keep_their_names(code: str, printed: str) -> None:
     assert python("-c", code).stdout.strip() == printed
 

@@ -63,14 +63,10 @@ def test_processors_decide_nothing(tmp_path: Path) -> None:
     umath = np._core._multiarray_umath  # pyright: ignore
     features = [name for name in umath.__cpu_dispatch__ if umath.__cpu_features__[name]]
     elsewhere = folds(
-        SCENES,
-        XDG_CACHE_HOME=str(tmp_path),
-        NUMBA_CPU_NAME="generic",
-        NUMBA_CPU_FEATURES="",
-        NPY_DISABLE_CPU_FEATURES=" ".join(features),
-        OPENBLAS_CORETYPE="Prescott",
+        SCENES, XDG_CACHE_HOME=str(tmp_path), NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="",
+        NPY_DISABLE_CPU_FEATURES=" ".join(features), OPENBLAS_CORETYPE="Prescott",
         GLIBC_TUNABLES="glibc.cpu.hwcaps=-AVX2,-FMA",
-    )
+    )  # fmt: skip
     assert elsewhere == folds(SCENES)
 
 

@@ -106,13 +106,9 @@ def test_masks_that_change_are_those_of_each_environment() -> None:
 def test_hindsight_replay_relabels_goals(make: Callable[..., Any]) -> None:
     env = make(GOAL, actions="box", **QUICK)
     model = SAC(
-        "MultiInputPolicy",
-        env,
-        replay_buffer_class=HerReplayBuffer,
-        learning_starts=60,
-        batch_size=16,
-        seed=0,
-    )
+        "MultiInputPolicy", env, replay_buffer_class=HerReplayBuffer, learning_starts=60,
+        batch_size=16, seed=0,
+    )  # fmt: skip
     model.learn(120)
     buffer: Any = model.replay_buffer
     rewards = buffer.sample(512).rewards.numpy()

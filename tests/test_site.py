@@ -4,13 +4,10 @@ Needs the site that `.ci/site` has built, a Chromium, and axe-core, which the ex
 """
 
 from pathlib import Path
-from runpy import run_path
 from urllib.parse import unquote, urlsplit
 
-import gymnasium
 import pytest
 
-import magfold_env.envs  # noqa: F401 - registers them
 from tests.markup import Markup
 
 SITE = Path(__file__).parents[1] / "runs" / "site"
@@ -29,20 +26,6 @@ if not PAGES:
 @pytest.fixture(scope="module")
 def contents() -> dict[Path, Markup]:
     return {path: Markup(path.read_text("utf-8")) for path in SITE.rglob("*.html")}
-
-
-def test_every_environment_has_its_tables_and_the_tracks_are_those_of_the_scores() -> None:
-    docs = SITE.parents[1] / "docs"
-    tables = run_path(str(docs / "environment_tables.py"))
-    page = (docs / "evaluation.md").read_text("utf-8")
-    assert ("standing", "") in tables["BLOCK"].findall(page)
-    assert tables["written"](page) == page
-    shown: set[tuple[str, str]] = set()
-    for path in (docs / "environments").glob("*.md"):
-        shown.update(tables["BLOCK"].findall(path.read_text("utf-8")))
-    ids = [each for each in gymnasium.registry if each.startswith("MagFold/")]
-    assert ids
-    assert {(name, each) for name in ("spec", "observation", "options") for each in ids} <= shown
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(SITE).as_posix())

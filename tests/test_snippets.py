@@ -34,22 +34,15 @@ from tests import snippets
 
 # Options that let a command do less, so that it takes seconds.
 LESS = {
-    "magfold ensemble": ["--runs=4"],
-    "magfold sweep": ["--runs=2"],
-    "magfold design": ["--budget=50", "--runs=4"],
-    "magfold score": ["--episodes=24"],
+    "magfold ensemble": ["--runs=4"], "magfold sweep": ["--runs=2"],
+    "magfold design": ["--budget=50", "--runs=4"], "magfold score": ["--episodes=24"],
     "magfold stress": ["--cases=4", "--workers=1"],
-    "magfold paper": ["--quick", "--only=figure-15"],
-    "magfold fold": [],
-    "magfold holding": [],
-    "magfold minimise": [],
-    "magfold scenes": [],
-    "agents.ablate": ["--draws=1", "--seeds=1"],
+    "magfold paper": ["--quick", "--only=figure-15"], "magfold fold": [], "magfold holding": [],
+    "magfold minimise": [], "magfold scenes": [], "agents.ablate": ["--draws=1", "--seeds=1"],
     "agents.admission": ["--tasks=1", "--episodes=2", "--search", "2", "2", "--race", "2", "2"],
-    "agents.baselines": ["--budget=1"],
-    "agents.evaluate": ["--draws=1"],
+    "agents.baselines": ["--budget=1"], "agents.evaluate": ["--draws=1"],
     "agents.train": ["--timesteps=1", "--set=validation_episodes=26", "--set=pretraining=[]"],
-}
+}  # fmt: skip
 PLACEHOLDERS = {"COMMAND": "fold", "NAME": "design", "SEED": "1"}
 
 

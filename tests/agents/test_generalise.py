@@ -33,18 +33,8 @@ def test_what_is_lost_is_taken_word_by_word() -> None:
 def test_the_command_trains_plays_and_goes_on(tmp_path: Path) -> None:
     settings = tiny(env={"fidelity": "quasistatic"}, timesteps=48, validation_episodes=2)
     save_settings(settings, tmp_path / "tiny.yaml")
-    given = [
-        tmp_path / "tiny.yaml",
-        "--components",
-        4,
-        "--folds",
-        2,
-        "--draws",
-        2,
-        "--processes",
-        1,
-    ]
-    given += ["--against", "random", "--output", tmp_path / "runs"]
+    options = "--components 4 --folds 2 --draws 2 --processes 1 --against random --output"
+    given = [tmp_path / "tiny.yaml", *options.split(), tmp_path / "runs"]
     first = call("generalise", *given)
     assert first.exit_code == 0, first.output
     trained = (tmp_path / "runs" / "fold-1" / "policy.safetensors").stat().st_mtime_ns

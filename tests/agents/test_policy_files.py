@@ -154,10 +154,8 @@ def changed(file: Path, settings: dict[str, Any], **weights: Any) -> None:
         ({"frames": 64}, "actor, critic: .* must be those of the weights"),
         ({"lstm": {"hidden": 8}}, "lstm: .* must not be given with ppo"),
         ({"algorithm": "recurrent-ppo"}, "lstm: None is not allowed; must be given with recurr"),
-        (
-            {"algorithm": "recurrent-ppo", "lstm": {"hidden": 10**9}},
-            "actor, critic: .* must be those of the weights",
-        ),
+        ({"algorithm": "recurrent-ppo", "lstm": {"hidden": 10**9}},
+         "actor, critic: .* must be those of the weights"),
     ],
 )  # fmt: skip
 def test_wrong_settings_name_file_and_key(file: Path, settings: Any, message: str) -> None:

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from agents.commands import text_table
 from agents.evaluation.episodes import Method, Outcome, parse_methods, play
-from agents.evaluation.policies import OpenLoop, at_random, make_policy
+from agents.evaluation.policies import OpenLoop, at_random
 from agents.evaluation.report import (
     ENDS,
     by_target,
@@ -36,15 +36,6 @@ def test_random_actions_lie_in_any_space() -> None:
         env = TubeFeedEnv(**QUASI, actions=kind)
         outcomes = [play(at_random, env, TARGET, seed) for seed in (1, 2, 1)]
         assert outcomes[0] == outcomes[2] != outcomes[1]
-
-
-def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="nothing: no such file; must be random, minimiser"):
-        make_policy("nothing")
-    path = tmp_path / "policy.safetensors"
-    path.write_bytes(b"no policy")
-    with pytest.raises(ValueError, match=r"policy\.safetensors: is not a policy, or is damaged"):
-        make_policy(str(path))
 
 
 def outcome(target: str, status: str, success: bool = False) -> Outcome:
@@ -89,18 +80,11 @@ def test_scores_are_put_in_a_table_of_runs_and_targets_and_every_episode_comes_t
 def ended(target: str, success: bool, built: bool | None = None) -> Outcome:
     word = target if success else "SSSSS"
     return Outcome(
-        target=target,
-        word=word,
-        status="folded" if success else "misfolded",
-        seed=1,
-        success=success,
-        score=1.0 if success else 0.2,
-        reward=0.3 if success else -0.5,
-        joints=tuple(word_to_angles(word).tolist()),
-        choice=OpenLoop(("NSNS",) * 6, (0.1,) * 6),
-        scene=None,
-        built=built,
-    )
+        target=target, word=word, status="folded" if success else "misfolded", seed=1,
+        success=success, score=1.0 if success else 0.2, reward=0.3 if success else -0.5,
+        joints=tuple(word_to_angles(word).tolist()), choice=OpenLoop(("NSNS",) * 6, (0.1,) * 6),
+        scene=None, built=built,
+    )  # fmt: skip
 
 
 def run(*successes: bool, built: bool | None = None) -> list[Outcome]:

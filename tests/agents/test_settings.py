@@ -61,31 +61,23 @@ FLOOR = "env: {id: MagFold/UnknownFloor-v0, actions: box}\n"
         (f"{FLOOR}learner: {{algorithm: maskable-ppo}}", r"env\.id: .*which magnets are chosen"),
         (f"{FLOOR}learner: {{algorithm: tqc, hindsight: {{}}}}", r"env\.id: .*'MagFold/TubeFeedGo"),
         (f"{FLOOR}learner: {{algorithm: ppo, features: mouth}}", r"env\.id: .* with features 'mo"),
-        (
-            "env: {actions: discrete}\nlearner: {algorithm: ppo, features: symmetric}",
-            r"learner\.features: 'symmetric' is not allowed; must be 'chain' or 'mouth'",
-        ),
+        ("env: {actions: discrete}\nlearner: {algorithm: ppo, features: symmetric}",
+         r"learner\.features: 'symmetric' is not allowed; must be 'chain' or 'mouth'"),
         ("learner: {algorithm: ppo, frames: 0}", r"learner\.frames: 0 is not .* greater than"),
         ("learner: {algorithm: ppo, frames: 2, features: mouth}", r"learner\.frames: 2 .* be 1"),
-        (
-            "env: {id: MagFold/SequenceDesign-v0}\nlearner: {algorithm: ppo, blind: true}",
-            r"learner\.blind: True .* with hindsight",
-        ),
-        (
-            f"{FLOOR}imitate: {{}}\nlearner: {{algorithm: sac}}",
-            r"learner\.algorithm: 'sac' .*imitate",
-        ),
+        ("env: {id: MagFold/SequenceDesign-v0}\nlearner: {algorithm: ppo, blind: true}",
+         r"learner\.blind: True .* with hindsight"),
+        (f"{FLOOR}imitate: {{}}\nlearner: {{algorithm: sac}}",
+         r"learner\.algorithm: 'sac' .*imitate"),
         ("imitate: {}", r"env\.id: .*, without pretraining, to imitate"),
         (f"{FLOOR}imitate: {{random: 1.0}}", r"imitate\.random: 1\.0 is not allowed"),
-        (
-            "env: {id: MagFold/Tray-v0}\nimitate: {plan: drawing back}",
-            r"imitate\.plan: 'drawing back'.*a given chain",
-        ),
+        ("env: {id: MagFold/Tray-v0}\nimitate: {plan: drawing back}",
+         r"imitate\.plan: 'drawing back'.*a given chain"),
         (f"{FLOOR}imitate: {{plan: mending}}", r"imitate\.plan: 'mending' .*Anchor"),
         ("name: ../run", r"name: '\.\./run' is not allowed"),
         ("name: [", "line 1, column 8: expected the node content"),
     ],
-)
+)  # fmt: skip
 def test_wrong_settings_name_key_value_and_remedy(tmp_path: Path, text: str, message: str) -> None:
     text = text if text.startswith("name") else f"name: run\n{text}"
     with pytest.raises(SettingsError, match=message):
@@ -97,16 +89,12 @@ def test_wrong_settings_name_key_value_and_remedy(tmp_path: Path, text: str, mes
     [
         ({"env": {"targets": ["LLLLL"]}}, r"^env: targets"),
         ({"env": {"id": "MagFold/TubeFeedGoal-v0", "reward": "score"}}, "^env: reward: must be"),
-        (
-            {"pretraining": [{"timesteps": 1, "env": {"components": 5}}]},
-            r"^pretraining\[0\]\.env: its observation_space .* must be that of the main phase",
-        ),
-        (
-            {"pretraining": [{"timesteps": 1, "env": {"scene": "nowhere"}}]},
-            r"^pretraining\[0\]\.env: .*nowhere",
-        ),
+        ({"pretraining": [{"timesteps": 1, "env": {"components": 5}}]},
+         r"^pretraining\[0\]\.env: its observation_space .* must be that of the main phase"),
+        ({"pretraining": [{"timesteps": 1, "env": {"scene": "nowhere"}}]},
+         r"^pretraining\[0\]\.env: .*nowhere"),
     ],
-)
+)  # fmt: skip
 def test_wrong_environments_are_named(settings: dict, message: str) -> None:
     with pytest.raises(SettingsError, match=message):
         check_envs(TrainSettings.model_validate({"name": "run"} | settings))

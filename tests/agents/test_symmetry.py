@@ -80,13 +80,10 @@ def test_four_episodes_look_alike(tmp_path: Any, direction: str, kind: Any, fide
 def test_choices_are_turned_with_the_chain(tmp_path: Any, direction: str) -> None:
     env = TubeFeedEnv(scene=scene_file(tmp_path, direction), components=5, fidelity="quasistatic")
     policy = SymmetricPolicy(
-        env.observation_space,
-        env.action_space,
-        lambda _: 1e-3,
-        net_arch=[16],
+        env.observation_space, env.action_space, lambda _: 1e-3, net_arch=[16],
         features_extractor_class=FromOneSide,
         features_extractor_kwargs={"backward": direction == "backward"},
-    )
+    )  # fmt: skip
     with torch.no_grad():
         policy.action_net.layer.weight *= 100.0  # it begins all but even
 

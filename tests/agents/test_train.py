@@ -8,13 +8,8 @@ from agents.training.run import train
 from magfold_env.envs.tasks.draws import episode_seeds
 from tests.agents.training import tiny
 
-SETTINGS = tiny(
-    timesteps=96,
-    envs=1,
-    validate_every=48,
-    validation_episodes=2,
-    env={"targets": ["LRLLL", "RLRRR"]},
-)
+TARGETS = {"targets": ["LRLLL", "RLRRR"]}
+SETTINGS = tiny(timesteps=96, envs=1, validate_every=48, validation_episodes=2, env=TARGETS)
 
 
 @pytest.fixture(scope="module")

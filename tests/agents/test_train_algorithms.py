@@ -16,21 +16,16 @@ from agents.training.models import LearningRate, Progress, make_model
 from agents.training.run import Validation, train
 from magfold_env.files import configs_dir
 from magfold_env.scoring.track import TRACKS
-from tests.agents.training import records, tiny, weights
+from tests.agents.training import LEARNERS, records, tiny, weights
 
 FLOOR = {"id": "MagFold/UnknownFloor-v0", "actions": "box"}
 RUNS = [
-    pytest.param(tiny("ppo"), id="ppo"),
-    pytest.param(tiny("maskable-ppo"), id="maskable-ppo"),
-    pytest.param(tiny("recurrent-ppo"), id="recurrent-ppo"),
-    pytest.param(tiny("sac"), id="sac"),
-    pytest.param(tiny("tqc"), id="tqc"),
-    pytest.param(tiny("sac", True), id="sac with hindsight"),
-    pytest.param(tiny("tqc", True), id="tqc with hindsight"),
-    *[
-        pytest.param(tiny(algorithm, env=FLOOR), id=f"{algorithm} on a track")
-        for algorithm in ("recurrent-ppo", "sac", "tqc")
-    ],
+    *(pytest.param(tiny(name), id=name) for name in LEARNERS),
+    *(pytest.param(tiny(name, True), id=f"{name} with hindsight") for name in ("sac", "tqc")),
+    *(
+        pytest.param(tiny(name, env=FLOOR), id=f"{name} on a track")
+        for name in ("recurrent-ppo", "sac", "tqc")
+    ),
 ]
 
 

@@ -37,12 +37,9 @@ def file(tmp_path: Path) -> Path:
     """Return the file of a search with trials of a second."""
     save_settings(tiny(), tmp_path / "base.yaml")
     search = {
-        "name": "search",
-        "config": str(tmp_path / "base.yaml"),
-        "settings": {"timesteps": 96, "validate_every": 48},
-        "space": SPACE,
-        "trials": 2,
-    }
+        "name": "search", "config": str(tmp_path / "base.yaml"),
+        "settings": {"timesteps": 96, "validate_every": 48}, "space": SPACE, "trials": 2,
+    }  # fmt: skip
     return written(tmp_path / "search.yaml", search)
 
 

@@ -15,13 +15,12 @@ from agents.settings import TrainSettings
 from agents.training import policy_files
 from agents.training.run import BoundaryCallback, train
 
+_ON = {"n_steps": 24, "batch_size": 24, "n_epochs": 2}
+_OFF = {"learning_starts": 64, "batch_size": 16, "train_freq": 4, "buffer_size": 150}
 LEARNERS: dict[str, dict[str, Any]] = {
-    "ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2},
-    "maskable-ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2},
-    "recurrent-ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2, "lstm": {"hidden": 8}},
-    "sac": {"learning_starts": 64, "batch_size": 16, "train_freq": 4, "buffer_size": 150},
-    "tqc": {"learning_starts": 64, "batch_size": 16, "train_freq": 4, "buffer_size": 150},
-}
+    "ppo": _ON, "maskable-ppo": _ON, "recurrent-ppo": {**_ON, "lstm": {"hidden": 8}},
+    "sac": _OFF, "tqc": _OFF,
+}  # fmt: skip
 """Hyper-parameters that make every learner quick."""
 
 

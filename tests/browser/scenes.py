@@ -33,14 +33,9 @@ def random_scene(rng: np.random.Generator, mount: str | None = None, **changes: 
     if rng.random() < 0.2:
         floor = rng.uniform(0.0, 0.4, n)
     scene = mf.Scene(
-        sequence=tuple("".join(rng.choice(letters, 4)) for _ in range(n)),
-        mount=chosen,
-        feed=feed,
-        friction=floor,
-        casing=casing,
-        magnets=magnets,
-        duration=2.0,
-    )
+        sequence=tuple("".join(rng.choice(letters, 4)) for _ in range(n)), mount=chosen, feed=feed,
+        friction=floor, casing=casing, magnets=magnets, duration=2.0,
+    )  # fmt: skip
     return scene.replace(**changes).draw(rng)
 
 

@@ -152,14 +152,12 @@ NAMED: list[tuple[dict[str, Any], str]] = [
     ({"feed": {"speed": [0.1]}}, "feed.speed: [0.1] is not allowed; must have 3 numbers"),
     ({"magnets": {"remanence": 0}}, "magnets.remanence: 0 is not allowed; must be a number"),
     ({"friction": [0.1, -1, 0.1]}, "friction[1]: -1 is not allowed; must be a number of at"),
-    (
-        {"solver": {"max_steps": 1e19}},
-        "solver.max_steps: 10000000000000000000 is not allowed; must",
-    ),
+    ({"solver": {"max_steps": 1e19}},
+     "solver.max_steps: 10000000000000000000 is not allowed; must"),
     ({"feed": {"speed": 0}}, "feed.speed: 0 is not allowed; must be a number above 0"),
     ({"colour": 1}, "colour: 1 is not allowed; must be one of sequence, mount"),
     ({"start_angles": [0.0, 2.0]}, "start_angles[1]: 2 is not allowed; must be numbers from"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.medium

@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 import re
 import shlex
 import sys
@@ -18,7 +17,6 @@ from hypothesis import strategies as st
 from PIL import Image
 
 import magfold_env as mf
-from magfold_env.checkpoint import alone_in
 from magfold_env.cli import ensemble, fold
 from magfold_env.cli.sweep import grid_of
 from magfold_env.ensembles import sweeps
@@ -230,15 +228,10 @@ def test_a_fold_from_a_file_is_held_like_one_that_is_simulated(tmp_path: Path) -
     ("line", "more", "records", "other", "difference"),
     [
         (f"ensemble {FIRST} --runs 2", "--runs 4", 4, "--runs 4 --seed 1", "whose seed is 0"),
-        (
-            f"sweep {FIRST} --runs 1 --over friction=0.1:0.2:2",
-            "--runs 3",
-            6,
-            "--over duration=1:2:2",
-            "whose over is [['fr",
-        ),
+        (f"sweep {FIRST} --runs 1 --over friction=0.1:0.2:2", "--runs 3", 6,
+         "--over duration=1:2:2", "whose over is [['fr"),
     ],
-)
+)  # fmt: skip
 def test_the_same_command_goes_on_where_it_was(line, more, records, other, difference, tmp_path):
     for given_ in (line, f"{line} {more}"):
         assert run(*shlex.split(given_), "--out", tmp_path).exit_code == 0
@@ -252,12 +245,6 @@ def test_a_design_goes_on_in_its_folder_and_only_there(tmp_path: Path) -> None:
         assert run("design", "LR", "--runs", 2, "--out", tmp_path).exit_code == 0
     other = run("design", "RL", "--runs", 2, "--out", tmp_path)
     fails_in_one_line(other, "was written by another run, whose target is 'LR'")
-
-
-def test_two_commands_do_not_share_a_folder(tmp_path: Path) -> None:
-    with alone_in(tmp_path / "state"):
-        result = run("ensemble", FIRST, "--runs", 2, "--out", tmp_path)
-    fails_in_one_line(result, f"is in use by process {os.getpid()} on ", "give another folder")
 
 
 # --- ensembles, designs, sweeps -------------------------------------------------------------------

@@ -117,15 +117,10 @@ def run(tolerant: bool, groups: list[list[int]], steps: int, hot: float, seed: i
     signs = rng.choice([-1.0, 1.0], 12)
     started = signs.copy()
     score = anneal(
-        ALL.excess,
-        np.concatenate([np.array(group, dtype=np.int64) for group in groups]),
-        np.cumsum([0, *map(len, groups)]),
-        rng.integers(len(groups), size=steps),
-        rng.random(steps),
-        np.geomspace(hot, hot / 100, steps),
-        tolerant,
-        signs,
-    )
+        ALL.excess, np.concatenate([np.array(group, dtype=np.int64) for group in groups]),
+        np.cumsum([0, *map(len, groups)]), rng.integers(len(groups), size=steps), rng.random(steps),
+        np.geomspace(hot, hot / 100, steps), tolerant, signs,
+    )  # fmt: skip
     return started, signs, score
 
 

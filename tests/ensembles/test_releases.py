@@ -9,7 +9,6 @@ import pytest
 
 import magfold_env as mf
 from magfold_env import files
-from magfold_env.checkpoint import CheckpointError
 from magfold_env.ensembles import releases
 from magfold_env.ensembles.releases import generator, release
 from magfold_env.scene import Spreads
@@ -73,19 +72,6 @@ def test_an_interrupted_ensemble_keeps_what_it_has(tmp_path: Path) -> None:
     again: list[int] = []
     mf.ensemble(FREE, 8, state=tmp_path, progress=lambda count, _: again.append(count))
     assert again == [5, 6, 7, 8]
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"seed": 4}, "whose seed is 3 where this one's is 4"),
-        ({"scene": TUBE.replace(friction=0.1)}, "whose scene.friction is 0.35 where this one's"),
-    ],
-)
-def test_a_state_of_another_ensemble_is_refused(changes, message, tmp_path):
-    mf.ensemble(TUBE, 1, seed=3, state=tmp_path)
-    with pytest.raises(CheckpointError, match=message):
-        mf.ensemble(**{"scene": TUBE, "runs": 1, "seed": 3, **changes}, state=tmp_path)
 
 
 @pytest.mark.medium

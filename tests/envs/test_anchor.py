@@ -15,12 +15,9 @@ from tests.envs.contract import group
 
 TASK: dict[str, Any] = {
     "tray": ("SNSN", "NNSS", "NSSN", "NSNN", "SNNS", "NSNS", "SSNN", "SNNS", "SSSN"),
-    "direction": "forward",
-    "target": "RLLLR",
-    "strengths": ((1.0,) * 4,) * 9,
-    "pull": 0.5,
+    "direction": "forward", "target": "RLLLR", "strengths": ((1.0,) * 4,) * 9, "pull": 0.5,
     "towards": -0.06,
-}
+}  # fmt: skip
 CHAIN = [(1, 3), (0, 0), (2, 2), (5, 1), (3, 3), (4, 2)]
 """Components and how they lie, component 1 first."""
 FAST, SLOW = 0.6, 0.03

@@ -46,11 +46,8 @@ def many(**options: Any) -> Any:
         (TubeFeedEnv, fed(magnets=None), "scene.magnets: None is not allowed"),
         (TubeFeedEnv, fed(sequence=("NSNS",)), r"scene.sequence: \('NSNS',\) is not allowed"),
         (TubeFeedEnv, fed(field={"uniform": (0.0, 1e-3)}), "baseline: 'auto' .*with scene.field"),
-        (
-            TubeFeedEnv,
-            fed(field={"uniform": (0.0, 1e-3)}) | {"fidelity": "quasistatic"},
-            r"field: .* is not allowed",
-        ),
+        (TubeFeedEnv, fed(field={"uniform": (0.0, 1e-3)}) | {"fidelity": "quasistatic"},
+         r"field: .* is not allowed"),
         *(
             (TubeFeedGoalEnv, {key: None}, f"{key}: must be left out")
             for key in ("reward", "shaping", "gamma", "baseline")
@@ -59,11 +56,8 @@ def many(**options: Any) -> Any:
         (UnknownFloorEnv, {"tasks": "none.yaml"}, "tasks: 'none.yaml' .*must be a list of tasks, "),
         (UnknownFloorEnv, {"tasks": []}, r"tasks: chains of \[\] components are not allowed"),
         (UnknownFloorEnv, {"tasks": [TASK | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not"),
-        (
-            UnknownFloorEnv,
-            {"tasks": [TASK, TASK | {"sequence": ["NX", *SEQUENCE[1:]]}]},
-            r"sequence\[0\]: 'NX' is not allowed; must be four letters",
-        ),
+        (UnknownFloorEnv, {"tasks": [TASK, TASK | {"sequence": ["NX", *SEQUENCE[1:]]}]},
+         r"sequence\[0\]: 'NX' is not allowed; must be four letters"),
         (UnknownFloorEnv, {"tasks": [TASK | {"direction": "up"}]}, "direction: 'up' is not allow"),
         (UnknownFloorEnv, {"fidelity": "quasistatic"}, "fidelity: .*must be 'dynamics'"),
         (ReprogramEnv, {"tasks": [REFOLD | {"first": "LLLLL"}]}, "tasks.first: 'LLLLL' is not all"),
@@ -85,7 +79,7 @@ def many(**options: Any) -> Any:
         (many, {"render_mode": "rgb_array_list"}, "render_mode: 'rgb_array_list' .*with many"),
         (many, {"speed": 3}, "speed: unknown option, must be one of scene, match"),
     ],
-)
+)  # fmt: skip
 def test_wrong_options_are_named(make: Any, options: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         make(**options)

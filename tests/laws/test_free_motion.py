@@ -71,13 +71,9 @@ def thrown(seed, tolerance, *, contact):
     rng = np.random.default_rng([seed, 1])
     n = int(rng.integers(SMALLEST, LARGEST + 1))
     scene = Scene(
-        sequence=("NNNN",) * n,
-        magnets=None,
-        friction=0.0,
-        contact=contact,
-        duration=THROWN_FOR,
+        sequence=("NNNN",) * n, magnets=None, friction=0.0, contact=contact, duration=THROWN_FOR,
         start_angle_spread=0.5,
-    )
+    )  # fmt: skip
     session = FreeSession(scene.replace(solver={"tolerance": tolerance}).draw(rng))
     session.throw_any(rng)
     return session

@@ -43,17 +43,13 @@ def test_figure_11_disagrees_where_finer_steps_end_otherwise() -> None:
 def points(word: str, difference: float, force: float) -> Measured:
     means: list[Row] = [
         {
-            "charge": name,
-            "h": h,
-            EARLY + figures_11_12.MANY: difference,
-            "whole fold, " + figures_11_12.MANY: difference,
-            "word": word if h == 3 else "LRLLL",
-            "reference": "LRLLL",
-            "reference ended": "folded",
+            "charge": name, "h": h, EARLY + figures_11_12.MANY: difference,
+            "whole fold, " + figures_11_12.MANY: difference, "word": word if h == 3 else "LRLLL",
+            "reference": "LRLLL", "reference ended": "folded",
         }
         for name in CASES
         for h in figures_11_12.COUNTS
-    ]
+    ]  # fmt: skip
     forces: list[Row] = [
         {"gap [mm]": gap, "h": h, "magnets / exact": force}
         for h in figures_11_12.COUNTS

@@ -106,18 +106,14 @@ def changed(**changes: Any) -> dict[str, Any]:
     ("content", "message"),
     [
         (changed(format="actions"), "is not a file of actions; format: 'actions' is not allowed"),
-        (
-            changed(id="MagFold/TubeFeed-v0"),
-            "id: 'MagFold/TubeFeed-v0' is not allowed; must be one",
-        ),
+        (changed(id="MagFold/TubeFeed-v0"),
+         "id: 'MagFold/TubeFeed-v0' is not allowed; must be one"),
         (changed(seed=-1), "seed: -1 is not allowed; must be greater than or equal to 0"),
         (changed(seed=1.5), "seed: 1.5 is not allowed; must be a valid integer"),
         (changed(actions=[]), "actions: [] is not allowed; must have at least 1 item"),
         (changed(actions=[[0.1], [0.2, 1.01]]), "actions[1][1]: 1.01 is not allowed; must be a n"),
-        (
-            changed(id="MagFold/Tray-v0", actions=[[0.0, 0.5]]),
-            "actions[0][1]: 0.5 is not allowed; must be a whole number from 0 to 719",
-        ),
+        (changed(id="MagFold/Tray-v0", actions=[[0.0, 0.5]]),
+         "actions[0][1]: 0.5 is not allowed; must be a whole number from 0 to 719"),
         (changed(actions=[[0.1, "a"]]), "actions[0][1]: 'a' is not allowed; must be a valid num"),
         (changed(actions=[[1e999]]), "actions[0][0]: inf is not allowed; must be"),
         (changed(episodes=3), "episodes: 3 is not allowed; unknown key, must be one of format"),
@@ -125,7 +121,7 @@ def changed(**changes: Any) -> dict[str, Any]:
         (changed(actions=[[0.5] * 9]), "actions[0]: 9 actions are not allowed; must be more"),
         ([], "is not a file of actions"),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_with_actions_is_named(content: Any, message: str, tmp_path: Path) -> None:
     path = tmp_path / "mine.json"
     path.write_text(json.dumps(content), encoding="utf-8")

@@ -62,12 +62,9 @@ def test_a_feed_against_a_wall_jams() -> None:
 def test_a_drive_without_a_limit_jams_where_nothing_gives_way() -> None:
     wall = mf.Rectangle(position=(3.0 * DIAGONAL, 0.0), size=(0.004, 0.1))
     scene = mf.Scene(
-        sequence=("----",) * 4,
-        magnets=None,
-        mount="tube",
-        obstacles=(wall,),
+        sequence=("----",) * 4, magnets=None, mount="tube", obstacles=(wall,),
         start_angle_spread=0.0,
-    )
+    )  # fmt: skip
     fold = mf.simulate(scene.replace(feed={"force_limit": None}))
     assert fold.status is mf.FoldStatus.JAMMED
     assert "drive without limit; component 1 touches obstacles[0]" in fold.message

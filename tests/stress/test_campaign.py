@@ -16,7 +16,6 @@ from magfold_env.checkpoint import FILE, CheckpointError
 from magfold_env.scene import SceneError, load_scene
 from tests.command_line import fails_in_one_line, rows
 from tests.command_line import run as command
-from tests.killed import run_until_killed
 
 CASES = 2 * BLOCK + 5
 BROKEN = "overlapping-0-3"
@@ -80,24 +79,6 @@ def test_a_block_counts_once(tmp_path: Path) -> None:
     assert run(CASES, 0, ["overlapping"], out=tmp_path).cases == CASES
     for cases in (CASES - 7, CASES):  # its last block is smaller, and in the other's place
         assert run(cases, 0, ["overlapping"], out=tmp_path).cases == cases
-
-
-@pytest.mark.slow
-def test_a_killed_campaign_goes_on(tmp_path: Path) -> None:
-    code = """
-import sys
-from pathlib import Path
-from magfold_bench.stress.campaign import run
-run(60, 0, ["overlapping"], out=Path(sys.argv[1]))
-"""
-    run_until_killed(1, code, str(tmp_path))
-    seen: list[int] = []
-    tally = run(
-        60, 0, ["overlapping"], out=tmp_path, progress=lambda tally: seen.append(tally.cases)
-    )
-    assert seen == [40, 60]
-    assert tally.statuses == {"overlapping": {"failed": 60}}
-    assert tally.failures == []
 
 
 def test_an_error_that_is_raised_breaks_a_law(monkeypatch: pytest.MonkeyPatch) -> None:

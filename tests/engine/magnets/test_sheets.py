@@ -19,13 +19,8 @@ SIDE = 0.0125
 BOUNDS = [1e-2, 1e-3, 1e-4, 1e-5]
 FEW_OR_MANY = [pytest.param(10, id="few"), pytest.param(500, id="many", marks=pytest.mark.slow)]
 # What two 5 mm x 5 mm x 2 mm magnets of 1.3 T do in contact, by Akoun and Yonnet's closed form.
-BLOCK: dict[str, Any] = {
-    "width": 0.005,
-    "height": 0.005,
-    "thickness": 0.002,
-    "remanence": 1.3,
-    "inset": 0.0,
-}
+BLOCK: dict[str, Any] = {"width": 0.005, "height": 0.005, "thickness": 0.002, "remanence": 1.3}
+BLOCK["inset"] = 0.0
 CONTACT_FORCE, CONTACT_ENERGY = 8.66214, 5.06971e-3  # [N], and to 1 mm [J]
 
 

@@ -121,12 +121,9 @@ def test_the_key_covers_the_physics_and_leaves_out_what_the_agent_chooses() -> N
     assert baseline_key(scene.replace(sequence=("SSSS",) * 6, feed={"speed": 0.3})) == key
     assert baseline_key(scene.replace(field={"uniform": (0.0, 0.0)})) == key
     others = [
-        scene.replace(friction=0.3),
-        scene.replace(field={"uniform": (1e-3, 0.0)}),
+        scene.replace(friction=0.3), scene.replace(field={"uniform": (1e-3, 0.0)}),
         scene.replace(magnets={"remanence": (0.6, 0.6, 0.6, 0.7)}),
-        scene.replace(spreads={"mass": 0.1}),
-        scene.replace(feed={"direction": "backward"}),
-        scene.replace(start_angle_spread=0.01),
-        scene_of(5),
-    ]
+        scene.replace(spreads={"mass": 0.1}), scene.replace(feed={"direction": "backward"}),
+        scene.replace(start_angle_spread=0.01), scene_of(5),
+    ]  # fmt: skip
     assert len({key, *map(baseline_key, others)}) == 1 + len(others)
