@@ -10,8 +10,11 @@ from typer.testing import CliRunner, Result
 from magfold_env.cli import app
 
 
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(app.app, [str(argument) for argument in arguments])
+def run(*arguments: object, code: int | None = None) -> Result:
+    """Run the command, which is to end with an exit code where one is given."""
+    result = CliRunner().invoke(app.app, [str(argument) for argument in arguments])
+    assert code in (None, result.exit_code), result.output
+    return result
 
 
 def python(

@@ -128,18 +128,15 @@ def test_a_record_is_there_once(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "damage",
-    [
-        pytest.param(lambda content: content[: len(content) // 2], id="cut"),
-        pytest.param(lambda content: b"no database at all" + content, id="shifted"),
-        pytest.param(lambda content: b"[1, 2]", id="list"),
-        pytest.param(lambda content: content.replace(b"records", b"recards"), id="another name"),
-        pytest.param(lambda content: content.replace(b'{"seed"', b'("seed"'), id="no key"),
-        pytest.param(lambda content: content.replace(b"R PRIMARY", b"R_PRIMARY"), id="no numbers"),
-        pytest.param(lambda content: content[:4096] + bytes(4096) + content[8192:], id="a page"),
-    ],
-)
+@pytest.mark.parametrize("damage", [
+    pytest.param(lambda content: content[: len(content) // 2], id="cut"),
+    pytest.param(lambda content: b"no database at all" + content, id="shifted"),
+    pytest.param(lambda content: b"[1, 2]", id="list"),
+    pytest.param(lambda content: content.replace(b"records", b"recards"), id="another name"),
+    pytest.param(lambda content: content.replace(b'{"seed"', b'("seed"'), id="no key"),
+    pytest.param(lambda content: content.replace(b"R PRIMARY", b"R_PRIMARY"), id="no numbers"),
+    pytest.param(lambda content: content[:4096] + bytes(4096) + content[8192:], id="a page"),
+])  # fmt: skip
 def test_a_damaged_file_is_refused(damage: Callable[[bytes], bytes], tmp_path: Path) -> None:
     written(tmp_path, ["long" * 1000] * 20)
     file = tmp_path / FILE
@@ -159,15 +156,12 @@ def test_records_that_cannot_be_used_are_refused_with_their_number(tmp_path: Pat
         kept.load(int)
 
 
-@pytest.mark.parametrize(
-    ("key", "difference"),
-    [
-        ({**KEY, "seed": 2}, "whose seed is 1 where this one's is 2"),
-        ({**KEY, "scene": {"friction": 0.3, "sequence": ["NSNS", "SNSN"]}},
-         "whose scene.friction is 0.35 where this one's is 0.3"),
-        ({"seed": 1}, "whose scene is .* where this one's is None"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("key", "difference"), [
+    ({**KEY, "seed": 2}, "whose seed is 1 where this one's is 2"),
+    ({**KEY, "scene": {"friction": 0.3, "sequence": ["NSNS", "SNSN"]}},
+     "whose scene.friction is 0.35 where this one's is 0.3"),
+    ({"seed": 1}, "whose scene is .* where this one's is None"),
+])  # fmt: skip
 def test_another_runs_file_is_refused(key, difference, tmp_path):
     written(tmp_path, [1])
     with (

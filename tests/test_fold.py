@@ -37,15 +37,12 @@ def test_a_fold_is_read_back(tmp_path: Path) -> None:
     assert [getattr(read, name) for name in same] == [getattr(fold, name) for name in same]
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"format": "x"}, "format: 'x' is not allowed; must be 'magfold_env fold 1'"),
-        ({"angles": [0.0]}, "angles and base must have shapes (3,) and (2,)"),
-        ({"status": "gone"}, "'gone' is not a valid FoldStatus"),
-        ({"word": "LX"}, "word: 'LX' is not allowed"),
-    ],
-)
+@pytest.mark.parametrize(("change", "message"), [
+    ({"format": "x"}, "format: 'x' is not allowed; must be 'magfold_env fold 1'"),
+    ({"angles": [0.0]}, "angles and base must have shapes (3,) and (2,)"),
+    ({"status": "gone"}, "'gone' is not a valid FoldStatus"),
+    ({"word": "LX"}, "word: 'LX' is not allowed"),
+])  # fmt: skip
 def test_what_is_no_fold_is_told(change: dict[str, object], message: str, tmp_path: Path) -> None:
     path = tmp_path / "fold.json"
     path.write_text(json.dumps(_fold("LR").to_dict() | change), encoding="utf-8")

@@ -31,29 +31,23 @@ def test_every_public_name_is_there_and_listed() -> None:
         mf.Scenes  # noqa: B018  # pyright: ignore
 
 
-@pytest.mark.parametrize(
-    ("code", "printed"),
-    [
-        ("import magfold_env.minimiser as e; print(e.__name__)", "magfold_env.minimiser"),
-        ("import magfold_env as mf; print(mf.scene.__name__)", "magfold_env.scene"),
-        ("import magfold_env.simulation.simulate, magfold_env as mf; print(mf.energy.__name__)",
-         "energy"),
-        ("from magfold_env import files; print(files.__name__)", "magfold_env.files"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("code", "printed"), [
+    ("import magfold_env.minimiser as e; print(e.__name__)", "magfold_env.minimiser"),
+    ("import magfold_env as mf; print(mf.scene.__name__)", "magfold_env.scene"),
+    ("import magfold_env.simulation.simulate, magfold_env as mf; print(mf.energy.__name__)",
+     "energy"),
+    ("from magfold_env import files; print(files.__name__)", "magfold_env.files"),
+])  # fmt: skip
 def test_packages_and_functions_keep_their_names(code: str, printed: str) -> None:
     assert python("-c", code).stdout.strip() == printed
 
 
 @pytest.mark.medium
-@pytest.mark.parametrize(
-    "code",
-    [
-        "import magfold_env, gymnasium; made = gymnasium.make('MagFold/TubeFeed-v0')",
-        "import gymnasium; made = gymnasium.make('magfold_env:MagFold/TubeFeed-v0')",
-        "import magfold_env, gymnasium; made = gymnasium.make_vec('MagFold/TubeFeed-v0', 2)",
-    ],
-)
+@pytest.mark.parametrize("code", [
+    "import magfold_env, gymnasium; made = gymnasium.make('MagFold/TubeFeed-v0')",
+    "import gymnasium; made = gymnasium.make('magfold_env:MagFold/TubeFeed-v0')",
+    "import magfold_env, gymnasium; made = gymnasium.make_vec('MagFold/TubeFeed-v0', 2)",
+])  # fmt: skip
 def test_environments_are_found_by_their_ids(code: str) -> None:
     assert python("-c", f"{code}; print(made.spec.id)").stdout == "MagFold/TubeFeed-v0\n"
 

@@ -28,7 +28,6 @@ from magfold_bench.presentation import descriptions
 from magfold_bench.stress.kinds import KINDS
 from magfold_env.cli import app, options
 from magfold_env.envs.tasks.feed_tasks import read_tasks
-from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words
 from tests import snippets
 
@@ -83,7 +82,7 @@ def test_settings_are_ones_that_are_read(page: Path, tmp_path: Path) -> None:
             load_search(str(file))
         else:
             given = {"sequence": ["SNNS", "NNSN"], **told}
-            assert Scene(**given).mount == "tube"
+            assert mf.Scene(**given).mount == "tube"
 
 
 def command_line(words: Sequence[str]) -> tuple[str, Any, list[str]] | None:

@@ -109,34 +109,31 @@ def test_rewards_are_the_environments_own() -> None:
 TRACK = "; magfold score plays the policies of "
 
 
-@pytest.mark.parametrize(
-    ("module", "arguments", "said"),
-    [
-        ("train", ["no-such"], "no-such: no such file; "),
-        ("evaluate", ["--config", "no-such"], "no-such: no such file; "),
-        ("evaluate", ["no-such"], "no-such: no such file; "),
-        ("baselines", ["robust", "--config", "no-such"], "no-such: no such file; "),
-        ("baselines", ["robst"], "search: 'robst' is not allowed"),
-        ("admission.__main__", ["MagFold/TubeFeed-v0"], "id: 'MagFold/TubeFeed-v0' is not allowed"),
-        ("admission.__main__", [*FLOOR, "--search", "1000", "900"], "budget: 900 is not allowed"),
-        ("admission.__main__", [*FLOOR, "--race", "1001", "9000"], "--race: 1001 open loops are "),
-        ("admission.__main__", [*FLOOR, "--blind", "no.safetensors"], "no.safetensors: no such "),
-        ("evaluate", ["ppo-tube-fed"], "did you mean ppo-tube-feed?"),
-        ("ablate", ["ppo-tube-fed"], "did you mean ppo-tube-feed?"),
-        ("evaluate", ["--env", "colour=red"], "env.colour: 'red' is not allowed; unknown key"),
-        ("evaluate", ["ppo-lumen"], "ppo-lumen-0: policy: its spaces"),
-        ("evaluate", ["ppo-lumen"], TRACK),
-        ("ablate", ["random", "--env", "id=MagFold/SequenceDesign-v0"], "env.id: 'MagFold/Seque"),
-        ("evaluate", ["--config", "ppo-lumen"], "env.id: 'MagFold/Lumen-v0' is not allowed;"),
-        ("evaluate", ["--config", "ppo-tray"], TRACK),
-        ("evaluate", ["{path}", *SHORT], "{path}: target: 'RL' has no choice; must be one of LR"),
-        ("evaluate", ["ppo-tube-feed", *SHORT], "ppo-tube-feed-0: policy: its spaces"),
-        ("ablate", ["ppo-tube-feed", *SHORT], "ppo-tube-feed-0: policy: its spaces"),
-        ("evaluate", ["--output", "{path}"], "--output: '{path}' is not allowed"),
-        ("generalise", ["--set", "learner.algorithm=dqn"], "its algorithm must be one of"),
-        ("generalise", ["--components=3", "--folds=2", "--against={path}"], "{path}: target: "),
-    ],
-)
+@pytest.mark.parametrize(("module", "arguments", "said"), [
+    ("train", ["no-such"], "no-such: no such file; "),
+    ("evaluate", ["--config", "no-such"], "no-such: no such file; "),
+    ("evaluate", ["no-such"], "no-such: no such file; "),
+    ("baselines", ["robust", "--config", "no-such"], "no-such: no such file; "),
+    ("baselines", ["robst"], "search: 'robst' is not allowed"),
+    ("admission.__main__", ["MagFold/TubeFeed-v0"], "id: 'MagFold/TubeFeed-v0' is not allowed"),
+    ("admission.__main__", [*FLOOR, "--search", "1000", "900"], "budget: 900 is not allowed"),
+    ("admission.__main__", [*FLOOR, "--race", "1001", "9000"], "--race: 1001 open loops are "),
+    ("admission.__main__", [*FLOOR, "--blind", "no.safetensors"], "no.safetensors: no such "),
+    ("evaluate", ["ppo-tube-fed"], "did you mean ppo-tube-feed?"),
+    ("ablate", ["ppo-tube-fed"], "did you mean ppo-tube-feed?"),
+    ("evaluate", ["--env", "colour=red"], "env.colour: 'red' is not allowed; unknown key"),
+    ("evaluate", ["ppo-lumen"], "ppo-lumen-0: policy: its spaces"),
+    ("evaluate", ["ppo-lumen"], TRACK),
+    ("ablate", ["random", "--env", "id=MagFold/SequenceDesign-v0"], "env.id: 'MagFold/Seque"),
+    ("evaluate", ["--config", "ppo-lumen"], "env.id: 'MagFold/Lumen-v0' is not allowed;"),
+    ("evaluate", ["--config", "ppo-tray"], TRACK),
+    ("evaluate", ["{path}", *SHORT], "{path}: target: 'RL' has no choice; must be one of LR"),
+    ("evaluate", ["ppo-tube-feed", *SHORT], "ppo-tube-feed-0: policy: its spaces"),
+    ("ablate", ["ppo-tube-feed", *SHORT], "ppo-tube-feed-0: policy: its spaces"),
+    ("evaluate", ["--output", "{path}"], "--output: '{path}' is not allowed"),
+    ("generalise", ["--set", "learner.algorithm=dqn"], "its algorithm must be one of"),
+    ("generalise", ["--components=3", "--folds=2", "--against={path}"], "{path}: target: "),
+])  # fmt: skip
 def test_what_is_wrong_is_told_in_a_line_before_anything_begins(module, arguments, said, tmp_path):
     choice = Chosen(("NSNS", "SN-N", "NSNS"), (0.1,) * 3, calls=0, successes=0, releases=0)
     path = tmp_path / "choices.json"

@@ -118,8 +118,7 @@ def test_what_is_not_trusted_runs_no_code(evil: tuple[Path, Path], tmp_path: Pat
     for each in (path, renamed):
         with pytest.raises(ValueError, match=r"evil\..*: is a zip file.*policy_files\.save"):
             make_policy(str(each))
-    refused = call("evaluate", path, "--output", tmp_path / "out")
-    assert refused.exit_code == 2
+    refused = call("evaluate", path, "--output", tmp_path / "out", code=2)
     assert "policy_files.save" in refused.stderr
     assert not written.exists()
     stable_baselines3.PPO.load(path)
@@ -138,26 +137,23 @@ def changed(file: Path, settings: dict[str, Any], **weights: Any) -> None:
     file.write_bytes(resigned(len(head).to_bytes(8, "little") + head + content[start:]))
 
 
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"algorithm": "os.system"}, "algorithm: 'os.system' is not allowed; must be 'ppo'"),
-        ({"features": "os.path"}, "features: 'os.path' is not allowed; must be 'chain'"),
-        ({"policy": "os.system"}, "policy: 'os.system' is not allowed; unknown key"),
-        ({"actor": [10**9]}, "actor, critic: .* is not allowed; must be those of the weights"),
-        ({"actor": [6]}, r"weights: mlp_extractor\.\S+: is not one of the network's"),
-        ({"actor": [6, 6]}, r"weights: mlp_extractor\.\S+2\.weight: .* F32 numbers, \[6, 6"),
-        ({"observations": {"low": [0]}}, "observations.high: None is not allowed; must be given"),
-        ({"actions": {"boxes": {}}}, "actions: .* is not allowed; must be a box"),
-        ({"actions": {"n": 10**8}}, "actor, critic: .* must be those of the weights"),
-        ({"features": "symmetric", "actions": {"n": 3}}, "its networks cannot be made: action_sp"),
-        ({"frames": 64}, "actor, critic: .* must be those of the weights"),
-        ({"lstm": {"hidden": 8}}, "lstm: .* must not be given with ppo"),
-        ({"algorithm": "recurrent-ppo"}, "lstm: None is not allowed; must be given with recurr"),
-        ({"algorithm": "recurrent-ppo", "lstm": {"hidden": 10**9}},
-         "actor, critic: .* must be those of the weights"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("settings", "message"), [
+    ({"algorithm": "os.system"}, "algorithm: 'os.system' is not allowed; must be 'ppo'"),
+    ({"features": "os.path"}, "features: 'os.path' is not allowed; must be 'chain'"),
+    ({"policy": "os.system"}, "policy: 'os.system' is not allowed; unknown key"),
+    ({"actor": [10**9]}, "actor, critic: .* is not allowed; must be those of the weights"),
+    ({"actor": [6]}, r"weights: mlp_extractor\.\S+: is not one of the network's"),
+    ({"actor": [6, 6]}, r"weights: mlp_extractor\.\S+2\.weight: .* F32 numbers, \[6, 6"),
+    ({"observations": {"low": [0]}}, "observations.high: None is not allowed; must be given"),
+    ({"actions": {"boxes": {}}}, "actions: .* is not allowed; must be a box"),
+    ({"actions": {"n": 10**8}}, "actor, critic: .* must be those of the weights"),
+    ({"features": "symmetric", "actions": {"n": 3}}, "its networks cannot be made: action_sp"),
+    ({"frames": 64}, "actor, critic: .* must be those of the weights"),
+    ({"lstm": {"hidden": 8}}, "lstm: .* must not be given with ppo"),
+    ({"algorithm": "recurrent-ppo"}, "lstm: None is not allowed; must be given with recurr"),
+    ({"algorithm": "recurrent-ppo", "lstm": {"hidden": 10**9}},
+     "actor, critic: .* must be those of the weights"),
+])  # fmt: skip
 def test_wrong_settings_name_file_and_key(file: Path, settings: Any, message: str) -> None:
     changed(file, settings)
     with pytest.raises(ValueError, match=rf"policy\.safetensors: {message}") as caught:

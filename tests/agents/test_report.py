@@ -42,16 +42,13 @@ def outcome(target: str, status: str, success: bool = False) -> Outcome:
     return Outcome(target, "?", status, 1, success, score=0.0, reward=0.0)
 
 
-@pytest.mark.parametrize(
-    ("text", "name", "policies"),
-    [
-        ("random", "random", ("random",)),
-        ("runs/robust.json", "robust", ("runs/robust.json",)),
-        ("runs/ppo/policy.safetensors", "ppo", ("runs/ppo/policy.safetensors",)),
-        ("policy.safetensors", "policy", ("policy.safetensors",)),
-        ("PPO=a/p.safetensors,b/p.safetensors", "PPO", ("a/p.safetensors", "b/p.safetensors")),
-    ],
-)
+@pytest.mark.parametrize(("text", "name", "policies"), [
+    ("random", "random", ("random",)),
+    ("runs/robust.json", "robust", ("runs/robust.json",)),
+    ("runs/ppo/policy.safetensors", "ppo", ("runs/ppo/policy.safetensors",)),
+    ("policy.safetensors", "policy", ("policy.safetensors",)),
+    ("PPO=a/p.safetensors,b/p.safetensors", "PPO", ("a/p.safetensors", "b/p.safetensors")),
+])  # fmt: skip
 def test_a_method_has_a_name_and_a_policy_a_seed(text, name, policies):
     assert Method.parse(text) == Method(name, policies)
 

@@ -42,11 +42,13 @@ def tiny(
     return TrainSettings.model_validate(run | changes)
 
 
-def call(module: str, *arguments: object) -> Any:
-    """Return the result of a command of `agents`."""
+def call(module: str, *arguments: object, code: int | None = None) -> Any:
+    """Return the result of a command of `agents`, which may have to end with an exit code."""
     app = typer.Typer()
     app.command()(import_module(f"agents.{module}").main)
-    return CliRunner().invoke(app, list(map(str, arguments)))
+    result = CliRunner().invoke(app, list(map(str, arguments)))
+    assert code in (None, result.exit_code), result.output
+    return result
 
 
 class KilledError(BaseException):

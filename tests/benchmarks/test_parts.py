@@ -48,8 +48,7 @@ def _little(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_every_part_runs_and_draws(benchmark: str, name: str, tmp_path: Path) -> None:
     if name == "peers" and not peers.installed():
         pytest.skip(f"{peers.MAGPYLIB} is not installed")
-    result = run("bench", benchmark, "--quick", "--only", name, "--out", tmp_path / "out")
-    assert result.exit_code == 0, result.output
+    run("bench", benchmark, "--quick", "--only", name, "--out", tmp_path / "out", code=0)
     part = json.loads((tmp_path / f"out/{benchmark}.json").read_text("utf-8"))["parts"][name]
     assert part["rows"]
     files = {f"{benchmark}.json", f"{name}.csv"}

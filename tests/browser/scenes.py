@@ -84,11 +84,9 @@ def chain_of(scene: mf.Scene, couplings: states.Couplings | None = None) -> memo
     for row, each in zip(given_.obstacles, scene.obstacles, strict=False):
         row[:] = *each.position, *each.size, each.heading
     given_.choice[:] = (
-        settings.MOUNTS.index(scene.mount),
-        scene.feed.direction == "forward",
-        scene.feed.loading == "at_mouth",
-        len(scene.obstacles),
-    )
+        settings.MOUNTS.index(scene.mount), scene.feed.direction == "forward",
+        scene.feed.loading == "at_mouth", len(scene.obstacles),
+    )  # fmt: skip
     limit = math.inf if scene.feed.force_limit is None else scene.feed.force_limit
     given_.number[:] = (
         scene.gravity.normal, scene.duration, limit, scene.bore, scene.feed.wall, 0.0,

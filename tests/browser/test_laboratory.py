@@ -114,18 +114,15 @@ def test_a_link_gives_the_same_bits(page: chromium.Page) -> None:
 
 
 @pytest.mark.medium
-@pytest.mark.parametrize(
-    ("link", "said"),
-    [
-        ("'xyz'", 'link: "xyz" is not allowed; must be one that this page made, unbroken'),
-        ("btoa('[]')", "must hold a scene"),
-        ("toLink({ friction: -1 }, '')",
-         "friction: -1 is not allowed; must be a number of at least 0"),
-        ("toLink({ sequence: ['NSNS', 'NSNS'], feed: { speed: [0.1, 0.2] } }, '')",
-         "feed.speed: [0.1,0.2] is not allowed; must be one number here"),
-        ("toLink({ sequence: ['NSNS'] }, '')", 'sequence: ["NSNS"] is not allowed; must have 2'),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("link", "said"), [
+    ("'xyz'", 'link: "xyz" is not allowed; must be one that this page made, unbroken'),
+    ("btoa('[]')", "must hold a scene"),
+    ("toLink({ friction: -1 }, '')",
+     "friction: -1 is not allowed; must be a number of at least 0"),
+    ("toLink({ sequence: ['NSNS', 'NSNS'], feed: { speed: [0.1, 0.2] } }, '')",
+     "feed.speed: [0.1,0.2] is not allowed; must be one number here"),
+    ("toLink({ sequence: ['NSNS'] }, '')", 'sequence: ["NSNS"] is not allowed; must have 2'),
+])  # fmt: skip
 def test_a_broken_link_is_told_by_its_key(page: chromium.Page, link: str, said: str) -> None:
     # Not by an event: the page may write its own address first.
     page.value(f"laboratory.read({link})")

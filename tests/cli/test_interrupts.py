@@ -24,14 +24,11 @@ LONG = mf.Scene(sequence=("SNNS", "SNNN", "NNSN"), mount="tube", friction=0.2).r
 
 
 @pytest.mark.medium
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("ensemble", "scene.yaml", "--workers", "1"),
-        ("ensemble", "scene.yaml", "--workers", "2", "--backend", "threads"),
-        ("ensemble", "scene.yaml", "--workers", "2", "--backend", "processes"),
-    ],
-)
+@pytest.mark.parametrize("arguments", [
+    ("ensemble", "scene.yaml", "--workers", "1"),
+    ("ensemble", "scene.yaml", "--workers", "2", "--backend", "threads"),
+    ("ensemble", "scene.yaml", "--workers", "2", "--backend", "processes"),
+])  # fmt: skip
 def test_ctrl_c_ends_a_long_command(arguments: tuple[str, ...], tmp_path: Path) -> None:
     mf.save_scene(LONG, tmp_path / "scene.yaml")
     mf.simulate(LONG.replace(feed={"speed": 0.1}))  # compiles

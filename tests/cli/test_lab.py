@@ -22,13 +22,13 @@ def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_it_is_opened(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
     monkeypatch.setattr(webbrowser, "open", lambda url: opened.append(url) or True)
-    assert run("lab").exit_code == 0
+    run("lab", code=0)
     assert opened == [page.as_uri()]
 
 
 @pytest.mark.medium
 def test_it_is_written_to_a_folder(page: Path, tmp_path: Path) -> None:
-    assert run("lab", "--out", tmp_path / "site").exit_code == 0
+    run("lab", "--out", tmp_path / "site", code=0)
     assert (tmp_path / "site" / "index.html").read_bytes() == page.read_bytes()
 
 

@@ -57,16 +57,13 @@ def test_what_is_wrong_is_refused_in_one_line(command, message, monkeypatch):
     fails_in_one_line(run(*shlex.split(command)), message)
 
 
-@pytest.mark.parametrize(
-    ("module", "command", "message"),
-    [
-        ("PIL", f"fold {BASE} --png x.png", "pictures need Pillow and matplotlib"),
-        ("PIL", f"fold {BASE} --sheet x.pdf", "pip install -e '.[render]'"),
-        ("matplotlib.figure", f"fold {BASE} --sheet x.pdf", "pip install -e '.[render]'"),
-        ("matplotlib.figure", f"ensemble {BASE} --png x.png", "pip install -e '.[render]'"),
-        ("ray", f"ensemble {BASE} --backend ray", "pip install -e '.[ray]'"),
-    ],
-)
+@pytest.mark.parametrize(("module", "command", "message"), [
+    ("PIL", f"fold {BASE} --png x.png", "pictures need Pillow and matplotlib"),
+    ("PIL", f"fold {BASE} --sheet x.pdf", "pip install -e '.[render]'"),
+    ("matplotlib.figure", f"fold {BASE} --sheet x.pdf", "pip install -e '.[render]'"),
+    ("matplotlib.figure", f"ensemble {BASE} --png x.png", "pip install -e '.[render]'"),
+    ("ray", f"ensemble {BASE} --backend ray", "pip install -e '.[ray]'"),
+])  # fmt: skip
 def test_a_missing_extra_is_told_before_the_work(module, command, message, monkeypatch):
     for name in [name for name in sys.modules if name.startswith("magfold_env.render")]:
         monkeypatch.delitem(sys.modules, name)

@@ -24,8 +24,7 @@ def dotted(values: object, before: str = "") -> Iterator[str]:
 
 
 def test_it_lists_every_shipped_scene() -> None:
-    result = run("scenes")
-    assert result.exit_code == 0
+    result = run("scenes", code=0)
     assert all(name in result.stdout for name in mf.scene_names())
 
 
@@ -42,30 +41,26 @@ def test_keys_are_those_of_scenes_with_all_that_there_is(keys: dict[str, Key]) -
     assert {f"obstacles[].{name}" for name in mf.Rectangle.model_fields} < {*keys}
 
 
-@pytest.mark.parametrize(
-    ("key", "allowed", "unit", "default", "meaning"),
-    [
-        ("casing.side", "number > 0 and ≤ 0.5", "m", "0.0125", "Edge length."),
-        ("mount", "pinned, free, tube", "", "free", "`pinned`: component 1's outer hinge is fixed"),
-        ("magnets", "the keys below, or null", "", "", "The magnets"),
-        ("magnets.inset", "number ≥ 0 and ≤ 0.5, or 4 numbers ≥ 0 and ≤ 0.5", "m", "0.0005",
-         "How far the outer"),
-        ("friction", "number ≥ 0, or list of numbers ≥ 0", "", "0.35", "Coulomb coefficient"),
-        ("spreads.tilt", "number ≥ 0 and ≤ 45", "degrees", "0", "How far the floor tilts"),
-        ("field.magnet.position", "2 numbers", "m", "must be given", "Its centre; the origin"),
-        ("feed.schedule.time", "list of pairs (number > 0, number ≥ -20 and ≤ 20), or null",
-         "s, m/s", "null", "Legs of a duration [s] at a speed [m/s]"),
-        ("contact", "true or false", "", "true", "Whether squares collide"),
-        ("solver.max_steps", "integer ≥ 1 and ≤ 1000000000000", "", "200000", "Work cap"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("key", "allowed", "unit", "default", "meaning"), [
+    ("casing.side", "number > 0 and ≤ 0.5", "m", "0.0125", "Edge length."),
+    ("mount", "pinned, free, tube", "", "free", "`pinned`: component 1's outer hinge is fixed"),
+    ("magnets", "the keys below, or null", "", "", "The magnets"),
+    ("magnets.inset", "number ≥ 0 and ≤ 0.5, or 4 numbers ≥ 0 and ≤ 0.5", "m", "0.0005",
+     "How far the outer"),
+    ("friction", "number ≥ 0, or list of numbers ≥ 0", "", "0.35", "Coulomb coefficient"),
+    ("spreads.tilt", "number ≥ 0 and ≤ 45", "degrees", "0", "How far the floor tilts"),
+    ("field.magnet.position", "2 numbers", "m", "must be given", "Its centre; the origin"),
+    ("feed.schedule.time", "list of pairs (number > 0, number ≥ -20 and ≤ 20), or null",
+     "s, m/s", "null", "Legs of a duration [s] at a speed [m/s]"),
+    ("contact", "true or false", "", "true", "Whether squares collide"),
+    ("solver.max_steps", "integer ≥ 1 and ≤ 1000000000000", "", "200000", "Work cap"),
+])  # fmt: skip
 def test_keys_say_what_may_be_unit_and_default(keys, key, allowed, unit, default, meaning):
     assert keys[key][:4] == (key, allowed, unit, default)
     assert keys[key].meaning.startswith(meaning)
 
 
 def test_the_keys_are_printed(keys: dict[str, Key]) -> None:
-    result = run("scenes", "--keys")
-    assert result.exit_code == 0
+    result = run("scenes", "--keys", code=0)
     shown = [row[0] for row in rows(result.stdout) if row[0]]
     assert shown == [*keys]

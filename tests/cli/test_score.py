@@ -15,8 +15,7 @@ from tests.scoring.test_score import FLOOR, changed, entered
 def test_the_command_writes_what_it_shows(tmp_path: Path) -> None:
     policy = entered(tmp_path / "mine.safetensors", FLOOR, actions={"n": 7})
     arguments = (policy, "--env", FLOOR, "--seed", 3, "--episodes", 3)
-    result = run("score", *arguments, "--json", tmp_path / "score.json")
-    assert result.exit_code == 0, result.stderr
+    result = run("score", *arguments, "--json", tmp_path / "score.json", code=0)
     found = Results.read(tmp_path / "score.json", "score").rows["mine"]
     assert found == score(policy, FLOOR, seed=3, episodes=3).rows["mine"]
     assert list(found.runs[0].task) == track_of(FLOOR, 0).numbers[:3]
@@ -30,16 +29,13 @@ def test_the_command_writes_what_it_shows(tmp_path: Path) -> None:
     assert f"({low:.1f}–{high:.1f})" in shown["success"]
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ((), "env: None is not allowed; must be one of MagFold/UnknownFloor-v0"),
-        (("--env", "MagFold/TubeFeed-v0"), "env: 'MagFold/TubeFeed-v0' is not allowed; must be"),
-        (("--env", "MagFold/Reprogram-v0"), "mine.safetensors: policy: its spaces"),
-        (("--env", FLOOR, "--minutes", 0), "mine.safetensors: takes longer than the 0 minutes"),
-        (("--env", FLOOR, "--json", "none/score.json"), "its folder must exist"),
-    ],
-)
+@pytest.mark.parametrize(("options", "message"), [
+    ((), "env: None is not allowed; must be one of MagFold/UnknownFloor-v0"),
+    (("--env", "MagFold/TubeFeed-v0"), "env: 'MagFold/TubeFeed-v0' is not allowed; must be"),
+    (("--env", "MagFold/Reprogram-v0"), "mine.safetensors: policy: its spaces"),
+    (("--env", FLOOR, "--minutes", 0), "mine.safetensors: takes longer than the 0 minutes"),
+    (("--env", FLOOR, "--json", "none/score.json"), "its folder must exist"),
+])  # fmt: skip
 def test_what_cannot_be_is_refused(options: Any, message: str, tmp_path: Path) -> None:
     policy = entered(tmp_path / "mine.safetensors", FLOOR)
     fails_in_one_line(run("score", policy, *options), message)

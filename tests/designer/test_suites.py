@@ -11,7 +11,6 @@ from magfold_env.designer.suites import Kind, Suite, Witness, load_suite, suite_
 from magfold_env.designer.task import Choice
 from magfold_env.ensembles.releases import release
 from magfold_env.minimiser import Mode
-from magfold_env.scene import SceneError
 from magfold_env.shapes import folded_words
 
 NAMES = suite_names()
@@ -77,23 +76,20 @@ def test_a_suite_is_written_and_read(tmp_path: Path) -> None:
     assert witness.probability.rate == 0.9
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("scene_name: design\nwords: {L: {}, LR: {}}", "words: .* must be of one length"),
-        ("scene_name: design\nwords: {}", "must be of one length"),
-        ("scene_name: design\nwords: {LLLL: {}}", "words.LLLL: 'LLLL' is not allowed"),
-        ("scene_name: design\nwords: {LX: {}}", "'LX' is not allowed; must consist of"),
-        ("scene_name: design\nwords: {L: {forward: {sequence: NSNS}}}", "must have 2 components"),
-        ("scene_name: design\nwords: {L: {sideways: {}}}", "sideways"),
-        ("words: {L: {}}", "scene_name: None is not allowed; must be given"),
-        ("[]", "is not a suite"),
-        ("a: b: c", "line 1, column 5"),
-    ],
-)
+@pytest.mark.parametrize(("text", "message"), [
+    ("scene_name: design\nwords: {L: {}, LR: {}}", "words: .* must be of one length"),
+    ("scene_name: design\nwords: {}", "must be of one length"),
+    ("scene_name: design\nwords: {LLLL: {}}", "words.LLLL: 'LLLL' is not allowed"),
+    ("scene_name: design\nwords: {LX: {}}", "'LX' is not allowed; must consist of"),
+    ("scene_name: design\nwords: {L: {forward: {sequence: NSNS}}}", "must have 2 components"),
+    ("scene_name: design\nwords: {L: {sideways: {}}}", "sideways"),
+    ("words: {L: {}}", "scene_name: None is not allowed; must be given"),
+    ("[]", "is not a suite"),
+    ("a: b: c", "line 1, column 5"),
+])  # fmt: skip
 def test_a_wrong_suite_is_refused(text: str, message: str, tmp_path: Path) -> None:
     path = tmp_path / "suite.yaml"
     path.write_text(text)
-    with pytest.raises(SceneError, match=message) as error:
+    with pytest.raises(mf.SceneError, match=message) as error:
         load_suite(path)
     assert str(path) in str(error.value)

@@ -19,7 +19,6 @@ from magfold_env.designer.trials import (
     successive_halving,
 )
 from magfold_env.ensembles.releases import release
-from magfold_env.fold import FoldStatus
 
 
 class Known:
@@ -121,7 +120,7 @@ SCENE = release(mf.load_scene("design"), "forward")
 def test_haste_changes_no_fold() -> None:
     design: Any = mf.design("LRR", runs=0)
     patient, hasty = mf.simulate(design.scene, 3), mf.simulate(hurried(design.scene), 3)
-    assert patient.status is hasty.status is FoldStatus.FOLDED
+    assert patient.status is hasty.status is mf.FoldStatus.FOLDED
     np.testing.assert_array_equal(hasty.angles, patient.angles)
     assert hasty.steps == patient.steps
 

@@ -11,10 +11,9 @@ import magfold_env as mf
 from magfold_env import files
 from magfold_env.ensembles import releases
 from magfold_env.ensembles.releases import generator, release
-from magfold_env.scene import Spreads
 
 FREE = mf.load_scene("paper/sequence-1").replace(
-    spreads=Spreads(friction=0.3, feed_speed=0.3, feed_jitter=0.2, magnet=0.1)
+    spreads=mf.Spreads(friction=0.3, feed_speed=0.3, feed_jitter=0.2, magnet=0.1)
 )
 TUBE = release(FREE, "backward", speed=0.1)
 RUNS = 12

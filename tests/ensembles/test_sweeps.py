@@ -73,25 +73,22 @@ def test_a_key_is_of_a_number_that_replace_takes(key: str) -> None:
     assert found == value
 
 
-@pytest.mark.parametrize(
-    ("over", "message"),
-    [
-        ({}, r"over: \[\] is not allowed; must name one or two numbers of the scene"),
-        ({"friction": [1, 2], "duration": [1, 2], "feed.speed": [1, 2]}, "must name one or two"),
-        ({"frictoin": [0, 1]}, "at frictoin=0: frictoin: 0 .*; did you mean friction"),
-        ({"mount": [0, 1]}, "at mount=0: mount: 0 is not allowed; must be 'pinned', 'free' or"),
-        ({"friction": [0.2]}, r"friction: \[0.2\] is not allowed; must be 2 to 100 numbers"),
-        ({"friction": [0.2, 0.2]}, "each larger than the one before"),
-        ({"friction": range(101)}, "must be 2 to 100 numbers"),
-        ({"friction": [0.1, math.nan]}, "must be 2 to 100 numbers"),
-        ({"friction": [False, True]}, "must be 2 to 100 numbers"),
-        ({"friction": [0.1, 10**400]}, "must be 2 to 100 numbers"),
-        ({"friction": [-1, 1]}, "at friction=-1: friction: -1 is not allowed; must be greater"),
-        ({"casing.side": [0.01, 0.02]}, "at casing.side=0.01: magnets.width: 0.006 is not all"),
-        ({"solver.max_steps": [1.5, 2]}, "at solver.max_steps=1.5: solver.max_steps: 1.5 is not"),
-        ({"bumps.rate": [1, 2]}, "at bumps.rate=1: bumps.speed: None is not allowed; must be gi"),
-    ],
-)
+@pytest.mark.parametrize(("over", "message"), [
+    ({}, r"over: \[\] is not allowed; must name one or two numbers of the scene"),
+    ({"friction": [1, 2], "duration": [1, 2], "feed.speed": [1, 2]}, "must name one or two"),
+    ({"frictoin": [0, 1]}, "at frictoin=0: frictoin: 0 .*; did you mean friction"),
+    ({"mount": [0, 1]}, "at mount=0: mount: 0 is not allowed; must be 'pinned', 'free' or"),
+    ({"friction": [0.2]}, r"friction: \[0.2\] is not allowed; must be 2 to 100 numbers"),
+    ({"friction": [0.2, 0.2]}, "each larger than the one before"),
+    ({"friction": range(101)}, "must be 2 to 100 numbers"),
+    ({"friction": [0.1, math.nan]}, "must be 2 to 100 numbers"),
+    ({"friction": [False, True]}, "must be 2 to 100 numbers"),
+    ({"friction": [0.1, 10**400]}, "must be 2 to 100 numbers"),
+    ({"friction": [-1, 1]}, "at friction=-1: friction: -1 is not allowed; must be greater"),
+    ({"casing.side": [0.01, 0.02]}, "at casing.side=0.01: magnets.width: 0.006 is not all"),
+    ({"solver.max_steps": [1.5, 2]}, "at solver.max_steps=1.5: solver.max_steps: 1.5 is not"),
+    ({"bumps.rate": [1, 2]}, "at bumps.rate=1: bumps.speed: None is not allowed; must be gi"),
+])  # fmt: skip
 def test_what_cannot_be_swept_is_told(over: Any, message: str) -> None:
     with pytest.raises(mf.SceneError, match=message):
         mf.sweep(SCENE, over, 1)

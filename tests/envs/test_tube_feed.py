@@ -22,15 +22,12 @@ def play(env: Any, seed: int, target: str | None = None) -> tuple[list, dict]:
 BACKWARD = mf.load_scene("tube-feed").replace(feed={"direction": "backward"})
 
 
-@pytest.mark.parametrize(
-    ("make", "scene"),
-    [
-        (TubeFeedEnv, "tube-feed"),
-        (TubeFeedEnv, BACKWARD),
-        (SequenceDesignEnv, "tube-built"),
-        (SequenceDesignEnv, "tube-feed"),
-    ],
-)
+@pytest.mark.parametrize(("make", "scene"), [
+    (TubeFeedEnv, "tube-feed"),
+    (TubeFeedEnv, BACKWARD),
+    (SequenceDesignEnv, "tube-built"),
+    (SequenceDesignEnv, "tube-feed"),
+])  # fmt: skip
 @pytest.mark.parametrize("seed", range(4))
 def test_an_episode_replays_bit_for_bit(make: Any, scene: Any, seed: int, tmp_path: Path) -> None:
     env = make(scene, baseline=None)

@@ -234,15 +234,12 @@ def test_tasks_may_be_a_file(kind: type, tmp_path: Path) -> None:
     assert env.tasks == read_tasks([FeedTask(**TASK), TASK | {"direction": "backward"}])
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ("", "tasks: None is not allowed; must be a list of tasks"),
-        ("[", "line 1, column 2: "),
-        (FILE.replace("backward", "up"), "direction: 'up' is not allowed"),
-        (FILE + "- {direction: up}", "target: None is not allowed; must be given"),
-    ],
-)
+@pytest.mark.parametrize(("content", "message"), [
+    ("", "tasks: None is not allowed; must be a list of tasks"),
+    ("[", "line 1, column 2: "),
+    (FILE.replace("backward", "up"), "direction: 'up' is not allowed"),
+    (FILE + "- {direction: up}", "target: None is not allowed; must be given"),
+])  # fmt: skip
 def test_what_is_wrong_in_a_file_of_tasks_is_told_with_its_path(content, message, tmp_path):
     path = tmp_path / "tasks.yaml"
     path.write_text(content)

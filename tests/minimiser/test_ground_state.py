@@ -6,13 +6,12 @@ import pytest
 import magfold_env as mf
 from magfold_env.minimiser import Among, Minimum, arms, ground_state, minimise
 from magfold_env.minimiser.search import LONGEST_CUT
-from magfold_env.scene import Scene
 from magfold_env.shapes import headings, overlaps, word_to_angles
 from tests.minimiser.scenes import scene_of
 from tests.words import reverse
 
 
-def random_scene(seed: int, n: int, model: str = "strips") -> Scene:
+def random_scene(seed: int, n: int, model: str = "strips") -> mf.Scene:
     faces = np.random.default_rng(seed).choice(["N", "S"], (n, 4))
     return scene_of(tuple("".join(component) for component in faces), model)
 

@@ -34,19 +34,16 @@ def test_the_papers_words_agree_with_themselves() -> None:
     assert judged(FITTING) == dict.fromkeys(SAID, "agrees")
 
 
-@pytest.mark.parametrize(
-    ("number", "mode", "counts", "claim"),
-    [
-        (1, "free", {"LRLLL": 60, "LRLLR": 40}, "1 free"),
-        (1, "forward", {"LRSLR": 100}, "1 forward"),
-        (2, "forward", {"LRRLL": 90, "LRLRL": 10}, "2 forward"),
-        (1, "backward", {"LRLLL": 90, "LRLLR": 10}, "split 1"),
-        (1, "backward", {"RRLLL": 50, "RRLLR": 50}, "named"),
-        (2, "backward", {"LRLLL": 100}, "split 2"),
-        (3, "backward", {"RRLLL": 100}, "3 backward"),
-        (3, "backward", {"LRLLL": 40, "LRLSS": 60}, "3 backward"),
-    ],
-)
+@pytest.mark.parametrize(("number", "mode", "counts", "claim"), [
+    (1, "free", {"LRLLL": 60, "LRLLR": 40}, "1 free"),
+    (1, "forward", {"LRSLR": 100}, "1 forward"),
+    (2, "forward", {"LRRLL": 90, "LRLRL": 10}, "2 forward"),
+    (1, "backward", {"LRLLL": 90, "LRLLR": 10}, "split 1"),
+    (1, "backward", {"RRLLL": 50, "RRLLR": 50}, "named"),
+    (2, "backward", {"LRLLL": 100}, "split 2"),
+    (3, "backward", {"RRLLL": 100}, "3 backward"),
+    (3, "backward", {"LRLLL": 40, "LRLSS": 60}, "3 backward"),
+])  # fmt: skip
 def test_other_shares_disagree(number: int, mode: Mode, counts: dict[str, int], claim: str) -> None:
     ends = {**FITTING, number: {**FITTING[number], mode: counts}}
     assert judged(ends)[claim] == "disagrees"

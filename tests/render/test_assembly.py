@@ -8,7 +8,6 @@ import pytest
 from PIL import Image
 
 import magfold_env as mf
-from magfold_env.minimiser import minimise
 from magfold_env.render import save_sheet, style
 from magfold_env.render.assembly import CARD, LONGEST, card_scale, draw_card, predicted
 from magfold_env.render.sheet_parts import kinds
@@ -67,8 +66,8 @@ def test_magnets_and_casings_are_true_to_scale() -> None:
 def test_predictions_stand_beside_the_simulation() -> None:
     tube = FREE.replace(mount="tube", feed={"direction": "backward"})
     free, one_by_one = predicted(tube, "LRLLL")
-    assert free.word == minimise(tube, "free").best.word
-    assert one_by_one.word == minimise(tube, "backward").best.word
+    assert free.word == mf.minimise(tube, "free").best.word
+    assert one_by_one.word == mf.minimise(tube, "backward").best.word
     assert free.note.startswith("as simulated; −11.")
     (only,) = predicted(FREE, "LLLLL")
     assert only.note.startswith("not what was simulated")

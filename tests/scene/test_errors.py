@@ -95,17 +95,14 @@ def test_a_misspelt_key_is_answered_by_the_one_that_was_meant() -> None:
     assert friction.endswith("duration; did you mean friction?")
 
 
-@pytest.mark.parametrize(
-    "casing",
-    [
-        {"side": 0.5},
-        {"mass": 1.0},
-        {"mass": (3.7, 0.0037, 3.7)},  # one that is too heavy to be moved
-        {"mass": 1e300},  # beyond any slip of units
-        {"side": 0.001},
-        {"side": 1e-200},
-    ],
-)
+@pytest.mark.parametrize("casing", [
+    {"side": 0.5},
+    {"mass": 1.0},
+    {"mass": (3.7, 0.0037, 3.7)},  # one that is too heavy to be moved
+    {"mass": 1e300},  # beyond any slip of units
+    {"side": 0.001},
+    {"side": 1e-200},
+])  # fmt: skip
 def test_what_is_no_slip_of_units_is_allowed(casing: dict[str, Any]) -> None:
     mf.Scene(sequence=SEQUENCE, casing=mf.Casing(**casing), magnets=None)
 

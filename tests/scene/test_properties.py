@@ -107,10 +107,8 @@ def _rectangles(draw: st.DrawFn) -> tuple[mf.Magnets, float]:
 
     side = 0.0125
     lengths: dict[str, Any] = {
-        "width": four(1e-3, 0.013),
-        "thickness": four(5e-4, 0.006),
-        "inset": four(0, 0.003),
-    }
+        "width": four(1e-3, 0.013), "thickness": four(5e-4, 0.006), "inset": four(0, 0.003),
+    }  # fmt: skip
     return mf.Magnets(**lengths), side
 
 

@@ -85,13 +85,10 @@ def test_shipped_policies_choose_what_torch_does_or_are_refused() -> None:
                 Actor.read(path)
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"features": "mouth"}, "features: 'mouth' is not allowed; must be 'chain'"),
-        ({"boxes": True}, r"observations.boxes: \['a'\] is not allowed; must be a box"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"features": "mouth"}, "features: 'mouth' is not allowed; must be 'chain'"),
+    ({"boxes": True}, r"observations.boxes: \['a'\] is not allowed; must be a box"),
+])  # fmt: skip
 def test_other_networks_are_refused(changes: Any, message: str, tmp_path: Path) -> None:
     path = tmp_path / "policy.safetensors"
     seen = {"low": [-1.0] * 47, "high": [1.0] * 47}  # of three components on tube feed

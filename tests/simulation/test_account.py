@@ -89,12 +89,10 @@ def balance_of_pushes(seed: int) -> float:
         "force_limit": (0.3, 1.0, 20.0, None)[rng.integers(4)],
     }
     scene = mf.Scene(
-        sequence=poles if rng.random() < 0.5 else designed_sequence(rng, n),
-        mount="tube",
-        feed=feed,
-        friction=rng.choice([0.0, 0.3, rng.uniform(0.01, 0.6)]),
+        sequence=poles if rng.random() < 0.5 else designed_sequence(rng, n), mount="tube",
+        feed=feed, friction=rng.choice([0.0, 0.3, rng.uniform(0.01, 0.6)]),
         gravity=mf.Gravity(in_plane=tuple(rng.choice([0.0, 2.0]) * rng.uniform(-1.0, 1.0, 2))),
-    )
+    )  # fmt: skip
     count = int(rng.integers(2, 12))
     pushes = list(zip(rng.uniform(-0.3, 0.5, count), rng.uniform(0.02, 0.3, count), strict=True))
     return imbalance(scene.draw(rng), pushes)[0]

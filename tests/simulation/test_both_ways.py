@@ -8,7 +8,6 @@ import pytest
 import magfold_env as mf
 from magfold_bench.laws.overlap import beyond_bore
 from magfold_bench.laws.random_scenes import designed_sequence
-from magfold_env.fold import FoldStatus
 from magfold_env.simulation.session import Session
 
 DIAGONAL = mf.Casing().diagonal
@@ -42,7 +41,7 @@ def comes_back_in_line(seed: int) -> bool:
     session = Session(scene)
     session.settle()
     fold = session.fold()
-    assert fold.status is FoldStatus.HELD, fold.message
+    assert fold.status is mf.FoldStatus.HELD, fold.message
     far = beyond_bore(scene, fold.angles[None], fold.base[None], np.zeros(1, dtype=np.int64))
     assert far[0] <= 1e-3 * scene.casing.side
     heading = np.pi if scene.feed.direction == "forward" else 0.0
@@ -120,7 +119,7 @@ def test_magnets_set_at_the_mouth_go_inside_and_may_be_chosen_anew() -> None:
 def test_a_drive_slips_where_it_takes_too_much_and_jams() -> None:
     scene = tube(6, friction=0.5)
     force = 4.0 * 0.5 * scene.gravity.normal * scene.masses[0]  # the drag of four in line
-    for share, status in ((1.5, None), (0.5, FoldStatus.JAMMED)):
+    for share, status in ((1.5, None), (0.5, mf.FoldStatus.JAMMED)):
         session = Session(scene.replace(feed={"force_limit": share * force}))
         while session.status is None and session.released < 5:
             session.feed_one()
@@ -134,7 +133,7 @@ def test_the_stop_bears_what_the_drive_cannot() -> None:
     session = Session(scene)
     session.feed_one()
     session.push(0.1, 0.5)
-    assert session.status is FoldStatus.JAMMED
+    assert session.status is mf.FoldStatus.JAMMED
     assert session.advance == pytest.approx(0.0, abs=1e-9)
     assert session.base_velocity[0] == 0.0
     # One that is asked for nothing is not jammed by it.
@@ -142,7 +141,7 @@ def test_the_stop_bears_what_the_drive_cannot() -> None:
     session.feed_one()
     session.push(-0.1, 0.05)
     session.push(0.0, 0.5)
-    assert session.status is not FoldStatus.JAMMED
+    assert session.status is not mf.FoldStatus.JAMMED
     assert session.advance == pytest.approx(0.0, abs=1e-9)
 
 

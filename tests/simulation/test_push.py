@@ -11,10 +11,8 @@ OWN = mf.Scene(
     sequence=("SNNS", "NNSN", "SSSN", "NNNS", "SSSS", "NNSN"),
     casing=mf.Casing(side=0.010, mass=0.0021),
     magnets=mf.Magnets(remanence=1.30, width=0.005, height=0.005, thickness=0.002, inset=0.0005),
-    mount="tube",
-    feed=mf.Feed(direction="backward", speed=0.03),
-    friction=0.2,
-)
+    mount="tube", feed=mf.Feed(direction="backward", speed=0.03), friction=0.2,
+)  # fmt: skip
 
 
 def drawn(scene: mf.Scene, seed: int) -> mf.Scene:

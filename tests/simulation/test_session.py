@@ -9,17 +9,14 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.engine import outcomes
-from magfold_env.fold import FoldStatus
-from magfold_env.scene import SceneError, load_scene
 from magfold_env.simulation import frames
 from magfold_env.simulation.endings import ending
 from magfold_env.simulation.pack import hinge_offsets
 from magfold_env.simulation.session import Session
-from magfold_env.simulation.simulate import simulate
 
 
 def session_of(direction, **feeding):
-    scene = load_scene("paper/sequence-3").replace(
+    scene = mf.load_scene("paper/sequence-3").replace(
         mount="tube", feed={"direction": direction, "speed": 0.1, **feeding}
     )
     return Session(scene.draw(np.random.default_rng(4)))
@@ -66,7 +63,7 @@ def test_recording_in_pieces_changes_nothing(monkeypatch):
 
 @pytest.mark.parametrize("speeds", [1e9, -21.0, np.nan, [0.1] * 5 + [30.0]])
 def test_no_session_is_fed_faster_than_a_drive_can(speeds):
-    with pytest.raises(SceneError, match=r"^speeds: .* must be numbers from -20 to 20 m/s$"):
+    with pytest.raises(mf.SceneError, match=r"^speeds: .* must be numbers from -20 to 20 m/s$"):
         session_of("forward").push(speeds, 0.1)
 
 
@@ -89,27 +86,27 @@ def test_numbers_that_break_down_are_said_to():
     session._state.q[3] = np.nan
     session.settle()
     fold = session.fold()
-    assert fold.status is FoldStatus.FAILED
+    assert fold.status is mf.FoldStatus.FAILED
     assert "not finite" in fold.message
     assert fold.word == ""
 
 
 def test_a_scene_left_to_chance_must_be_drawn_first():
     with pytest.raises(ValueError, match="draw it first"):
-        Session(load_scene("paper/sequence-1"))
+        Session(mf.load_scene("paper/sequence-1"))
 
 
 def test_scratch_space_remembers_nothing_of_other_runs():
-    scene = load_scene("paper/sequence-1").replace(mount="tube", feed={"speed": 0.3})
+    scene = mf.load_scene("paper/sequence-1").replace(mount="tube", feed={"speed": 0.3})
     others = [
         scene.replace(sequence=scene.sequence[::-1]),
         scene.replace(magnets={"remanence": 0.9}, friction=0.1),
         scene.replace(mount="free"),
     ]
-    alone = simulate(scene, 0)
+    alone = mf.simulate(scene, 0)
     for other in others:
-        rooms = [simulate(other, seed) for seed in range(3)]
-        again = simulate(scene, 0)
+        rooms = [mf.simulate(other, seed) for seed in range(3)]
+        again = mf.simulate(scene, 0)
         assert again.angles.tobytes() == alone.angles.tobytes()
         assert again.evaluations == alone.evaluations
         assert rooms[0].word
@@ -117,14 +114,14 @@ def test_scratch_space_remembers_nothing_of_other_runs():
 
 @pytest.mark.parametrize("method", ["adaptive", "paper"])
 def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(method):
-    scene = load_scene("paper/sequence-3").replace(
+    scene = mf.load_scene("paper/sequence-3").replace(
         mount="pinned" if method == "paper" else "tube",
         feed={"speed": 0.002},
         solver={"method": method, "time_step": 1e-5},
         start_angles=[0.01, -0.02, 0.02, 0.01, -0.01] if method == "paper" else None,
     )
     drawn = scene.draw(np.random.default_rng(0))
-    whole, seen = simulate(drawn), []
+    whole, seen = mf.simulate(drawn), []
 
     def stop(time, released):
         seen.append((time, released))
@@ -152,7 +149,7 @@ def test_after_a_pull_or_at_rest_a_run_ends_as_held(last, limit):
     session.push(last, 0.2)
     advance = session.advance
     session.settle()
-    assert session.status is FoldStatus.HELD
+    assert session.status is mf.FoldStatus.HELD
     assert session.time < 0.8 + advance / 0.05 + session.scene.duration
     assert session.advance == pytest.approx(0.0 if last < 0.0 else advance, abs=1e-12)
     assert session.fold().in_tube == session.n - session.released > 0
@@ -199,5 +196,5 @@ def test_given_angles_are_kept_and_lie_along_the_axis(direction: str) -> None:
 def test_a_fold_has_every_joint_within_a_twentieth_of_a_right_angle(sign, off):
     joints = [math.pi / 2, sign * (math.pi / 2 + off), -math.pi / 2]
     status, words = ending(outcomes.RESTED, 0.5, joints, "")
-    assert (status == FoldStatus.FOLDED) == (abs(off) < 0.05)
-    assert status == FoldStatus.FOLDED or words == "at rest at t = 0.5 s with joint 2 open"
+    assert (status == mf.FoldStatus.FOLDED) == (abs(off) < 0.05)
+    assert status == mf.FoldStatus.FOLDED or words == "at rest at t = 0.5 s with joint 2 open"

@@ -105,8 +105,7 @@ def test_no_floor_is_drawn_with_an_obstacle_in_line_with_the_bore() -> None:
 
 def test_the_command_shows_and_writes_what_was_found(tmp_path: Path) -> None:
     options = ("--cases", 30, "--only", "overlapping", "--out", tmp_path)
-    result = command("stress", *options)
-    assert result.exit_code == 0, result.stderr
+    result = command("stress", *options, code=0)
     table = rows(result.stdout)
     assert table[0] == ["overlapping", "overlapping starts", "30", *"0000", "0", "30", "0"]
     data = json.loads((tmp_path / "stress.json").read_text(encoding="utf-8"))
@@ -116,19 +115,16 @@ def test_the_command_shows_and_writes_what_was_found(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("_checked_quickly")
 def test_the_command_fails_where_a_law_is_broken(tmp_path: Path) -> None:
-    result = command("stress", "--cases", 20, "--only", "overlapping", "--out", tmp_path)
-    assert result.exit_code == 1
+    result = command("stress", "--cases", 20, "--only", "overlapping", "--out", tmp_path, code=1)
     assert BROKEN in result.stdout
 
 
 def test_a_scene_is_judged_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = Case(0, "overlapping", 0).save(["law: words"], tmp_path)
-    result = command("stress", "--rerun", path)
-    assert result.exit_code == 0
+    result = command("stress", "--rerun", path, code=0)
     assert ["refusal", "0", ""] in rows(result.stdout)
     monkeypatch.setattr(laws, "REFUSAL", "another message")
-    result = command("stress", "--rerun", path)
-    assert result.exit_code == 1
+    result = command("stress", "--rerun", path, code=1)
     assert "no breakdown" in result.stdout
 
 

@@ -107,13 +107,10 @@ def test_copies_have_their_own_arrays(again):
 
 
 @by_address
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"row": np.zeros(10)[::2]}, "row: kernels take C-contiguous arrays only"),
-        ({"size": "seven"}, "size: must be a bool, an int, a float, an array"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"row": np.zeros(10)[::2]}, "row: kernels take C-contiguous arrays only"),
+    ({"size": "seven"}, "size: must be a bool, an int, a float, an array"),
+])  # fmt: skip
 def test_other_fields_are_refused(changes, message):
     with pytest.raises(TypeError, match=message):
         read(an_outer()._replace(**changes), 0)

@@ -54,22 +54,19 @@ def fingerprint_of(source: str) -> str:
     return fingerprint(names["root"])
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "seen"),
-    [
-        (") + 1.0", ") - 1.0", True),
-        ("x * numbers", "x / numbers", True),
-        ("2.0, 7.0", "2.5, 7.0", True),
-        ("[1.0, 2.0]", "[1.0, 2.5]", True),
-        ("(4, 5)", "(4.0, 5)", True),
-        ("y=1.0", "y=2.0", True),
-        ("@kernel\ndef leaf", "@inlined\ndef leaf", True),
-        ("leaf(x) +", "other(x) +", True),
-        ("2.0, 7.0", "2.0, 8.0", False),
-        ("return x\n", "return -x\n", False),
-        ("np\n", "np\n\n", False),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "seen"), [
+    (") + 1.0", ") - 1.0", True),
+    ("x * numbers", "x / numbers", True),
+    ("2.0, 7.0", "2.5, 7.0", True),
+    ("[1.0, 2.0]", "[1.0, 2.5]", True),
+    ("(4, 5)", "(4.0, 5)", True),
+    ("y=1.0", "y=2.0", True),
+    ("@kernel\ndef leaf", "@inlined\ndef leaf", True),
+    ("leaf(x) +", "other(x) +", True),
+    ("2.0, 7.0", "2.0, 8.0", False),
+    ("return x\n", "return -x\n", False),
+    ("np\n", "np\n\n", False),
+])  # fmt: skip
 def test_an_edit_of_what_a_kernel_is_made_from_is_seen(old, new, seen):
     assert SMALL.count(old) == 1
     assert (fingerprint_of(SMALL.replace(old, new)) != fingerprint_of(SMALL)) == seen

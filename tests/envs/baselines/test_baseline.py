@@ -53,15 +53,12 @@ def test_shipped_designs_are_the_minimisers() -> None:
 
 
 @pytest.mark.medium
-@pytest.mark.parametrize(
-    ("target", "randomisation"),
-    [
-        ("LRLLL", "none"),
-        ("RLRLR", "none"),
-        ("RLRLR", "nominal"),
-        pytest.param("LRLLL", "nominal", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize(("target", "randomisation"), [
+    ("LRLLL", "none"),
+    ("RLRLR", "none"),
+    ("RLRLR", "nominal"),
+    pytest.param("LRLLL", "nominal", marks=pytest.mark.slow),
+])  # fmt: skip
 def test_shipped_numbers_can_be_recomputed(target: str, randomisation: Randomisation) -> None:
     env = TubeFeedEnv(randomisation=randomisation)
     shipped = env.baseline_of(target)

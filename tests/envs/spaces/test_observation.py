@@ -23,11 +23,9 @@ SIDE = 0.0125
 
 def random_state(rng: np.random.Generator, n: int, scale: float = 1.0) -> ChainState:
     return ChainState(
-        angles=scale * rng.normal(size=n),
-        rates=100 * scale * rng.normal(size=n),
-        base=scale * rng.normal(size=2),
-        base_velocity=scale * rng.normal(size=2),
-    )
+        angles=scale * rng.normal(size=n), rates=100 * scale * rng.normal(size=n),
+        base=scale * rng.normal(size=2), base_velocity=scale * rng.normal(size=2),
+    )  # fmt: skip
 
 
 def seen(layout: Layout, state: ChainState, arrays: ChainArrays, *words: str) -> np.ndarray:
@@ -63,11 +61,9 @@ def test_velocities_are_the_derivatives_of_the_centres() -> None:
 
     def moved(sign: int) -> np.ndarray:
         return ChainState(
-            state.angles + sign * step * state.rates,
-            state.rates,
-            state.base + sign * step * state.base_velocity,
-            state.base_velocity,
-        ).centres(SIDE)
+            state.angles + sign * step * state.rates, state.rates,
+            state.base + sign * step * state.base_velocity, state.base_velocity,
+        ).centres(SIDE)  # fmt: skip
 
     numeric = (moved(1) - moved(-1)) / (2 * step)
     np.testing.assert_allclose(state.velocities(SIDE), numeric, rtol=1e-6, atol=1e-7)

@@ -15,17 +15,14 @@ from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.shapes import folded_words, mirror
 
 
-@pytest.mark.parametrize(
-    ("targets", "named"),
-    [
-        (["LRLL"], "'LRLL'"),  # a letter short
-        (["LRSLL"], "'LRSLL'"),  # not fully folded
-        (["LLLLL"], "'LLLLL'"),  # overlaps
-        (["LRLLX"], "'LRLLX'"),
-        ("LRLLL", "'LRLLL'"),  # a word, not a list of words
-        ([], r"\[\]"),
-    ],
-)
+@pytest.mark.parametrize(("targets", "named"), [
+    (["LRLL"], "'LRLL'"),  # a letter short
+    (["LRSLL"], "'LRSLL'"),  # not fully folded
+    (["LLLLL"], "'LLLLL'"),  # overlaps
+    (["LRLLX"], "'LRLLX'"),
+    ("LRLLL", "'LRLLL'"),  # a word, not a list of words
+    ([], r"\[\]"),
+])  # fmt: skip
 def test_wrong_targets_are_named(targets: list[str], named: str) -> None:
     with pytest.raises(ValueError, match=rf"targets: {named} is not allowed; must be"):
         resolve_targets(targets, 6)
