@@ -103,7 +103,7 @@ def test_choices_are_turned_with_the_chain(tmp_path: Any, direction: str) -> Non
         torch.testing.assert_close(others[2], values, atol=1e-5, rtol=0.0)
 
 
-def test_devices_with_a_left_and_a_right_are_refused(tmp_path: Any) -> None:
+def test_devices_with_a_left_and_a_right_and_other_actions_are_refused(tmp_path: Any) -> None:
     even = load_scene("tube-feed")
     assert is_symmetric(even)
     assert is_symmetric(even.replace(magnets={"width": (0.004, 0.006, 0.006, 0.004)}))
@@ -122,9 +122,6 @@ def test_devices_with_a_left_and_a_right_are_refused(tmp_path: Any) -> None:
     settings = tiny(learner=learner, env=env)
     with pytest.raises(ValueError, match=r"learner\.features: 'symmetric' is not allowed"):
         make_model(settings.learner, make_training_envs(settings, 0), 0)
-
-
-def test_other_actions_are_refused() -> None:
     seen = spaces.Box(-1.0, 1.0, (81,))
     for actions in (spaces.Discrete(16), spaces.MultiDiscrete([4, 9]), spaces.MultiDiscrete([16])):
         with pytest.raises(ValueError, match=r"action_space: .* is not allowed; must be Multi"):

@@ -129,15 +129,12 @@ def test_a_phase_that_is_good_enough_hands_over_to_the_next(tmp_path: Path) -> N
     assert info.steps < 400
 
 
-def test_phases_differ_in_what_they_say_and_nothing_else() -> None:
+def test_phases_differ_in_what_they_say_and_have_their_own_seeds() -> None:
     settings = tiny(pretraining=[{"timesteps": 10, "env": {"match": "outline", "speeds": 5}}])
     first, main = settings.phases
     assert first.timesteps == 10
     assert main.env == settings.env
     assert first.env == settings.env.model_copy(update={"match": "outline", "speeds": 5})
-
-
-def test_environments_of_a_phase_have_their_own_seeds() -> None:
     settings = tiny(pretraining=[{"timesteps": 10}], envs=2)
     drawn = []
     for phase in (0, 1, 1):

@@ -185,19 +185,17 @@ def test_processes_share_a_study(file: Path, tmp_path: Path) -> None:
     assert load_settings(folder / "best.yaml")
 
 
-def test_a_run_whose_numbers_break_down_is_broken_off(file, tmp_path, monkeypatch):
+def test_numbers_that_break_down_are_told_and_break_a_run_off(tmp_path, file, monkeypatch):
+    settings = tiny(learner={**tiny().learner.model_dump(), "learning_rate": 1e30})
+    with pytest.raises(DivergedError, match=r"smaller learner\.learning_rate"):
+        train(settings, tmp_path)
+
     def diverge(*_: Any, **__: Any) -> None:
         raise DivergedError("not finite")
 
     monkeypatch.setattr(run, "train", diverge)
     found = search_here(load_search(str(file)), tmp_path / "out").trials
     assert [trial.state for trial in found] == [TrialState.PRUNED] * 2
-
-
-def test_networks_that_are_not_finite_are_told(tmp_path: Path) -> None:
-    settings = tiny(learner={**tiny().learner.model_dump(), "learning_rate": 1e30})
-    with pytest.raises(DivergedError, match=r"smaller learner\.learning_rate"):
-        train(settings, tmp_path)
 
 
 @pytest.mark.parametrize(("changes", "message"), [

@@ -21,14 +21,10 @@ EXPORTS = {
 
 
 @pytest.mark.medium
-def test_the_module_imports_nothing_and_exports_its_kernels() -> None:
+def test_the_module_imports_nothing_and_the_folder_is_small() -> None:
     told = built.run({"task": "module"})
     assert told["imports"] == []
     assert set(told["exports"]) == EXPORTS
-
-
-@pytest.mark.medium
-def test_the_folder_is_small() -> None:
     files = list(built.folder().iterdir())
     assert {each.name for each in files} == {
         build.KERNELS, build.MEMORY, build.LAYOUT, build.GAMES, build.PAGE, *build.SCRIPTS

@@ -19,15 +19,11 @@ def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.medium
-def test_it_is_opened(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_is_opened_or_written_to_a_folder(page, monkeypatch, tmp_path):
     opened: list[str] = []
     monkeypatch.setattr(webbrowser, "open", lambda url: opened.append(url) or True)
     run("lab", code=0)
     assert opened == [page.as_uri()]
-
-
-@pytest.mark.medium
-def test_it_is_written_to_a_folder(page: Path, tmp_path: Path) -> None:
     run("lab", "--out", tmp_path / "site", code=0)
     assert (tmp_path / "site" / "index.html").read_bytes() == page.read_bytes()
 

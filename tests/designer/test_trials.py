@@ -117,15 +117,13 @@ def test_cross_entropy_keeps_to_its_budget_and_its_speeds() -> None:
 SCENE = release(mf.load_scene("design"), "forward")
 
 
-def test_haste_changes_no_fold() -> None:
+def test_haste_changes_no_fold_and_knows_length_tolerance_and_cap() -> None:
     design: Any = mf.design("LRR", runs=0)
     patient, hasty = mf.simulate(design.scene, 3), mf.simulate(hurried(design.scene), 3)
     assert patient.status is hasty.status is mf.FoldStatus.FOLDED
     np.testing.assert_array_equal(hasty.angles, patient.angles)
     assert hasty.steps == patient.steps
 
-
-def test_haste_knows_the_length_the_tolerance_and_the_scenes_own_cap() -> None:
     def pace(**changes: object) -> int:
         return hurried(SCENE.replace(**changes)).solver.max_steps_per_second
 

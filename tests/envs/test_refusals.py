@@ -135,7 +135,7 @@ def test_wrong_actions_of_many_are_named(kind: str, actions: Any, message: str) 
         env.step(actions)
 
 
-def test_a_wrong_action_leaves_the_episode_as_it_was() -> None:
+def test_a_step_needs_a_right_action_and_a_running_episode() -> None:
     env = TubeFeedEnv(baseline=None)
     env.reset(seed=0)
     with pytest.raises(ValueError, match=r"action: .*16.* is not allowed"):
@@ -145,9 +145,6 @@ def test_a_wrong_action_leaves_the_episode_as_it_was() -> None:
     assert env.next_component == 1
     with pytest.raises(RuntimeError, match="1 of 6 components are set"):
         env.to_scene()
-
-
-def test_stepping_needs_a_running_episode() -> None:
     env = TubeFeedEnv(baseline=None)
     with pytest.raises(gymnasium.error.ResetNeeded):
         env.step(np.array([0, 0]))

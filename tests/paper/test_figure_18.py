@@ -60,9 +60,6 @@ def test_no_turn_makes_the_movement_less() -> None:
         tried.append(float(np.sqrt((apart**2).sum(axis=1).mean())))
     assert figure_18.movement(word) == pytest.approx(min(tried), rel=1e-4)
     assert figure_18.movement(word) <= min(tried) + 1e-12
-
-
-def test_the_straight_line_moves_least_in_sequence_2() -> None:
     assert figure_18.least_moved(2) == ["LRLRL"]
     assert "LRLLL" not in figure_18.least_moved(1)
 

@@ -86,15 +86,6 @@ def test_wrong_values_are_named_with_key_value_and_remedy(change, key, remedy):
     assert str(again.value) == message
 
 
-def test_a_misspelt_key_is_answered_by_the_one_that_was_meant() -> None:
-    wrong: dict[str, Any] = {"frction": 0.1, "casing": {"sides": 0.01}}
-    with pytest.raises(mf.SceneError) as caught:
-        mf.Scene(sequence=SEQUENCE, **wrong)
-    casing, friction = str(caught.value).splitlines()
-    assert casing.endswith("hinge; did you mean side?")
-    assert friction.endswith("duration; did you mean friction?")
-
-
 @pytest.mark.parametrize("casing", [
     {"side": 0.5},
     {"mass": 1.0},
@@ -116,15 +107,18 @@ def test_a_scene_at_the_end_of_its_spreads_is_told_in_one_line() -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_every_problem_has_its_own_line() -> None:
+def test_every_problem_has_its_own_line_and_a_misspelt_key_its_right_one() -> None:
     with pytest.raises(mf.SceneError) as caught:
         mf.load_scene("tube-feed").replace(
             sequence=("N", "NSNS"), casing={"mass": -1.0, "side": -2.0}, friction=True
         )
     keys = [line.split(":")[0] for line in str(caught.value).splitlines()]
     assert keys == ["sequence[0]", "casing.side", "casing.mass", "friction"]
-
-
-def test_a_missing_sequence_is_named() -> None:
+    wrong: dict[str, Any] = {"frction": 0.1, "casing": {"sides": 0.01}}
+    with pytest.raises(mf.SceneError) as caught:
+        mf.Scene(sequence=SEQUENCE, **wrong)
+    casing, friction = str(caught.value).splitlines()
+    assert casing.endswith("hinge; did you mean side?")
+    assert friction.endswith("duration; did you mean friction?")
     with pytest.raises(mf.SceneError, match=r"^sequence: None is not allowed; must be given"):
         mf.Scene(**{})

@@ -9,13 +9,6 @@ import pytest
 import magfold_env as mf
 
 
-def test_remanence_gives_the_charge_of_a_block() -> None:
-    # FACTS: B_r A / mu0 = 17.1887 A m for 0.6 T and 36 mm².
-    assert mf.Magnets().charge == pytest.approx(17.1887, abs=5e-5)
-    assert mf.Magnets(pole_charge=8.5946).charge == 8.5946
-    assert mf.Magnets(pole_charge=8.5946).remanence is None
-
-
 def test_charges_by_face_and_component_carry_the_letters_signs() -> None:
     magnets = mf.Magnets(pole_charge=(1, 2, 3, 4))
     scene = mf.Scene(sequence=("NS-N", "----", "SSNN"), magnets=magnets)

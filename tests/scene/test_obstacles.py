@@ -88,7 +88,7 @@ def test_a_funnel_begins_at_the_rim_and_opens() -> None:
     assert TUBE.replace(obstacles=(upper, lower)).obstacles
 
 
-def test_obstacles_are_drawn_together_as_widely_as_said() -> None:
+def test_obstacles_are_drawn_together_as_widely_as_said_but_not_into_the_bore() -> None:
     walls = (*mf.channel((0.02, 0.0), (0.1, 0.0), 0.05), spot((0.12, 0.0)))
     scene = TUBE.replace(obstacles=walls, spreads={"obstacle_width": 0.2, "obstacle_offset": 0.004})
     rng = np.random.default_rng(0)
@@ -101,9 +101,6 @@ def test_obstacles_are_drawn_together_as_widely_as_said() -> None:
     assert all(one.is_concrete for one in drawn)
     turned = scene.replace(spreads={"obstacle_offset": 0.0}).draw(np.random.default_rng(0))
     assert drawn[0].start_offsets == turned.start_offsets  # the other draws are as they were
-
-
-def test_obstacles_that_may_be_drawn_into_the_bore_are_refused() -> None:
     walls = mf.channel((0.0, 0.0), (0.1, 0.0), 0.03)
     scene = TUBE.replace(obstacles=walls, spreads={"obstacle_offset": 0.005})
     with pytest.raises(mf.SceneError, match=r"spreads\.obstacle_offset: 0\.006 .*bore"):

@@ -23,13 +23,10 @@ def test_a_scene_is_frozen(scene: mf.Scene) -> None:
     assert hash(scene) == hash(mf.Scene(sequence=SEQUENCE))
 
 
-def test_replace_keeps_what_is_not_named(scene: mf.Scene) -> None:
+def test_replace_keeps_what_is_not_named_and_takes_groups_arrays_and_none(scene: mf.Scene) -> None:
     changed = scene.replace(feed={"direction": "backward"}).replace(feed={"speed": 0.1})
     assert changed.feed == mf.Feed(direction="backward", speed=0.1)
     assert scene.feed == mf.Feed()
-
-
-def test_replace_takes_groups_arrays_and_none(scene: mf.Scene) -> None:
     assert scene.replace(casing=mf.Casing(side=0.02)).casing.side == 0.02
     assert scene.replace(start_angles=np.array([0.1, -0.1])).start_angles == (0.1, -0.1)
     assert scene.replace(friction=np.float32(0.5)).friction == 0.5
@@ -133,16 +130,13 @@ def test_a_floor_tilts_evenly_up_to_its_spread_and_in_all_directions(scene: mf.S
     assert np.abs(ways - np.linspace(-np.pi, np.pi, 300)).max() <= 0.16 * 2.0 * np.pi
 
 
-def test_a_tilt_comes_on_top_of_what_pulls_along_the_floor(scene: mf.Scene) -> None:
+def test_a_tilt_is_drawn_last_and_comes_on_top_of_what_pulls_along_the_floor(scene):
     pulled = scene.replace(gravity={"in_plane": (1.0, -2.0)}, spreads={"tilt": 2.0})
     flat = pulled.replace(gravity={"in_plane": (0.0, 0.0)})
     mine, other = (
         np.array(each.draw(np.random.default_rng(8)).gravity.in_plane) for each in (pulled, flat)
     )
     np.testing.assert_allclose(mine - other, [1.0, -2.0], rtol=1e-12)
-
-
-def test_a_tilt_is_drawn_last(scene: mf.Scene) -> None:
     wide = {**SPREADS, **EACH, "side": 0.01}
     bumped = scene.replace(spreads=wide, bumps={"rate": 1.0, "speed": 0.1})
     level, tilted = (

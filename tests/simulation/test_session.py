@@ -67,18 +67,6 @@ def test_no_session_is_fed_faster_than_a_drive_can(speeds):
         session_of("forward").push(speeds, 0.1)
 
 
-def test_an_unfinished_session_has_no_fold():
-    session = session_of("forward")
-    with pytest.raises(ValueError, match="has not ended"):
-        session.fold()
-    for _ in range(6):
-        session.feed_one()
-    with pytest.raises(ValueError, match="no component is left"):
-        session.feed_one()
-    session.settle()
-    assert session.fold().status is session.status
-
-
 def test_numbers_that_break_down_are_said_to():
     session = session_of("forward")
     for _ in range(6):
@@ -91,9 +79,18 @@ def test_numbers_that_break_down_are_said_to():
     assert fold.word == ""
 
 
-def test_a_scene_left_to_chance_must_be_drawn_first():
+def test_a_session_needs_a_drawn_scene_and_an_end_to_have_a_fold() -> None:
     with pytest.raises(ValueError, match="draw it first"):
         Session(mf.load_scene("paper/sequence-1"))
+    session = session_of("forward")
+    with pytest.raises(ValueError, match="has not ended"):
+        session.fold()
+    for _ in range(6):
+        session.feed_one()
+    with pytest.raises(ValueError, match="no component is left"):
+        session.feed_one()
+    session.settle()
+    assert session.fold().status is session.status
 
 
 def test_scratch_space_remembers_nothing_of_other_runs():

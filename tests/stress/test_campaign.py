@@ -81,7 +81,7 @@ def test_a_block_counts_once(tmp_path: Path) -> None:
         assert run(cases, 0, ["overlapping"], out=tmp_path).cases == cases
 
 
-def test_an_error_that_is_raised_breaks_a_law(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_that_is_raised_breaks_a_law_and_ends_no_campaign(monkeypatch, tmp_path):
     def fails(_: object) -> None:
         raise ZeroDivisionError("by zero")
 
@@ -89,8 +89,6 @@ def test_an_error_that_is_raised_breaks_a_law(monkeypatch: pytest.MonkeyPatch) -
     verdict = Case(0, "stops", 0).verdict()
     assert [str(each) for each in verdict.broken] == ["no exception: ZeroDivisionError: by zero"]
 
-
-def test_a_scene_that_is_refused_ends_no_campaign(monkeypatch, tmp_path):
     def refused(_: object) -> None:
         raise SceneError("friction: -1 is not allowed; must be at least 0")
 

@@ -119,7 +119,7 @@ def framed(layout: Layout, state: ChainState, arrays: ChainArrays, noise: Any) -
     }
 
 
-def test_a_camera_sees_what_is_free_and_outside() -> None:
+def test_a_camera_sees_what_is_free_and_outside_and_no_motion() -> None:
     layout, arrays = camera_layout(4, SIDE, {}, {}), ChainArrays.empty(1, 4)
     pitch = np.sqrt(2.0) * SIDE
     # Fed backward: component 4 leads, component 1 is held, 2 was drawn in again and is free.
@@ -139,9 +139,6 @@ def test_a_camera_sees_what_is_free_and_outside() -> None:
     centres = state.centres(SIDE) + 3e-4 * noise.reshape(4, 3)[:, 1:]
     shown = centres / (4 * pitch) / (1.0 + np.abs(centres / (4 * pitch)))
     np.testing.assert_allclose(seen["position"][4:], shown[2:].ravel())
-
-
-def test_a_camera_sees_no_motion() -> None:
     layout = camera_layout(3, SIDE, {}, {})
     rng, noise = np.random.default_rng(1), np.zeros(9)
     still = ChainState(rng.normal(size=3), np.zeros(3), np.array([0.1, 0.0]), np.zeros(2))
