@@ -41,12 +41,9 @@ def printed(unpacked: Path, name: str, arguments: str = "") -> str:
     return run.stdout.strip()
 
 
-def test_what_is_missing_is_installed_where_the_package_is(unpacked: Path) -> None:
+def test_the_wheel_has_the_settings_that_it_reads_and_says_how_to_install_more(unpacked):
     assert printed(unpacked, "pip_install", "'render'") == "pip install 'magfold_env[render]'"
     assert printed(ROOT, "pip_install", "'render'") == "pip install -e '.[render]'"
-
-
-def test_the_wheel_has_the_settings_that_the_package_reads(unpacked: Path) -> None:
     configs = Path(printed(unpacked, "configs_dir"))
     assert configs == unpacked / "magfold_env" / "configs"
     for name in ("baselines", "scenes", "suites", "tasks"):

@@ -66,7 +66,7 @@ def call(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> Any:
     return end.value.code
 
 
-def test_help_and_wrong_options_are_told_plainly(monkeypatch, capsys):
+def test_help_is_told_plainly_and_errors_in_one_line(monkeypatch, capsys):
     assert call(monkeypatch, "--help") == 0
     told = capsys.readouterr().out
     assert "--wrong" in told
@@ -75,9 +75,6 @@ def test_help_and_wrong_options_are_told_plainly(monkeypatch, capsys):
     told = capsys.readouterr().err
     assert "No such option: --none" in told
     assert "─" not in told
-
-
-def test_errors_are_told_in_one_line(monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "80")
     long = "/".join(["folder"] * 20)
     for given, said in (

@@ -36,16 +36,13 @@ def card(runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> C
     return ship_policies(NAME, runs, tmp_path)
 
 
-def test_policies_are_those_of_the_runs(card: Card, runs: list[Path], tmp_path: Path) -> None:
+def test_policies_are_those_of_the_runs_and_loaded_by_their_name(card, runs, tmp_path):
     files = shipped_files(NAME)
     assert [file.name for file in files] == [policy.file for policy in card.policies]
     for run, file in zip(runs, files, strict=True):
         assert file.read_bytes() == (run / "policy.safetensors").read_bytes()
     assert [policy.run.seed for policy in card.policies] == [0, 1]
     assert Card.read(tmp_path / f"{NAME}.json") == card
-
-
-def test_a_shipped_policy_is_loaded_by_its_name(card: Card) -> None:
     assert policy_files.load(shipped_files(NAME)[1]).steps == card.policies[1].run.steps
     load_shipped(NAME, 1)
     method = Method.parse(NAME)

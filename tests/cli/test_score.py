@@ -41,15 +41,12 @@ def test_what_cannot_be_is_refused(options: Any, message: str, tmp_path: Path) -
     fails_in_one_line(run("score", policy, *options), message)
 
 
-def test_a_zip_file_is_not_read(tmp_path: Path) -> None:
+def test_a_zip_file_is_not_read_and_a_file_of_actions_says_what_it_is_for(tmp_path: Path) -> None:
     path = tmp_path / "model.safetensors"
     path.write_bytes(b"PK\x03\x04" + bytes(100))
     told = run("score", path, "--env", FLOOR)
     fails_in_one_line(told, "model.safetensors: is a zip file, as Stable-Baselines3 saves models")
     assert "agents.training.policy_files.save" in told.stderr
-
-
-def test_a_file_of_actions_says_itself_what_it_is_for(tmp_path: Path) -> None:
     path = tmp_path / "mine.json"
     path.write_text(json.dumps(changed()), encoding="utf-8")
     fails_in_one_line(run("score", path, "--seed", 3), "seed: 3 is not allowed; must be left out")

@@ -3,7 +3,6 @@
 import csv
 import json
 import math
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -113,7 +112,7 @@ def test_full_folds_count_by_word_and_others_by_status(made: mf.Sweep) -> None:
 # --- files ----------------------------------------------------------------------------------------
 
 
-def test_a_written_sweep_is_read_bit_for_bit(made: mf.Sweep, tmp_path: Path) -> None:
+def test_a_written_sweep_is_read_bit_for_bit_and_its_csv_has_a_line_an_outcome(made, tmp_path):
     made.to_json(tmp_path / "sweep.json")
     read = mf.Sweep.from_json(tmp_path / "sweep.json")
     assert json.loads((tmp_path / "sweep.json").read_text()) == made.to_dict() == read.to_dict()
@@ -121,9 +120,6 @@ def test_a_written_sweep_is_read_bit_for_bit(made: mf.Sweep, tmp_path: Path) -> 
     for a, b in zip(read.ensembles, made.ensembles, strict=True):
         assert a.scene == b.scene
         assert a.angles.tobytes() == b.angles.tobytes()
-
-
-def test_the_csv_has_a_line_a_point_and_outcome(made: mf.Sweep, tmp_path: Path) -> None:
     made.to_csv(tmp_path / "outcomes.csv")
     with (tmp_path / "outcomes.csv").open(newline="") as file:
         lines = list(csv.DictReader(file))

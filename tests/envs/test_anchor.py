@@ -45,13 +45,6 @@ def feed(env: Any, speed: float = FAST) -> tuple[Any, ...]:
     return env.step(env.actions.encode(0, 0, speed))
 
 
-def test_the_blind_are_not_told_what_a_test_tells() -> None:
-    env = folded()
-    seen = env.step(env.actions.pull)[0]
-    assert group(env, seen, "borne") > 0.0
-    assert group(env, blind(env.layout, seen), "borne") == 0.0
-
-
 def test_the_tube_keeps_the_last_component_which_can_be_drawn_back_and_fed_again() -> None:
     env = made()
     for _ in range(6):
@@ -120,12 +113,16 @@ def test_a_test_takes_time_and_changes_neither_the_tray_nor_a_fold_that_bears_it
     assert group(env, observation, "borne") == 0.0
 
 
-def test_the_pull_is_shown_and_the_target_is_not() -> None:
+def test_the_pull_is_shown_but_neither_the_target_nor_to_the_blind_a_test() -> None:
     env = made(pull=0.5, towards=0.5 * np.pi)
     observation, info = env.reset(seed=1)
     np.testing.assert_allclose(group(env, observation, "pull"), [0.0, 0.5], atol=1e-7)
     assert "target" not in env.layout.slices
     assert info["pull"] == 0.5
+    env = folded()
+    seen = env.step(env.actions.pull)[0]
+    assert group(env, seen, "borne") > 0.0
+    assert group(env, blind(env.layout, seen), "borne") == 0.0
 
 
 def test_an_episode_that_is_never_left_is_late() -> None:

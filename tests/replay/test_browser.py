@@ -46,9 +46,17 @@ def _view(page: chromium.Page) -> list[float]:
     )
 
 
-def test_it_loads_in_silence_and_from_nowhere_else(page: chromium.Page, tmp_path: Path) -> None:
+def test_it_loads_in_silence_from_nowhere_else_and_names_all_to_press(page, tmp_path):
     assert page.complaints() == []
     assert page.requests() == [(tmp_path / "fold.html").as_uri()]
+    tree = page.call("Accessibility.getFullAXTree")["nodes"]
+    pressed = [
+        n
+        for n in tree
+        if n.get("role", {}).get("value") in ("button", "slider", "combobox", "image")
+    ]
+    assert len(pressed) >= 8
+    assert all(node["name"]["value"] for node in pressed if not node["ignored"])
 
 
 def test_word_status_and_scene_are_the_folds(page: chromium.Page) -> None:
@@ -133,17 +141,6 @@ def test_nothing_sticks_out_sideways(page, size, dark):
     floor = page.value("getComputedStyle(document.body).backgroundColor")
     light = sum(map(int, floor.removeprefix("rgb(").removesuffix(")").split(",")))
     assert (light < 384) == dark
-
-
-def test_everything_to_press_has_a_name(page: chromium.Page) -> None:
-    tree = page.call("Accessibility.getFullAXTree")["nodes"]
-    pressed = [
-        n
-        for n in tree
-        if n.get("role", {}).get("value") in ("button", "slider", "combobox", "image")
-    ]
-    assert len(pressed) >= 8
-    assert all(node["name"]["value"] for node in pressed if not node["ignored"])
 
 
 def test_a_tube_a_fixed_magnet_and_a_field_are_drawn(browser, tmp_path):

@@ -34,13 +34,10 @@ def test_every_fold_may_have_a_scene_of_its_own_and_a_record():
     assert list(map(bits, folds)) == list(map(bits, alone))
 
 
-def test_generators_go_on_from_where_they_are():
+def test_generators_go_on_and_there_must_be_as_many_scenes_as_seeds() -> None:
+    with pytest.raises(mf.SceneError, match="scenes: 1 is not allowed; must be one, or as many as"):
+        mf.simulate_batch([SCENE], [1, 2])
     rng, twin = np.random.default_rng(5), np.random.default_rng(5)
     twin.random()
     rng.random()
     assert bits(mf.simulate_batch(SCENE, [rng])[0]) == bits(mf.simulate(SCENE, twin))
-
-
-def test_there_must_be_as_many_scenes_as_seeds():
-    with pytest.raises(mf.SceneError, match="scenes: 1 is not allowed; must be one, or as many as"):
-        mf.simulate_batch([SCENE], [1, 2])

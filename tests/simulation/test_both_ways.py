@@ -74,16 +74,13 @@ def test_components_are_held_a_diagonal_inside_and_released_again() -> None:
     assert max(counts[60:]) == 3
 
 
-def test_the_feed_stops_where_it_began() -> None:
+def test_the_feed_stops_where_it_began_and_is_without_effect_once_all_are_out() -> None:
     session = Session(tube(3))
     session.push(0.1, 0.1)
     assert session.advance == pytest.approx(0.01)
     session.push(-0.1, 0.5)
     assert session.advance == pytest.approx(0.0, abs=1e-12)
     assert session.base_velocity == pytest.approx([0.0, 0.0], abs=1e-12)
-
-
-def test_once_all_are_out_the_feed_is_without_effect() -> None:
     free, pulled = Session(tube(3, friction=0.35)), Session(tube(3, friction=0.35))
     for session in (free, pulled):
         while session.released < 3:

@@ -167,17 +167,13 @@ def hinges(session: Session) -> np.ndarray:
 
 
 @pytest.mark.parametrize("direction", ["forward", "backward"])
-def test_hinges_are_where_the_scene_puts_them(direction: str) -> None:
+def test_hinges_are_where_the_scene_puts_them_and_given_angles_are_kept(direction: str) -> None:
     offsets = (1e-4, -2e-4, 4e-4, 0.0, -3e-4)
     scene = tube(start_offsets=offsets, feed={"direction": direction})
     session = Session(scene)
     np.testing.assert_allclose(hinges(session), offsets, atol=1e-16)
     heading = np.pi if direction == "forward" else 0.0
     assert np.abs(session.angles - heading).max() < 0.04
-
-
-@pytest.mark.parametrize("direction", ["forward", "backward"])
-def test_given_angles_are_kept_and_lie_along_the_axis(direction: str) -> None:
     joints = (0.03, -0.02, 0.01)
     scene = tube(start_angles=joints, feed={"direction": direction})
     session = Session(scene)

@@ -148,14 +148,11 @@ def test_wrong_refusals_and_breakdowns_are_found(ended: tuple[Motion, Fold]) -> 
         assert broken(verdict) == {law}
 
 
-def test_a_fold_that_is_not_symmetric_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fold_that_is_not_symmetric_or_changes_from_run_to_run_is_found(monkeypatch):
     # The mirror image of another chain.
     monkeypatch.setattr(symmetries, "mirrored", lambda scene: scene)
     verdict = laws.check(SCENE)
     assert broken(verdict) == {"mirror"}
-
-
-def test_what_changes_from_run_to_run_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     simulate = laws.simulate
 
     def another(scene: Scene) -> Fold:

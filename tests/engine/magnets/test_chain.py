@@ -118,7 +118,7 @@ def crosses(scene, before, after):
     return casings.crosses_an_edge(*zip(places, headings, strict=True))
 
 
-def test_what_is_kept_does_not_depend_on_what_came_before():
+def test_what_is_kept_depends_on_charges_and_not_on_what_came_before() -> None:
     rng = np.random.default_rng(36)
     scene = mf.Scene(sequence=random_sequence(rng, 6))
     used = Chain(scene)
@@ -128,9 +128,6 @@ def test_what_is_kept_does_not_depend_on_what_came_before():
             fresh = Chain(scene).forces(joints)
             assert (used.forces(joints) == fresh).all()
             assert (used.forces(joints) == fresh).all()
-
-
-def test_charges_may_change_during_a_run():
     rng = np.random.default_rng(37)
     used = Chain(mf.Scene(sequence=random_sequence(rng, 6)))
     for word in ["LLLRR", "SSLRL"]:

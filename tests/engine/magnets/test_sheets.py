@@ -107,7 +107,7 @@ def test_contact_force_and_energy_are_those_of_the_closed_form(bound):
     assert rise == pytest.approx(CONTACT_ENERGY, rel=bound / 5.0)
 
 
-def test_overlapping_faces_feel_the_limit_from_outside():
+def test_overlapping_faces_feel_the_limit_from_outside_also_beyond_a_stop() -> None:
     casings = blocks(1e-4)
     (_, touch), _ = casings.forces(*facing(0.0))[0]
     for overlap in (1e-12, 1e-8, 1e-6):
@@ -116,6 +116,13 @@ def test_overlapping_faces_feel_the_limit_from_outside():
     force, torque = casings.forces(*facing(-1e-3, 1e-4, 0.1))
     assert np.isfinite(force).all()
     assert np.isfinite(torque).all()
+    rng = np.random.default_rng(65)
+    chain = Chain(mf.Scene(sequence=random_sequence(rng, 2), magnets=mf.Magnets(inset=0.0)))
+    at = chain.forces([0.0, np.pi / 2])[1]
+    for past in (1e-6, 1e-3, 0.3):
+        assert chain.forces([0.0, np.pi / 2 + past])[1] == at
+        rise = chain.energy([0.0, np.pi / 2 + past]) - chain.energy([0.0, np.pi / 2])
+        assert rise == pytest.approx(-at * past, rel=1e-6)
 
 
 def opening(turn):
@@ -145,16 +152,6 @@ def test_work_along_a_path_is_the_energys_difference(bound, path):
         work += share * np.sum(torque * (other - one)) / (2.0 * h)
     lost = casings.energy(*along(0.0)) - casings.energy(*along(1.0))
     assert work == pytest.approx(lost, abs=0.1 * bound * CONTACT_ENERGY + 2e-6 * abs(lost))
-
-
-def test_torque_beyond_a_stop_is_what_it_is_at_the_stop():
-    rng = np.random.default_rng(65)
-    chain = Chain(mf.Scene(sequence=random_sequence(rng, 2), magnets=mf.Magnets(inset=0.0)))
-    at = chain.forces([0.0, np.pi / 2])[1]
-    for past in (1e-6, 1e-3, 0.3):
-        assert chain.forces([0.0, np.pi / 2 + past])[1] == at
-        rise = chain.energy([0.0, np.pi / 2 + past]) - chain.energy([0.0, np.pi / 2])
-        assert rise == pytest.approx(-at * past, rel=1e-6)
 
 
 @pytest.mark.parametrize("bound", [1e-2, 1e-3, 1e-5])
