@@ -1,12 +1,31 @@
-"""The `magfold` command in this process, and how to read what it says."""
+"""The `magfold` command in this process and how to read what it says; Python in another one."""
+
+import os
+import subprocess
+import sys
+from typing import Any
 
 from typer.testing import CliRunner, Result
 
 from magfold_env.cli import app
 
 
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(app.app, [str(argument) for argument in arguments])
+def run(*arguments: object, code: int | None = None) -> Result:
+    """Run the command, which is to end with an exit code where one is given."""
+    result = CliRunner().invoke(app.app, [str(argument) for argument in arguments])
+    assert code in (None, result.exit_code), result.output
+    return result
+
+
+def python(
+    *arguments: object, check: bool = True, cwd: Any = None, **env: Any
+) -> subprocess.CompletedProcess[str]:
+    """Run Python where it finds what this process finds, with changes of its environment."""
+    command = [sys.executable, *map(str, arguments)]
+    surroundings = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), **env}
+    return subprocess.run(
+        command, env=surroundings, cwd=cwd, check=check, capture_output=True, text=True
+    )
 
 
 def rows(text: str) -> list[list[str]]:

@@ -33,6 +33,15 @@ def quick(tmp_path: Path) -> str:
 
 
 @pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Generator[Any]:
+    """Offer a tab of a headless Chromium."""
+    from tests.replay import chromium  # noqa: PLC0415 - is not for all systems
+
+    with chromium.page(tmp_path_factory.mktemp("profile")) as page:
+        yield page
+
+
+@pytest.fixture(scope="module")
 def head() -> Generator[Any]:
     """Offer a Ray cluster of one node with one CPU."""
     ray: Any = pytest.importorskip("ray.cluster_utils", reason="needs Ray, the extra ray")

@@ -1,16 +1,15 @@
 """Processes that are broken off when they have written a number of records; what they leave."""
 
 import json
-import os
 import signal
 import sqlite3
 import subprocess
-import sys
 from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 from magfold_env.checkpoint import FILE
+from tests.command_line import python
 
 # However busy the machine is: the process breaks itself off, and writes every record at once.
 _PRELUDE = """
@@ -41,13 +40,8 @@ def run_until(
     end: str, records: int, code: str, *arguments: str
 ) -> subprocess.CompletedProcess[str]:
     """Run Python code with arguments; with so many records in a folder one of `ENDS` comes."""
-    return subprocess.run(
-        [sys.executable, "-c", _PRELUDE.format(records=records, end=ENDS[end]) + code, *arguments],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    prelude = _PRELUDE.format(records=records, end=ENDS[end])
+    return python("-c", prelude + code, *arguments, check=False)
 
 
 def run_until_killed(records: int, code: str, *arguments: str) -> None:

@@ -61,12 +61,9 @@ def commands(shell: str) -> list[list[str]]:
     paths = re.sub(r"(?<!\S)\.venv/bin/", "", shell)
     paths = re.sub(r"(?<!\S)(\.ci/\w+)", r"tell \1", paths).replace("python3 ", "python ")
     told = subprocess.run(
-        ["bash", "-ec", _RECORD + stubs + paths],
-        env={**os.environ, "PYTHON": sys.executable},
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
+        ["bash", "-ec", _RECORD + stubs + paths], env={**os.environ, "PYTHON": sys.executable},
+        capture_output=True, text=True, check=True,
+    ).stdout  # fmt: skip
     return [line.rstrip("\0").split("\0") for line in told.splitlines()]
 
 

@@ -19,6 +19,7 @@ import pytest
 from magfold_env import checkpoint
 from magfold_env.checkpoint import FILE, Checkpoint, CheckpointError
 from magfold_env.files import write_text
+from tests.command_line import python
 from tests.killed import records_in
 
 KEY = {"seed": 1, "scene": {"friction": 0.35, "sequence": ("NSNS", "SNSN")}}
@@ -97,9 +98,7 @@ def test_nothing_is_written_before_there_is_something(tmp_path: Path) -> None:
         assert other.load() == []
 
 
-def test_records_are_written_when_the_last_time_is_long_ago(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_records_are_written_when_the_last_time_is_long_ago(tmp_path, monkeypatch):
     clock, there = [0.0], list[int]()
     monkeypatch.setattr(checkpoint.time, "monotonic", lambda: clock[0])
     with Checkpoint(tmp_path, KEY) as kept:
@@ -129,18 +128,15 @@ def test_a_record_is_there_once(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "damage",
-    [
-        pytest.param(lambda content: content[: len(content) // 2], id="cut"),
-        pytest.param(lambda content: b"no database at all" + content, id="shifted"),
-        pytest.param(lambda content: b"[1, 2]", id="list"),
-        pytest.param(lambda content: content.replace(b"records", b"recards"), id="another name"),
-        pytest.param(lambda content: content.replace(b'{"seed"', b'("seed"'), id="no key"),
-        pytest.param(lambda content: content.replace(b"R PRIMARY", b"R_PRIMARY"), id="no numbers"),
-        pytest.param(lambda content: content[:4096] + bytes(4096) + content[8192:], id="a page"),
-    ],
-)
+@pytest.mark.parametrize("damage", [
+    pytest.param(lambda content: content[: len(content) // 2], id="cut"),
+    pytest.param(lambda content: b"no database at all" + content, id="shifted"),
+    pytest.param(lambda content: b"[1, 2]", id="list"),
+    pytest.param(lambda content: content.replace(b"records", b"recards"), id="another name"),
+    pytest.param(lambda content: content.replace(b'{"seed"', b'("seed"'), id="no key"),
+    pytest.param(lambda content: content.replace(b"R PRIMARY", b"R_PRIMARY"), id="no numbers"),
+    pytest.param(lambda content: content[:4096] + bytes(4096) + content[8192:], id="a page"),
+])  # fmt: skip
 def test_a_damaged_file_is_refused(damage: Callable[[bytes], bytes], tmp_path: Path) -> None:
     written(tmp_path, ["long" * 1000] * 20)
     file = tmp_path / FILE
@@ -160,20 +156,13 @@ def test_records_that_cannot_be_used_are_refused_with_their_number(tmp_path: Pat
         kept.load(int)
 
 
-@pytest.mark.parametrize(
-    ("key", "difference"),
-    [
-        ({**KEY, "seed": 2}, "whose seed is 1 where this one's is 2"),
-        (
-            {**KEY, "scene": {"friction": 0.3, "sequence": ["NSNS", "SNSN"]}},
-            "whose scene.friction is 0.35 where this one's is 0.3",
-        ),
-        ({"seed": 1}, "whose scene is .* where this one's is None"),
-    ],
-)
-def test_another_runs_file_is_refused(
-    key: dict[str, object], difference: str, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize(("key", "difference"), [
+    ({**KEY, "seed": 2}, "whose seed is 1 where this one's is 2"),
+    ({**KEY, "scene": {"friction": 0.3, "sequence": ["NSNS", "SNSN"]}},
+     "whose scene.friction is 0.35 where this one's is 0.3"),
+    ({"seed": 1}, "whose scene is .* where this one's is None"),
+])  # fmt: skip
+def test_another_runs_file_is_refused(key, difference, tmp_path):
     written(tmp_path, [1])
     with (
         pytest.raises(CheckpointError, match=f"was written by another run, {difference}"),
@@ -266,18 +255,12 @@ def test_a_full_disk_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 def test_a_kill_while_a_file_is_written_leaves_the_file_that_was_there(tmp_path: Path) -> None:
     path = tmp_path / "state.json"
     write_text(path, "old" * 100_000)
-    run = subprocess.run(
-        [sys.executable, "-c", KILLED_IN_WRITING, path],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-        check=False,
-    )
+    run = python("-c", KILLED_IN_WRITING, path, check=False)
     assert run.returncode == -signal.SIGXFSZ
     assert path.read_text() == "old" * 100_000
 
 
-def test_no_file_has_its_name_before_it_is_whole(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_file_has_its_name_before_it_is_whole(tmp_path, monkeypatch):
     path = tmp_path / "state.json"
     write_text(path, "old")
     write = Path.write_text

@@ -37,15 +37,12 @@ def test_a_fold_is_read_back(tmp_path: Path) -> None:
     assert [getattr(read, name) for name in same] == [getattr(fold, name) for name in same]
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"format": "x"}, "format: 'x' is not allowed; must be 'magfold_env fold 1'"),
-        ({"angles": [0.0]}, "angles and base must have shapes (3,) and (2,)"),
-        ({"status": "gone"}, "'gone' is not a valid FoldStatus"),
-        ({"word": "LX"}, "word: 'LX' is not allowed"),
-    ],
-)
+@pytest.mark.parametrize(("change", "message"), [
+    ({"format": "x"}, "format: 'x' is not allowed; must be 'magfold_env fold 1'"),
+    ({"angles": [0.0]}, "angles and base must have shapes (3,) and (2,)"),
+    ({"status": "gone"}, "'gone' is not a valid FoldStatus"),
+    ({"word": "LX"}, "word: 'LX' is not allowed"),
+])  # fmt: skip
 def test_what_is_no_fold_is_told(change: dict[str, object], message: str, tmp_path: Path) -> None:
     path = tmp_path / "fold.json"
     path.write_text(json.dumps(_fold("LR").to_dict() | change), encoding="utf-8")
@@ -87,14 +84,12 @@ SCENE = mf.load_scene("paper/sequence-3")
         (mf.minimise(SCENE), "<Minimum: LRLLL -11.39 mJ, SRLLL"),
         (mf.ground_state(SCENE), "<Minimum: LRLLL -11.39 mJ>"),
         (mf.ensemble(SCENE, 3), "<Ensemble, runs=3: LRLLL folded 100 % (44–100)>"),
-        (
-            mf.sweep(SCENE, {"friction": [0.1, 0.2]}, runs=1),
-            "<Sweep over friction (2 values), runs=1>",
-        ),
+        (mf.sweep(SCENE, {"friction": [0.1, 0.2]}, runs=1),
+         "<Sweep over friction (2 values), runs=1>"),
         (mf.design("L", budget=10, runs=2), "<Design of L, forward: "),
     ],
     ids=lambda value: type(value).__name__,
-)
+)  # fmt: skip
 def test_results_fit_into_a_line(result: object, begin: str) -> None:
     assert repr(result).startswith(begin)
     assert len(repr(result)) < 200

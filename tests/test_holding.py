@@ -192,17 +192,12 @@ def test_json_holds_it_all(tmp_path: Path) -> None:
     assert found.least_pull[0] == found.pull.min()
 
 
-@pytest.mark.parametrize(
-    ("changes", "arguments", "message"),
-    [
-        ({"status": FoldStatus.UNSETTLED}, {}, "fold.status: 'unsettled' is not allowed; must be"),
-        ({}, {"held": 1}, "held: 1 is not allowed; must be from 1 to 6 and not the one"),
-        ({"angles": np.arange(6.0)}, {}, "is not allowed; must be 0 at rest: nothing balances"),
-    ],
-)
-def test_what_is_not_allowed_is_told(
-    changes: dict[str, Any], arguments: dict[str, Any], message: str
-) -> None:
+@pytest.mark.parametrize(("changes", "arguments", "message"), [
+    ({"status": FoldStatus.UNSETTLED}, {}, "fold.status: 'unsettled' is not allowed; must be"),
+    ({}, {"held": 1}, "held: 1 is not allowed; must be from 1 to 6 and not the one"),
+    ({"angles": np.arange(6.0)}, {}, "is not allowed; must be 0 at rest: nothing balances"),
+])  # fmt: skip
+def test_what_is_not_allowed_is_told(changes, arguments, message):
     fold = mf.simulate(mf.load_scene("paper/sequence-3"))
     with pytest.raises(mf.SceneError) as caught:
         mf.holding(replace(fold, **changes), **arguments)

@@ -1,45 +1,25 @@
 """What importing the package loads, and what its first use does."""
 
 import pickle
-import subprocess
-import sys
 
-import gymnasium
 import pytest
 
 import magfold_env as mf
-from magfold_env.envs import ENTRY_POINTS, register_envs
+from tests.command_line import python
 
 PACKAGE = "import magfold_env"
 PUBLIC = "from magfold_env import *"
 NEVER = "torch stable_baselines3 pygame matplotlib moviepy PIL joblib ray scipy.stats"
 AT_FIRST_USE = "numba llvmlite scipy pydantic magfold_env.engine magfold_env.scene"
 
-CODE = """
-import sys, time
-begun = time.process_time()
-{statement}
-seconds = time.process_time() - begun
-print(seconds, *(name for name in {names!r}.split() if name in sys.modules))
-"""
-
-
-def _in_a_new_process(code: str) -> str:
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True)
-    return run.stdout
-
-
-def _loaded(statement: str, names: str) -> tuple[float, list[str]]:
-    """Return the processor time [s] that a statement takes, and which modules came with it."""
-    seconds, *loaded = _in_a_new_process(CODE.format(statement=statement, names=names)).split()
-    return float(seconds), loaded
+LOADED = "import sys; print(*(name for name in {!r}.split() if name in sys.modules))"
 
 
 @pytest.mark.parametrize(
     ("statement", "names"), [(PACKAGE, f"{NEVER} {AT_FIRST_USE}"), (PUBLIC, NEVER)]
 )
 def test_nothing_heavy_is_loaded(statement: str, names: str) -> None:
-    assert _loaded(statement, names)[1] == []
+    assert python("-c", f"{statement}\n{LOADED.format(names)}").stdout.split() == []
 
 
 def test_every_public_name_is_there_and_listed() -> None:
@@ -51,43 +31,28 @@ def test_every_public_name_is_there_and_listed() -> None:
         mf.Scenes  # noqa: B018  # pyright: ignore
 
 
-@pytest.mark.parametrize(
-    ("code", "printed"),
-    [
-        ("import magfold_env.minimiser as e; print(e.__name__)", "magfold_env.minimiser"),
-        ("import magfold_env as mf; print(mf.scene.__name__)", "magfold_env.scene"),
-        (
-            "import magfold_env.simulation.simulate, magfold_env as mf; print(mf.energy.__name__)",
-            "energy",
-        ),
-        ("from magfold_env import files; print(files.__name__)", "magfold_env.files"),
-    ],
-)
+@pytest.mark.parametrize(("code", "printed"), [
+    ("import magfold_env.minimiser as e; print(e.__name__)", "magfold_env.minimiser"),
+    ("import magfold_env as mf; print(mf.scene.__name__)", "magfold_env.scene"),
+    ("import magfold_env.simulation.simulate, magfold_env as mf; print(mf.energy.__name__)",
+     "energy"),
+    ("from magfold_env import files; print(files.__name__)", "magfold_env.files"),
+])  # fmt: skip
 def test_packages_and_functions_keep_their_names(code: str, printed: str) -> None:
-    assert _in_a_new_process(code).strip() == printed
-
-
-def test_environments_are_registered_once() -> None:
-    before = dict(gymnasium.registry)
-    register_envs()
-    assert gymnasium.registry == before
-    assert ENTRY_POINTS.keys() <= before.keys()
+    assert python("-c", code).stdout.strip() == printed
 
 
 @pytest.mark.medium
-@pytest.mark.parametrize(
-    "code",
-    [
-        "import magfold_env, gymnasium; made = gymnasium.make('MagFold/TubeFeed-v0')",
-        "import gymnasium; made = gymnasium.make('magfold_env:MagFold/TubeFeed-v0')",
-        "import magfold_env, gymnasium; made = gymnasium.make_vec('MagFold/TubeFeed-v0', 2)",
-    ],
-)
+@pytest.mark.parametrize("code", [
+    "import magfold_env, gymnasium; made = gymnasium.make('MagFold/TubeFeed-v0')",
+    "import gymnasium; made = gymnasium.make('magfold_env:MagFold/TubeFeed-v0')",
+    "import magfold_env, gymnasium; made = gymnasium.make_vec('MagFold/TubeFeed-v0', 2)",
+])  # fmt: skip
 def test_environments_are_found_by_their_ids(code: str) -> None:
-    assert _in_a_new_process(f"{code}; print(made.spec.id)").strip() == "MagFold/TubeFeed-v0"
+    assert python("-c", f"{code}; print(made.spec.id)").stdout == "MagFold/TubeFeed-v0\n"
 
 
 def test_pickles_are_read_where_only_the_package_is_imported() -> None:
     data = pickle.dumps(mf.Scene(sequence=("NSNS", "SN-N")))
     code = f"import pickle, magfold_env; print(pickle.loads({data!r}).sequence)"
-    assert _in_a_new_process(code).strip() == "('NSNS', 'SN-N')"
+    assert python("-c", code).stdout.strip() == "('NSNS', 'SN-N')"

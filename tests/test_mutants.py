@@ -41,9 +41,7 @@ FATES = {
 
 @pytest.mark.medium
 @pytest.mark.parametrize(("test", "end"), FATES.items())
-def test_only_a_failed_assertion_of_a_test_kills_a_mutant(
-    test: str, end: str, tmp_path: Path
-) -> None:
+def test_only_a_failed_assertion_of_a_test_kills_a_mutant(test, end, tmp_path):
     (tmp_path / "tiny.py").write_text("def one():\n    return 1\n")
     (tmp_path / "test_tiny.py").write_text(f"import pytest\nfrom tiny import one\n{test}\n")
     mutant = Mutant("physics", "", "tiny.py", "return 1", "return 2", ["test_tiny.py"])

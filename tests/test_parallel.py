@@ -7,7 +7,7 @@ import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -99,31 +99,21 @@ class LostError(Exception):
     """Stands for Ray's errors."""
 
 
-class FakeCluster:
-    """Ray as far as it is used here; its joblib backend is threads that can be lost."""
+def fake_ray(monkeypatch: pytest.MonkeyPatch, running: bool = False) -> list[Any]:
+    """Put threads that can be lost in place of Ray; returns the calls that were made."""
+    calls: list[Any] = ["init"] if running else []
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, *, running: bool = False) -> None:
-        self.running = running
-        self.calls: list[tuple[Any, ...]] = []
-        ray = ModuleType("ray")
-        ray.__dict__.update(
-            is_initialized=lambda: self.running,
-            init=lambda **_: self._turn(True, "init"),
-            shutdown=lambda: self._turn(False, "shutdown"),
-            exceptions=SimpleNamespace(RayError=LostError),
-        )
-        backend = ModuleType("ray.util.joblib")
-        backend.__dict__["register_ray"] = lambda: register_parallel_backend("ray", self._backend)
-        for module in (ray, ModuleType("ray.util"), backend):
-            monkeypatch.setitem(sys.modules, module.__name__, module)
-
-    def _turn(self, running: bool, *call: Any) -> None:
-        self.running = running
-        self.calls.append(call)
-
-    def _backend(self, *, ray_remote_args: dict[str, Any], **options: Any) -> Any:
-        self.calls.append(("options", ray_remote_args))
+    def backend(*, ray_remote_args: dict[str, Any], **options: Any) -> Any:
+        calls.append(ray_remote_args)
         return ThreadingBackend(**options)
+
+    ray = {"is_initialized": lambda: "init" in calls, "init": lambda **_: calls.append("init")}
+    ray |= {"shutdown": lambda: calls.append("shutdown")}
+    ray["exceptions"] = SimpleNamespace(RayError=LostError)
+    joblib = {"register_ray": lambda: register_parallel_backend("ray", backend)}
+    for name, content in {"ray": ray, "ray.util": {}, "ray.util.joblib": joblib}.items():
+        monkeypatch.setitem(sys.modules, name, SimpleNamespace(**content))
+    return calls
 
 
 def lose(times: int) -> Callable[[int], int]:
@@ -139,20 +129,16 @@ def lose(times: int) -> Callable[[int], int]:
 
 
 @pytest.mark.parametrize("running", [True, False])
-def test_ray_is_started_where_it_is_not_running(
-    running: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    cluster = FakeCluster(monkeypatch, running=running)
+def test_ray_is_started_where_it_is_not_running(running, monkeypatch):
+    calls = fake_ray(monkeypatch, running)
     found = list(finished(square, range(50), Workers(2, "ray")))
     assert sorted(found) == [(k, k * k) for k in range(50)]
     again = {"num_cpus": 0.5, "max_restarts": LOSSES, "max_task_retries": LOSSES}
-    assert ("options", again) in cluster.calls
-    outer = [call for call in cluster.calls if call[0] != "options"]
-    assert outer == ([] if running else [("init",), ("shutdown",)])
+    assert calls == ["init", again, *([] if running else ["shutdown"])]
 
 
 def test_tasks_of_a_lost_node_are_run_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    FakeCluster(monkeypatch)
+    fake_ray(monkeypatch)
     found = list(finished(lose(LOSSES - 1), range(9), Workers(1, "ray")))
     assert sorted(found) == [(k, k * k) for k in range(9)]
     with pytest.raises(RuntimeError, match="a node is gone"):

@@ -13,14 +13,13 @@ import pytest
 import magfold_env as mf
 from magfold_env.ensembles.releases import release
 from magfold_env.parallel import Workers, finished
-from magfold_env.scene import Spreads
 
 # Ray leaves sockets and files to be closed by the collector.
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("default")]
 
 SCENE = release(
     mf.load_scene("paper/sequence-1").replace(
-        spreads=Spreads(friction=0.3, feed_speed=0.3, feed_jitter=0.2, magnet=0.1)
+        spreads=mf.Spreads(friction=0.3, feed_speed=0.3, feed_jitter=0.2, magnet=0.1)
     ),
     "backward",
     speed=0.1,

@@ -1,8 +1,6 @@
 """The same models and folds where processors and libraries round otherwise, or do not compile."""
 
 import json
-import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -11,6 +9,7 @@ import numpy as np
 import pytest
 
 from magfold_env.engine.compile.jit import numba_config
+from tests.command_line import python
 
 pytestmark = [
     pytest.mark.slow,
@@ -51,15 +50,9 @@ print(json.dumps(found))
 """
 
 
-def folds(scenes: dict[str, dict[str, Any]], **changes: str) -> dict[str, Any]:
+def folds(scenes: dict[str, dict[str, Any]], **changes: Any) -> dict[str, Any]:
     """Simulate in another process, with changes of its surroundings."""
-    result = subprocess.run(
-        [sys.executable, "-c", SCRIPT, json.dumps([scenes, SEQUENCE])],
-        env={**os.environ, **changes},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    result = python("-c", SCRIPT, json.dumps([scenes, SEQUENCE]), **changes)
     return json.loads(result.stdout)
 
 
@@ -70,14 +63,10 @@ def test_processors_decide_nothing(tmp_path: Path) -> None:
     umath = np._core._multiarray_umath  # pyright: ignore
     features = [name for name in umath.__cpu_dispatch__ if umath.__cpu_features__[name]]
     elsewhere = folds(
-        SCENES,
-        XDG_CACHE_HOME=str(tmp_path),
-        NUMBA_CPU_NAME="generic",
-        NUMBA_CPU_FEATURES="",
-        NPY_DISABLE_CPU_FEATURES=" ".join(features),
-        OPENBLAS_CORETYPE="Prescott",
+        SCENES, XDG_CACHE_HOME=str(tmp_path), NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="",
+        NPY_DISABLE_CPU_FEATURES=" ".join(features), OPENBLAS_CORETYPE="Prescott",
         GLIBC_TUNABLES="glibc.cpu.hwcaps=-AVX2,-FMA",
-    )
+    )  # fmt: skip
     assert elsewhere == folds(SCENES)
 
 

@@ -31,13 +31,7 @@ FLOOR = "MagFold/UnknownFloor-v0"
 )
 def test_it_says_what_stable_baselines_own_say(env_id: str, single: Any, options: Any) -> None:
     native = make_sb3_vec(env_id, 3, **options)
-    other = make_vec_env(
-        single,
-        3,
-        seed=4,
-        env_kwargs=options,
-        vec_env_cls=DummyVecEnv,
-    )
+    other = make_vec_env(single, 3, seed=4, env_kwargs=options, vec_env_cls=DummyVecEnv)
     native.seed(4)
     assert same(native.reset(), other.reset())
     assert same(native.venv.reset_infos, other.reset_infos)
@@ -112,13 +106,9 @@ def test_masks_that_change_are_those_of_each_environment() -> None:
 def test_hindsight_replay_relabels_goals(make: Callable[..., Any]) -> None:
     env = make(GOAL, actions="box", **QUICK)
     model = SAC(
-        "MultiInputPolicy",
-        env,
-        replay_buffer_class=HerReplayBuffer,
-        learning_starts=60,
-        batch_size=16,
-        seed=0,
-    )
+        "MultiInputPolicy", env, replay_buffer_class=HerReplayBuffer, learning_starts=60,
+        batch_size=16, seed=0,
+    )  # fmt: skip
     model.learn(120)
     buffer: Any = model.replay_buffer
     rewards = buffer.sample(512).rewards.numpy()

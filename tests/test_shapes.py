@@ -32,9 +32,11 @@ def test_letters_change_at_45_degrees(degrees: float, letter: str) -> None:
     assert shapes.angles_to_word([np.deg2rad(degrees)]) == letter
 
 
-def test_angles_that_are_not_finite_have_no_word() -> None:
+def test_wrong_angles_are_refused() -> None:
     with pytest.raises(ValueError, match="must be finite"):
         shapes.angles_to_word([0.0, np.nan])
+    with pytest.raises(ValueError, match=r"joint_angles_b: shape \(1,\) is not allowed"):
+        shapes.similarity([0.0, 0.0], [0.0])
 
 
 @given(words)
@@ -112,9 +114,7 @@ def test_what_is_no_drawing_is_refused(drawing: str) -> None:
 
 
 @given(angle_lists, st.floats(-4, 4), st.floats(-1, 1), st.floats(-1, 1))
-def test_similarity_is_its_definition_wherever_the_folds_lie(
-    angles: list[float], turn: float, x: float, y: float
-) -> None:
+def test_similarity_is_its_definition_wherever_the_folds_lie(angles, turn, x, y):
     other = np.array(angles)[::-1]
     n = len(angles) + 1
 
@@ -134,8 +134,3 @@ def test_similarity_is_its_definition_wherever_the_folds_lie(
             total += np.exp(-np.sum((p - q) ** 2))
     expected = total / (n * (n - 1)) if n > 1 else 1.0
     assert shapes.similarity(angles, other) == pytest.approx(expected, rel=1e-9)
-
-
-def test_shapes_of_different_length_cannot_be_compared() -> None:
-    with pytest.raises(ValueError, match=r"joint_angles_b: shape \(1,\) is not allowed"):
-        shapes.similarity([0.0, 0.0], [0.0])

@@ -28,28 +28,20 @@ from magfold_bench.presentation import descriptions
 from magfold_bench.stress.kinds import KINDS
 from magfold_env.cli import app, options
 from magfold_env.envs.tasks.feed_tasks import read_tasks
-from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words
 from tests import snippets
 
 # Options that let a command do less, so that it takes seconds.
 LESS = {
-    "magfold ensemble": ["--runs=4"],
-    "magfold sweep": ["--runs=2"],
-    "magfold design": ["--budget=50", "--runs=4"],
-    "magfold score": ["--episodes=24"],
+    "magfold ensemble": ["--runs=4"], "magfold sweep": ["--runs=2"],
+    "magfold design": ["--budget=50", "--runs=4"], "magfold score": ["--episodes=24"],
     "magfold stress": ["--cases=4", "--workers=1"],
-    "magfold paper": ["--quick", "--only=figure-15"],
-    "magfold fold": [],
-    "magfold holding": [],
-    "magfold minimise": [],
-    "magfold scenes": [],
-    "agents.ablate": ["--draws=1", "--seeds=1"],
+    "magfold paper": ["--quick", "--only=figure-15"], "magfold fold": [], "magfold holding": [],
+    "magfold minimise": [], "magfold scenes": [], "agents.ablate": ["--draws=1", "--seeds=1"],
     "agents.admission": ["--tasks=1", "--episodes=2", "--search", "2", "2", "--race", "2", "2"],
-    "agents.baselines": ["--budget=1"],
-    "agents.evaluate": ["--draws=1"],
+    "agents.baselines": ["--budget=1"], "agents.evaluate": ["--draws=1"],
     "agents.train": ["--timesteps=1", "--set=validation_episodes=26", "--set=pretraining=[]"],
-}
+}  # fmt: skip
 PLACEHOLDERS = {"COMMAND": "fold", "NAME": "design", "SEED": "1"}
 
 
@@ -60,9 +52,7 @@ def pages_with(language: str) -> list[Any]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", pages_with("python"))
-def test_lines_of_python_run_and_print_what_they_say(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_lines_of_python_run_and_print_what_they_say(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
     if "import minari" in page.read_text("utf-8"):
@@ -92,7 +82,7 @@ def test_settings_are_ones_that_are_read(page: Path, tmp_path: Path) -> None:
             load_search(str(file))
         else:
             given = {"sequence": ["SNNS", "NNSN"], **told}
-            assert Scene(**given).mount == "tube"
+            assert mf.Scene(**given).mount == "tube"
 
 
 def command_line(words: Sequence[str]) -> tuple[str, Any, list[str]] | None:
@@ -196,9 +186,7 @@ def fewer_targets(words: Sequence[str]) -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", pages_with("bash"))
-def test_commands_in_blocks_run(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_in_blocks_run(page, tmp_path, monkeypatch):
     """Others than those that do LESS here run in the tests of their own, or install something."""
     monkeypatch.chdir(tmp_path)
     files_that_pages_take_for_granted()

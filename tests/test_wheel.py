@@ -1,13 +1,13 @@
 """What the wheel brings."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 from zipfile import ZipFile
 
 import pytest
 from hatchling.builders.wheel import WheelBuilder
+
+from tests.command_line import python
 
 ROOT = Path(__file__).parents[1]
 
@@ -37,23 +37,13 @@ def test_the_wheel_brings_one_package_and_all_of_it(unpacked: Path) -> None:
 def printed(unpacked: Path, name: str, arguments: str = "") -> str:
     """Return what a function of `magfold_env.files` says of what is unpacked."""
     code = f"from magfold_env.files import {name}; print({name}({arguments}))"
-    run = subprocess.run(
-        [sys.executable, "-c", code],
-        env=os.environ | {"PYTHONPATH": str(unpacked)},
-        cwd=unpacked.parent,
-        capture_output=True,
-        check=True,
-        text=True,
-    )
+    run = python("-c", code, cwd=unpacked.parent, PYTHONPATH=str(unpacked))
     return run.stdout.strip()
 
 
-def test_what_is_missing_is_installed_where_the_package_is(unpacked: Path) -> None:
+def test_the_wheel_has_the_settings_that_it_reads_and_says_how_to_install_more(unpacked):
     assert printed(unpacked, "pip_install", "'render'") == "pip install 'magfold_env[render]'"
     assert printed(ROOT, "pip_install", "'render'") == "pip install -e '.[render]'"
-
-
-def test_the_wheel_has_the_settings_that_the_package_reads(unpacked: Path) -> None:
     configs = Path(printed(unpacked, "configs_dir"))
     assert configs == unpacked / "magfold_env" / "configs"
     for name in ("baselines", "scenes", "suites", "tasks"):

@@ -1,5 +1,6 @@
 """What is taken away is gone, the rest stays, and what it was worth is told from draws alike."""
 
+import itertools
 import json
 from copy import deepcopy
 from pathlib import Path
@@ -17,7 +18,6 @@ from agents.training.policy_files import SavedPolicy
 from magfold_env.scoring.policy_file import Shown
 from magfold_env.scoring.shown import blind
 from tests.agents.training import call
-from tests.killed import run_until_killed
 
 STRONG = EnvSettings(targets=("LRLLL", "RLRRR"), randomisation="strong")
 QUASI = EnvSettings(components=4, fidelity="quasistatic", targets=("LRL", "RLR"))
@@ -136,32 +136,21 @@ def test_differences_are_those_of_the_same_episodes() -> None:
     assert row.score == pytest.approx((1.0 + 0.5 + 0.5) / 3)
 
 
-KILLED = """
-import sys
-from pathlib import Path
-from agents.ablate import measure
-from agents.evaluation.episodes import Method
-from agents.settings import EnvSettings
-
-settings = EnvSettings.model_validate_json(sys.argv[1])
-measure(Method("random", ("random",)), settings, 5, 1, Path(sys.argv[2]))
-"""
-
-
 @pytest.mark.medium
-def test_a_run_that_was_killed_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_was_broken_off_goes_on(tmp_path, monkeypatch):
     whole = ablate.measure(RANDOM, QUASI, 5, 1, tmp_path / "whole")
-    run_until_killed(7, KILLED, QUASI.model_dump_json(), str(tmp_path / "killed"))
-    played: list[int] = []
-    own_play = episodes.play
+    played, own_play = itertools.count(), episodes.play
 
     def play(*given: Any, **options: Any) -> Outcome:
-        played.append(1)
+        if next(played) == 7:
+            raise KeyboardInterrupt
         return own_play(*given, **options)
 
     monkeypatch.setattr(episodes, "play", play)
-    assert ablate.measure(RANDOM, QUASI, 5, 1, tmp_path / "killed") == whole
-    assert len(played) == len(whole) * 10 - 7
+    with pytest.raises(KeyboardInterrupt):
+        ablate.measure(RANDOM, QUASI, 5, 1, tmp_path / "broken")
+    assert ablate.measure(RANDOM, QUASI, 5, 1, tmp_path / "broken") == whole
+    assert next(played) == len(whole) * 10 + 1
 
 
 def test_the_command_prints_its_table_again_and_refuses_other_episodes(tmp_path: Path) -> None:

@@ -7,14 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.baselines import (
-    SEARCHES,
-    Calls,
-    SpentError,
-    Tally,
-    choose,
-    choose_for,
-)
+from agents.baselines import SEARCHES, Calls, SpentError, Tally, choose, choose_for
 from agents.evaluation.episodes import play
 from agents.evaluation.policies import ChoiceFile, Chosen, OpenLoop, at_random, read_choices
 from agents.evaluation.policies import chosen as choosing
@@ -54,9 +47,7 @@ def chain() -> TubeFeedEnv:
 
 
 @pytest.mark.parametrize("name", SEARCHES)
-def test_a_search_finds_the_target_within_its_budget(
-    name: str, lattice: TubeFeedEnv, seeds: list[int]
-) -> None:
+def test_a_search_finds_the_target_within_its_budget(name, lattice, seeds):
     chosen = choose_for(name, 1.0, lattice, TARGET, 600, seed=0)
     assert chosen.calls == len(seeds) <= 600
     assert chosen.successes == chosen.releases > 0
@@ -65,9 +56,7 @@ def test_a_search_finds_the_target_within_its_budget(
 
 @pytest.mark.parametrize("name", SEARCHES)
 @pytest.mark.parametrize("budget", [1, 3, 10])
-def test_no_search_makes_a_call_too_many(
-    name: str, budget: int, lattice: TubeFeedEnv, seeds: list[int]
-) -> None:
+def test_no_search_makes_a_call_too_many(name, budget, lattice, seeds):
     chosen = choose_for(name, 1.0, lattice, TARGET, budget, seed=0)
     assert chosen.calls == len(seeds) <= budget
     assert 0 < chosen.releases <= budget
@@ -84,9 +73,7 @@ def test_the_minimisers_free_design_is_the_one_of_largest_gap(lattice: TubeFeedE
     assert chosen.sequence == design
 
 
-def test_calls_of_equal_number_have_equal_draws_and_are_played_once(
-    chain: TubeFeedEnv, seeds: list[int]
-) -> None:
+def test_calls_of_equal_number_have_equal_draws_and_are_played_once(chain, seeds):
     one, other = (OpenLoop.at_one_speed(GOOD, speed) for speed in (0.2, 0.4))
     calls = Calls(chain, TARGET, budget=8, seed=0)
     before = calls.scores([one, other], 3)
@@ -100,8 +87,7 @@ def test_calls_of_equal_number_have_equal_draws_and_are_played_once(
 
 
 def test_what_a_policy_chose_does_the_same_when_it_is_frozen(chain: TubeFeedEnv) -> None:
-    watched = play(at_random, chain, TARGET, 3)
-    assert watched.choice is not None
+    watched: Any = play(at_random, chain, TARGET, 3)
     assert play(choosing({TARGET: watched.choice}), chain, TARGET, 3).score == watched.score
 
 
@@ -128,8 +114,7 @@ def test_frozen_speeds_belong_to_their_components(direction: str, chain: TubeFee
     )
     speeds = tuple(np.random.default_rng(0).choice(env.actions.speeds, 4).tolist())
     choice = OpenLoop(("NSSN", "NNSN", "SNSS", "SNNS"), speeds)
-    outcome = play(choosing({TARGET: choice}), env, TARGET, 0)
-    assert outcome.scene is not None
+    outcome: Any = play(choosing({TARGET: choice}), env, TARGET, 0)
     assert outcome.scene.sequence == choice.sequence
     np.testing.assert_allclose(outcome.scene.speeds, choice.speeds)
 
@@ -169,9 +154,7 @@ def test_choices_are_read_as_they_were_written_or_refused(tmp_path: Path) -> Non
         ChoiceFile(path, KEY)
 
 
-def test_a_search_that_was_stopped_goes_on_with_the_next_target(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_search_that_was_stopped_goes_on_with_the_next_target(tmp_path, monkeypatch):
     path = tmp_path / "choices.json"
     whole = dict(choose("cross-entropy", SETTINGS, tmp_path / "whole.json", budget=3))
     next(choose("cross-entropy", SETTINGS, path, budget=3))

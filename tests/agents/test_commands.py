@@ -1,7 +1,6 @@
 """All commands look alike, and tell what is wrong in one line before they begin."""
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,6 +10,7 @@ import typer
 
 from agents.commands import reported_errors, run_command, text_table
 from magfold_env.cli import options
+from tests.command_line import python
 
 REMEDY = "install the extra, pip install -e '.[agents]'"
 
@@ -19,13 +19,7 @@ def without(missing: str, folder: Path, *arguments: str) -> Any:
     """Run Python where a package is missing."""
     (folder / "sitecustomize.py").write_text(f"import sys\nsys.modules[{missing!r}] = None\n")
     path = os.pathsep.join([str(folder), *sys.path])
-    return subprocess.run(
-        [sys.executable, *arguments],
-        env={**os.environ, "PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return python(*arguments, check=False, PYTHONPATH=path)
 
 
 @pytest.mark.parametrize("missing", ["torch", "stable_baselines3"])
@@ -72,9 +66,7 @@ def call(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> Any:
     return end.value.code
 
 
-def test_help_and_wrong_options_are_told_plainly(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_help_is_told_plainly_and_errors_in_one_line(monkeypatch, capsys):
     assert call(monkeypatch, "--help") == 0
     told = capsys.readouterr().out
     assert "--wrong" in told
@@ -83,11 +75,6 @@ def test_help_and_wrong_options_are_told_plainly(
     told = capsys.readouterr().err
     assert "No such option: --none" in told
     assert "─" not in told
-
-
-def test_errors_are_told_in_one_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
     monkeypatch.setenv("COLUMNS", "80")
     long = "/".join(["folder"] * 20)
     for given, said in (
@@ -99,9 +86,7 @@ def test_errors_are_told_in_one_line(
         assert capsys.readouterr() == ("", f"error: {said}\n")
 
 
-def test_names_in_tables_are_whole(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_names_in_tables_are_whole(monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "80")
     methods = [f"a-method-with-a-long-name-{k}" for k in range(4)]
     target = "LRSLRSLRSLRSLRSLRSLRSLRSLRSLR"

@@ -1,6 +1,5 @@
 """What folds wrong is drawn in and let out anew; where nothing does, an open loop is played."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,17 +9,6 @@ from agents.open_loops.schedules import LONGEST_PAUSE, constant
 from agents.open_loops.search import RolloutPool, Search, open_loops_of
 from agents.settings import EnvSettings
 from agents.training import drawing_back, open_loops
-from agents.training.drawing_back import (
-    LEAST,
-    PATIENCE,
-    STREAM,
-    DrawingBack,
-    DrawingBackTwice,
-    Redoing,
-    Refolding,
-    candidates,
-    candidates_twice,
-)
 from agents.training.envs import make_env
 from magfold_env.envs.baselines.legs import Following, Leg
 from magfold_env.envs.reprogram import BACK, FIRST, HORIZON, SECOND, ReprogramEnv
@@ -62,8 +50,8 @@ def played(env: Any, plan: Any, number: int) -> tuple[Any, Any, list[Any]]:
 
 def test_a_joint_that_turns_the_wrong_way_is_drawn_in(env: Any) -> None:
     number, speed = 9, constant(0.05)
-    found = Redoing(speed, constant(0.08), 0.5, 0.15, 0.2, -0.25)
-    plan = DrawingBack([found] * COUNT)
+    found = drawing_back.Redoing(speed, constant(0.08), 0.5, 0.15, 0.2, -0.25)
+    plan = drawing_back.DrawingBack([found] * COUNT)
     episodes, _, told = played(env, plan, number)
     diagonal = env.world.scene.casing.diagonal
     goals = np.full(COUNT, np.nan)
@@ -73,7 +61,7 @@ def test_a_joint_that_turns_the_wrong_way_is_drawn_in(env: Any) -> None:
         if gone <= goals[row] * diagonal:
             goals[row] = np.nan
         wrong = np.flatnonzero(joints < (-0.15 if gone > 5 * diagonal else -0.5))
-        early = steps[row] * 0.02 < PATIENCE * episodes.late
+        early = steps[row] * 0.02 < drawing_back.PATIENCE * episodes.late
         if np.isnan(goals[row]) and wrong.size and early and not out:
             goal = max(wrong[0] + 0.2, 0.02)
             if gone > goal * diagonal:
@@ -87,7 +75,9 @@ def test_a_joint_that_turns_the_wrong_way_is_drawn_in(env: Any) -> None:
 
 def test_where_nothing_turns_wrong_an_open_loop_is_played(env: Any) -> None:
     first = open_loops_of(env).candidates(60, 3)[57]
-    plan = DrawingBack([Redoing(first, first, 9.0, 9.0, 0.2, -0.25)] * COUNT)
+    plan = drawing_back.DrawingBack(
+        [drawing_back.Redoing(first, first, 9.0, 9.0, 0.2, -0.25)] * COUNT
+    )
     ends = [played(env, each, 3)[1] for each in (plan, Following([first.way] * COUNT))]
     assert not plan.times.any()
     np.testing.assert_array_equal(ends[0]["score"], ends[1]["score"])
@@ -106,15 +96,15 @@ def test_legs_that_are_over_are_not_followed_anew(gone: float, leg: int) -> None
 
 
 @pytest.fixture(scope="module")
-def refolding() -> tuple[list[Refolding], list[Any]]:
+def refolding() -> tuple[list[drawing_back.Refolding], list[Any]]:
     """Return how two folds are done by some settings, and what those see and do at every step."""
     env = ReprogramEnv()
     best = open_loops_of(env).candidates(100, 2)[84:]
-    found = candidates_twice(best, 2, COUNT, env.world.scene)
-    return found, refolded(env, DrawingBackTwice(found), 2)
+    found = drawing_back.candidates_twice(best, 2, COUNT, env.world.scene)
+    return found, refolded(env, drawing_back.DrawingBackTwice(found), 2)
 
 
-def refolded(env: ReprogramEnv, plan: DrawingBackTwice, number: int) -> list[Any]:
+def refolded(env: ReprogramEnv, plan: drawing_back.DrawingBackTwice, number: int) -> list[Any]:
     """Return rows, stages, joints off, advances and speeds of every step of a task."""
     episodes: Any = env.make_episodes(env.world, COUNT)
     told: list[Any] = []
@@ -140,8 +130,8 @@ def test_what_is_off_when_the_feed_has_stood_is_drawn_in(refolding: Any) -> None
         if stage != FIRST:
             continue
         first, wrong = found[row].first, np.flatnonzero(off > SUCCESS_TOLERANCE)
-        may = wrong.size and gone > max(wrong[0] + first.depth, LEAST)
-        if stood[row] >= first.stands and may and steps[row] <= PATIENCE * HORIZON:
+        may = wrong.size and gone > max(wrong[0] + first.depth, drawing_back.LEAST)
+        if stood[row] >= first.stands and may and steps[row] <= drawing_back.PATIENCE * HORIZON:
             assert speed == first.speed
             begun += 1
         stood[row] = stood[row] + 1 if speed == 0.0 else 0
@@ -162,9 +152,7 @@ def test_a_first_fold_creeps_where_the_tube_holds_the_last_component(refolding: 
 
 
 @pytest.mark.medium
-def test_for_every_task_the_best_of_some_settings_is_found(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_for_every_task_the_best_of_some_settings_is_found(tmp_path, monkeypatch):
     every: Any = make_env(SETTINGS).unwrapped
     few: Any = UnknownFloorEnv(tasks=every.tasks[8:10])
     for module in drawing_back, open_loops:
@@ -175,10 +163,10 @@ def test_for_every_task_the_best_of_some_settings_is_found(
     effort = Search(13, 39)
     found = drawing_back.searched(SETTINGS, effort, tmp_path)
     best = open_loops.best_open_loops(SETTINGS, effort, tmp_path)
-    seeds = episode_seeds(STREAM, 40)
+    seeds = episode_seeds(drawing_back.STREAM, 40)
     pool = open_loops.pool_of(few)
     for number, one in enumerate(found):
-        tried = candidates(best[number], number, 2)
+        tried = drawing_back.candidates(best[number], number, 2)
         ends = [
             pool.play(np.full(40, number), seeds, lambda part, each=each: _plan(each, part))[:, 0]
             for each in tried
@@ -189,5 +177,5 @@ def test_for_every_task_the_best_of_some_settings_is_found(
     assert found == drawing_back.searched(SETTINGS, effort, tmp_path)
 
 
-def _plan(found: Redoing, part: slice) -> DrawingBack:
-    return DrawingBack([found] * len(range(*part.indices(40))))
+def _plan(found: drawing_back.Redoing, part: slice) -> drawing_back.DrawingBack:
+    return drawing_back.DrawingBack([found] * len(range(*part.indices(40))))

@@ -36,9 +36,7 @@ def results(folder: Path) -> Played:
 
 
 @pytest.mark.medium
-def test_the_comparison_writes_numbers_and_a_page_that_needs_nothing_but_itself(
-    folder: Path, results: Played
-) -> None:
+def test_the_comparison_writes_numbers_and_a_page_that_needs_nothing_but_itself(folder, results):
     assert {name: len(runs) for name, runs in results.items()} == {
         "frozen": 2, "random": 1, "minimiser": 1,
     }  # fmt: skip
@@ -88,9 +86,7 @@ def test_an_outcome_says_what_was_asked_for_and_where_the_joints_are() -> None:
     assert outcome.reward == pytest.approx(outcome.score - baseline.score)
 
 
-def test_a_chain_that_is_not_simulated_has_no_motion_to_show(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_chain_that_is_not_simulated_has_no_motion_to_show(tmp_path, capsys):
     settings = EnvSettings(fidelity="quasistatic", components=4)
     results = compare([], settings, draws=1, processes=1, folder=tmp_path, built=True)
     assert list(results) == ["random"]  # the minimiser would be compared with itself
@@ -113,37 +109,32 @@ def test_rewards_are_the_environments_own() -> None:
 TRACK = "; magfold score plays the policies of "
 
 
-@pytest.mark.parametrize(
-    ("module", "arguments", "said"),
-    [
-        ("train", ["no-such"], "no-such: no such file; "),
-        ("evaluate", ["--config", "no-such"], "no-such: no such file; "),
-        ("evaluate", ["no-such"], "no-such: no such file; "),
-        ("baselines", ["robust", "--config", "no-such"], "no-such: no such file; "),
-        ("baselines", ["robst"], "search: 'robst' is not allowed"),
-        ("admission.__main__", ["MagFold/TubeFeed-v0"], "id: 'MagFold/TubeFeed-v0' is not allowed"),
-        ("admission.__main__", [*FLOOR, "--search", "1000", "900"], "budget: 900 is not allowed"),
-        ("admission.__main__", [*FLOOR, "--race", "1001", "9000"], "--race: 1001 open loops are "),
-        ("admission.__main__", [*FLOOR, "--blind", "no.safetensors"], "no.safetensors: no such "),
-        ("evaluate", ["ppo-tube-fed"], "did you mean ppo-tube-feed?"),
-        ("ablate", ["ppo-tube-fed"], "did you mean ppo-tube-feed?"),
-        ("evaluate", ["--env", "colour=red"], "env.colour: 'red' is not allowed; unknown key"),
-        ("evaluate", ["ppo-lumen"], "ppo-lumen-0: policy: its spaces"),
-        ("evaluate", ["ppo-lumen"], TRACK),
-        ("ablate", ["random", "--env", "id=MagFold/SequenceDesign-v0"], "env.id: 'MagFold/Seque"),
-        ("evaluate", ["--config", "ppo-lumen"], "env.id: 'MagFold/Lumen-v0' is not allowed;"),
-        ("evaluate", ["--config", "ppo-tray"], TRACK),
-        ("evaluate", ["{path}", *SHORT], "{path}: target: 'RL' has no choice; must be one of LR"),
-        ("evaluate", ["ppo-tube-feed", *SHORT], "ppo-tube-feed-0: policy: its spaces"),
-        ("ablate", ["ppo-tube-feed", *SHORT], "ppo-tube-feed-0: policy: its spaces"),
-        ("evaluate", ["--output", "{path}"], "--output: '{path}' is not allowed"),
-        ("generalise", ["--set", "learner.algorithm=dqn"], "its algorithm must be one of"),
-        ("generalise", ["--components=3", "--folds=2", "--against={path}"], "{path}: target: "),
-    ],
-)
-def test_what_is_wrong_is_told_in_a_line_before_anything_begins(
-    module: str, arguments: list[str], said: str, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize(("module", "arguments", "said"), [
+    ("train", ["no-such"], "no-such: no such file; "),
+    ("evaluate", ["--config", "no-such"], "no-such: no such file; "),
+    ("evaluate", ["no-such"], "no-such: no such file; "),
+    ("baselines", ["robust", "--config", "no-such"], "no-such: no such file; "),
+    ("baselines", ["robst"], "search: 'robst' is not allowed"),
+    ("admission.__main__", ["MagFold/TubeFeed-v0"], "id: 'MagFold/TubeFeed-v0' is not allowed"),
+    ("admission.__main__", [*FLOOR, "--search", "1000", "900"], "budget: 900 is not allowed"),
+    ("admission.__main__", [*FLOOR, "--race", "1001", "9000"], "--race: 1001 open loops are "),
+    ("admission.__main__", [*FLOOR, "--blind", "no.safetensors"], "no.safetensors: no such "),
+    ("evaluate", ["ppo-tube-fed"], "did you mean ppo-tube-feed?"),
+    ("ablate", ["ppo-tube-fed"], "did you mean ppo-tube-feed?"),
+    ("evaluate", ["--env", "colour=red"], "env.colour: 'red' is not allowed; unknown key"),
+    ("evaluate", ["ppo-lumen"], "ppo-lumen-0: policy: its spaces"),
+    ("evaluate", ["ppo-lumen"], TRACK),
+    ("ablate", ["random", "--env", "id=MagFold/SequenceDesign-v0"], "env.id: 'MagFold/Seque"),
+    ("evaluate", ["--config", "ppo-lumen"], "env.id: 'MagFold/Lumen-v0' is not allowed;"),
+    ("evaluate", ["--config", "ppo-tray"], TRACK),
+    ("evaluate", ["{path}", *SHORT], "{path}: target: 'RL' has no choice; must be one of LR"),
+    ("evaluate", ["ppo-tube-feed", *SHORT], "ppo-tube-feed-0: policy: its spaces"),
+    ("ablate", ["ppo-tube-feed", *SHORT], "ppo-tube-feed-0: policy: its spaces"),
+    ("evaluate", ["--output", "{path}"], "--output: '{path}' is not allowed"),
+    ("generalise", ["--set", "learner.algorithm=dqn"], "its algorithm must be one of"),
+    ("generalise", ["--components=3", "--folds=2", "--against={path}"], "{path}: target: "),
+])  # fmt: skip
+def test_what_is_wrong_is_told_in_a_line_before_anything_begins(module, arguments, said, tmp_path):
     choice = Chosen(("NSNS", "SN-N", "NSNS"), (0.1,) * 3, calls=0, successes=0, releases=0)
     path = tmp_path / "choices.json"
     ChoiceFile(path, {}).add("LR", choice)

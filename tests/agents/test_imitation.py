@@ -112,9 +112,7 @@ def test_what_is_learned_from_whole_episodes_is_what_is_told_step_by_step(tmp_pa
     ("learner", "least"),
     [({"algorithm": "ppo"}, 0.35), ({"algorithm": "recurrent-ppo", "lstm": {"hidden": 32}}, 0.25)],
 )
-def test_networks_come_to_choose_and_to_expect_the_same(
-    learner: dict[str, Any], least: float, tmp_path: Path
-) -> None:
+def test_networks_come_to_choose_and_to_expect_the_same(learner, least, tmp_path):
     own = learner | {"hidden": [64], "n_steps": 32, "batch_size": 64}
     run = settings(own, episodes=80, epochs=10, random=0.0, batch_size=64, learning_rate=0.003)
     model: Any = models.make_model(run.learner, make_training_envs(run, 0), 0)

@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from agents.evaluation.intervals import (
-    difference,
-    estimate,
-    interquartile_mean,
-    mean,
-    percent,
-)
+from agents.evaluation.intervals import difference, estimate, interquartile_mean, mean, percent
 from magfold_env.shapes import mirror
 
 WORDS = [f"L{''.join(rest)}" for rest in product("LSR", repeat=3)]
@@ -68,13 +62,10 @@ def test_a_difference_is_paired() -> None:
     assert wide.high - wide.low > 0.1
 
 
-def test_the_same_seed_gives_the_same_interval() -> None:
+def test_the_same_seed_gives_the_same_interval_which_is_written_in_per_cent() -> None:
     scores = RNG.random((3, 7))
     assert estimate(scores, WORDS[:7], mean, seed=4) == estimate(scores, WORDS[:7], mean, seed=4)
     assert estimate(scores, WORDS[:7], mean, seed=4) != estimate(scores, WORDS[:7], mean, seed=5)
-
-
-def test_an_estimate_is_written_in_per_cent() -> None:
     assert str(estimate(np.ones((2, 3)), WORDS[:3])) == "100 % (100–100)"
     assert [percent(share, "+") for share in (-1.0, 0.0, 0.1234)] == ["−100", "+0.0", "+12.3"]
 

@@ -48,9 +48,7 @@ def play(env: Any, ways: Any, stream: str) -> tuple[Any, list[list[tuple[int, ..
 
 
 @pytest.mark.slow
-def test_chains_can_be_had_from_their_trays_and_are_searched_once(
-    searched: Any, found: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_chains_can_be_had_from_their_trays_and_are_searched_once(searched, found, monkeypatch):
     env, ways = found
     monkeypatch.setattr(Episodes, "play", None)
     assert mended(SETTINGS, searched[0], DRAWS) == ways
@@ -87,9 +85,7 @@ def test_chains_that_fail_a_test_are_drawn_back_and_more_hold_in_the_end(found: 
 
 
 @pytest.mark.slow
-def test_demonstrations_can_show_it(
-    found: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_demonstrations_can_show_it(found, monkeypatch, tmp_path):
     _, ways = found
     monkeypatch.setattr("agents.training.imitation.mended", lambda *_: ways)
     given = tiny(env={"id": ANCHOR, "difficulty": 0.1}, imitate={"plan": "mending", "random": 0.0})

@@ -3,8 +3,6 @@
 import base64
 import json
 import pickle
-import subprocess
-import sys
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -21,6 +19,7 @@ from agents.training.envs import make_training_envs
 from agents.training.models import make_model
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from tests.agents.training import LEARNERS, call, tiny
+from tests.command_line import python
 from tests.fuzz.readers import resigned
 
 GOAL = "MagFold/TubeFeedGoal-v0"
@@ -47,9 +46,7 @@ def file(model: stable_baselines3.PPO, tmp_path: Path) -> Path:
 
 @pytest.mark.medium
 @pytest.mark.parametrize(("algorithm", "features", "env_id"), CASES)
-def test_every_algorithm_acts_as_before(
-    algorithm: str, features: str, env_id: str, tmp_path: Path
-) -> None:
+def test_every_algorithm_acts_as_before(algorithm, features, env_id, tmp_path):
     learner = {"algorithm": algorithm, "features": features, "hidden": [16], **LEARNERS[algorithm]}
     actions = {"actions": "box"} if algorithm in ("sac", "tqc") else {}
     env = {"id": env_id, "components": 3, "fidelity": "quasistatic", **actions}
@@ -121,8 +118,7 @@ def test_what_is_not_trusted_runs_no_code(evil: tuple[Path, Path], tmp_path: Pat
     for each in (path, renamed):
         with pytest.raises(ValueError, match=r"evil\..*: is a zip file.*policy_files\.save"):
             make_policy(str(each))
-    refused = call("evaluate", path, "--output", tmp_path / "out")
-    assert refused.exit_code == 2
+    refused = call("evaluate", path, "--output", tmp_path / "out", code=2)
     assert "policy_files.save" in refused.stderr
     assert not written.exists()
     stable_baselines3.PPO.load(path)
@@ -141,28 +137,23 @@ def changed(file: Path, settings: dict[str, Any], **weights: Any) -> None:
     file.write_bytes(resigned(len(head).to_bytes(8, "little") + head + content[start:]))
 
 
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"algorithm": "os.system"}, "algorithm: 'os.system' is not allowed; must be 'ppo'"),
-        ({"features": "os.path"}, "features: 'os.path' is not allowed; must be 'chain'"),
-        ({"policy": "os.system"}, "policy: 'os.system' is not allowed; unknown key"),
-        ({"actor": [10**9]}, "actor, critic: .* is not allowed; must be those of the weights"),
-        ({"actor": [6]}, r"weights: mlp_extractor\.\S+: is not one of the network's"),
-        ({"actor": [6, 6]}, r"weights: mlp_extractor\.\S+2\.weight: .* F32 numbers, \[6, 6"),
-        ({"observations": {"low": [0]}}, "observations.high: None is not allowed; must be given"),
-        ({"actions": {"boxes": {}}}, "actions: .* is not allowed; must be a box"),
-        ({"actions": {"n": 10**8}}, "actor, critic: .* must be those of the weights"),
-        ({"features": "symmetric", "actions": {"n": 3}}, "its networks cannot be made: action_sp"),
-        ({"frames": 64}, "actor, critic: .* must be those of the weights"),
-        ({"lstm": {"hidden": 8}}, "lstm: .* must not be given with ppo"),
-        ({"algorithm": "recurrent-ppo"}, "lstm: None is not allowed; must be given with recurr"),
-        (
-            {"algorithm": "recurrent-ppo", "lstm": {"hidden": 10**9}},
-            "actor, critic: .* must be those of the weights",
-        ),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("settings", "message"), [
+    ({"algorithm": "os.system"}, "algorithm: 'os.system' is not allowed; must be 'ppo'"),
+    ({"features": "os.path"}, "features: 'os.path' is not allowed; must be 'chain'"),
+    ({"policy": "os.system"}, "policy: 'os.system' is not allowed; unknown key"),
+    ({"actor": [10**9]}, "actor, critic: .* is not allowed; must be those of the weights"),
+    ({"actor": [6]}, r"weights: mlp_extractor\.\S+: is not one of the network's"),
+    ({"actor": [6, 6]}, r"weights: mlp_extractor\.\S+2\.weight: .* F32 numbers, \[6, 6"),
+    ({"observations": {"low": [0]}}, "observations.high: None is not allowed; must be given"),
+    ({"actions": {"boxes": {}}}, "actions: .* is not allowed; must be a box"),
+    ({"actions": {"n": 10**8}}, "actor, critic: .* must be those of the weights"),
+    ({"features": "symmetric", "actions": {"n": 3}}, "its networks cannot be made: action_sp"),
+    ({"frames": 64}, "actor, critic: .* must be those of the weights"),
+    ({"lstm": {"hidden": 8}}, "lstm: .* must not be given with ppo"),
+    ({"algorithm": "recurrent-ppo"}, "lstm: None is not allowed; must be given with recurr"),
+    ({"algorithm": "recurrent-ppo", "lstm": {"hidden": 10**9}},
+     "actor, critic: .* must be those of the weights"),
+])  # fmt: skip
 def test_wrong_settings_name_file_and_key(file: Path, settings: Any, message: str) -> None:
     changed(file, settings)
     with pytest.raises(ValueError, match=rf"policy\.safetensors: {message}") as caught:
@@ -190,7 +181,7 @@ def test_what_is_written_is_always_alike(model: Any, file: Path, tmp_path: Path)
         "write(sys.argv[2], file.settings, file.weights(shapes))"
     )
     again = tmp_path / "again.safetensors"
-    subprocess.run([sys.executable, "-c", code, str(file), str(again)], check=True)
+    python("-c", code, file, again)
     assert again.read_bytes() == file.read_bytes()
 
 

@@ -61,7 +61,7 @@ def test_scores_stand_between_random_actions_and_the_oracle(tmp_path: Path) -> N
     score(tmp_path, "bad", 2)
     score(tmp_path, "chosen", 10, kind="actions")
     out = tmp_path / "page.md"
-    assert call("scoreboard", "--scores", tmp_path, "--output", out).exit_code == 0
+    call("scoreboard", "--scores", tmp_path, "--output", out, code=0)
     found = tables(out.read_text(encoding="utf-8"))
     names = [row[0] for row in found[FLOOR]]
     assert names == ["random", "always forward", "oracle", "chosen", "good", "bad"]

@@ -36,16 +36,13 @@ def card(runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> C
     return ship_policies(NAME, runs, tmp_path)
 
 
-def test_policies_are_those_of_the_runs(card: Card, runs: list[Path], tmp_path: Path) -> None:
+def test_policies_are_those_of_the_runs_and_loaded_by_their_name(card, runs, tmp_path):
     files = shipped_files(NAME)
     assert [file.name for file in files] == [policy.file for policy in card.policies]
     for run, file in zip(runs, files, strict=True):
         assert file.read_bytes() == (run / "policy.safetensors").read_bytes()
     assert [policy.run.seed for policy in card.policies] == [0, 1]
     assert Card.read(tmp_path / f"{NAME}.json") == card
-
-
-def test_a_shipped_policy_is_loaded_by_its_name(card: Card) -> None:
     assert policy_files.load(shipped_files(NAME)[1]).steps == card.policies[1].run.steps
     load_shipped(NAME, 1)
     method = Method.parse(NAME)
@@ -57,9 +54,7 @@ def test_a_shipped_policy_is_loaded_by_its_name(card: Card) -> None:
 
 
 @pytest.mark.medium
-def test_the_card_takes_what_an_evaluation_and_an_ablation_found(
-    card: Card, tmp_path: Path
-) -> None:
+def test_the_card_takes_what_an_evaluation_and_an_ablation_found(card, tmp_path):
     settings = tiny().env
     results = compare([Method.parse(NAME)], settings, 3, 1, tmp_path / "out")
     card = with_results(card, [tmp_path / "out" / "results.json"])
@@ -73,8 +68,7 @@ def test_the_card_takes_what_an_evaluation_and_an_ablation_found(
     given = [NAME, "--draws", 1, "--processes", 1, "--seeds", 1, "--output", tmp_path]
     for change in ("fidelity=quasistatic", "components=3", "randomisation=null"):
         given += ["--env", change]
-    done = call("ablate", *given)
-    assert done.exit_code == 0, done.output
+    call("ablate", *given, code=0)
     both = with_results(card, [tmp_path / "ablation.json"])
     assert both.of("evaluation") == [found]
     (ablation,) = both.of("ablation")
@@ -90,8 +84,7 @@ def test_an_admission_tells_what_cards_take(tmp_path: Path) -> None:
     card = ship_policies(NAME, [tmp_path / "run"], tmp_path)
     given = [floor, "--policy", tmp_path / "run" / "policy.safetensors", "--tasks", 1]
     given += ["--episodes", 3, "--search", 13, 32, "--race", 13, 32, "--processes", 1]
-    done = call("admission.__main__", *given, "--output", tmp_path)
-    assert done.exit_code == 0, done.output
+    call("admission.__main__", *given, "--output", tmp_path, code=0)
     (found,) = with_results(card, [tmp_path / "admission.json"]).results
     assert (found.id, card.numbers(found.rows["trained"])) == (floor, [0])
     (run,) = found.rows["trained"].runs
@@ -114,9 +107,7 @@ def test_what_is_damaged_is_refused(card: Card, tmp_path: Path, damage: str) -> 
         load_shipped(NAME)
 
 
-def test_runs_of_other_settings_make_no_set(
-    runs: list[Path], tmp_path_factory: pytest.TempPathFactory, tmp_path: Path
-) -> None:
+def test_runs_of_other_settings_make_no_set(runs, tmp_path_factory, tmp_path):
     other = tmp_path_factory.mktemp("other")
     train(tiny(timesteps=24, learner={"algorithm": "ppo", "n_steps": 24, "batch_size": 24}), other)
     with pytest.raises(CardError, match="was trained with other settings than"):

@@ -26,9 +26,7 @@ def both(**shown: Any) -> tuple[Any, Any]:
 
 
 @pytest.mark.parametrize("blinded", [False, True])
-def test_the_last_observations_are_shown_and_the_first_stands_for_those_before(
-    blinded: bool,
-) -> None:
+def test_the_last_observations_are_shown_and_the_first_stands_for_those_before(blinded):
     plain, shown = both(frames=3, blind=blinded)
     layout = plain.get_attr("layout")[0]
     seen = plain.reset()
@@ -74,9 +72,7 @@ def untrained(settings: TrainSettings, path: Path) -> Any:
 
 @pytest.mark.parametrize("env_id", ["MagFold/TubeFeed-v0", FLOOR])
 @pytest.mark.parametrize("algorithm", ["ppo", "recurrent-ppo"])
-def test_a_policy_that_plays_is_shown_what_its_file_says(
-    algorithm: str, env_id: Any, tmp_path: Path
-) -> None:
+def test_a_policy_that_plays_is_shown_what_its_file_says(algorithm, env_id, tmp_path):
     fidelity = {} if env_id == FLOOR else {"fidelity": "quasistatic", "components": 4}
     env = {"id": env_id, "actions": "discrete", **fidelity}
     settings = tiny(algorithm, own={"frames": 3}, env=env)

@@ -80,13 +80,10 @@ def test_four_episodes_look_alike(tmp_path: Any, direction: str, kind: Any, fide
 def test_choices_are_turned_with_the_chain(tmp_path: Any, direction: str) -> None:
     env = TubeFeedEnv(scene=scene_file(tmp_path, direction), components=5, fidelity="quasistatic")
     policy = SymmetricPolicy(
-        env.observation_space,
-        env.action_space,
-        lambda _: 1e-3,
-        net_arch=[16],
+        env.observation_space, env.action_space, lambda _: 1e-3, net_arch=[16],
         features_extractor_class=FromOneSide,
         features_extractor_kwargs={"backward": direction == "backward"},
-    )
+    )  # fmt: skip
     with torch.no_grad():
         policy.action_net.layer.weight *= 100.0  # it begins all but even
 
@@ -106,7 +103,7 @@ def test_choices_are_turned_with_the_chain(tmp_path: Any, direction: str) -> Non
         torch.testing.assert_close(others[2], values, atol=1e-5, rtol=0.0)
 
 
-def test_devices_with_a_left_and_a_right_are_refused(tmp_path: Any) -> None:
+def test_devices_with_a_left_and_a_right_and_other_actions_are_refused(tmp_path: Any) -> None:
     even = load_scene("tube-feed")
     assert is_symmetric(even)
     assert is_symmetric(even.replace(magnets={"width": (0.004, 0.006, 0.006, 0.004)}))
@@ -125,9 +122,6 @@ def test_devices_with_a_left_and_a_right_are_refused(tmp_path: Any) -> None:
     settings = tiny(learner=learner, env=env)
     with pytest.raises(ValueError, match=r"learner\.features: 'symmetric' is not allowed"):
         make_model(settings.learner, make_training_envs(settings, 0), 0)
-
-
-def test_other_actions_are_refused() -> None:
     seen = spaces.Box(-1.0, 1.0, (81,))
     for actions in (spaces.Discrete(16), spaces.MultiDiscrete([4, 9]), spaces.MultiDiscrete([16])):
         with pytest.raises(ValueError, match=r"action_space: .* is not allowed; must be Multi"):

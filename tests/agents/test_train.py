@@ -4,28 +4,12 @@ import pytest
 
 from agents.evaluate import evaluate
 from agents.evaluation.episodes import Method
-from agents.settings import TrainSettings
 from agents.training.run import train
 from magfold_env.envs.tasks.draws import episode_seeds
+from tests.agents.training import tiny
 
-SETTINGS = TrainSettings.model_validate(
-    {
-        "name": "tiny",
-        "timesteps": 96,
-        "envs": 1,
-        "checkpoint_every": 48,
-        "validate_every": 48,
-        "validation_episodes": 2,
-        "env": {"targets": ["LRLLL", "RLRRR"]},
-        "learner": {
-            "algorithm": "ppo",
-            "n_steps": 48,
-            "batch_size": 24,
-            "n_epochs": 2,
-            "hidden": [16],
-        },
-    }
-)
+TARGETS = {"targets": ["LRLLL", "RLRRR"]}
+SETTINGS = tiny(timesteps=96, envs=1, validate_every=48, validation_episodes=2, env=TARGETS)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 import torch
 from stable_baselines3 import PPO
 
-from agents.settings import EnvSettings, StopSettings, TrainSettings, load_settings
+from agents.settings import EnvSettings, StopSettings, load_settings
 from agents.training import policy_files
 from agents.training.envs import check_envs, make_env, make_training_envs
 from agents.training.folder import RunInfo
@@ -16,30 +16,23 @@ from agents.training.models import LearningRate, Progress, make_model
 from agents.training.run import Validation, train
 from magfold_env.files import configs_dir
 from magfold_env.scoring.track import TRACKS
-from tests.agents.training import records, tiny, weights
+from tests.agents.training import LEARNERS, records, tiny, weights
 
 FLOOR = {"id": "MagFold/UnknownFloor-v0", "actions": "box"}
 RUNS = [
-    pytest.param(tiny("ppo"), id="ppo"),
-    pytest.param(tiny("maskable-ppo"), id="maskable-ppo"),
-    pytest.param(tiny("recurrent-ppo"), id="recurrent-ppo"),
-    pytest.param(tiny("sac"), id="sac"),
-    pytest.param(tiny("tqc"), id="tqc"),
-    pytest.param(tiny("sac", True), id="sac with hindsight"),
-    pytest.param(tiny("tqc", True), id="tqc with hindsight"),
-    *[
-        pytest.param(tiny(algorithm, env=FLOOR), id=f"{algorithm} on a track")
-        for algorithm in ("recurrent-ppo", "sac", "tqc")
-    ],
+    *(pytest.param(tiny(name), id=name) for name in LEARNERS),
+    *(pytest.param(tiny(name, True), id=f"{name} with hindsight") for name in ("sac", "tqc")),
+    *(
+        pytest.param(tiny(name, env=FLOOR), id=f"{name} on a track")
+        for name in ("recurrent-ppo", "sac", "tqc")
+    ),
 ]
 
 
 @pytest.mark.medium
 @pytest.mark.train
 @pytest.mark.parametrize("settings", RUNS)
-def test_a_run_changes_the_networks_and_leaves_its_files(
-    settings: TrainSettings, tmp_path: Path
-) -> None:
+def test_a_run_changes_the_networks_and_leaves_its_files(settings, tmp_path):
     settings = settings.model_copy(update={"timesteps": 240})
     policy = train(settings, tmp_path)
     envs = make_training_envs(settings, 0)
@@ -50,8 +43,7 @@ def test_a_run_changes_the_networks_and_leaves_its_files(
     assert any(not torch.equal(trained[name], untrained[name]) for name in trained)
     assert (tmp_path / "best.safetensors").is_file()
     assert load_settings(tmp_path / "settings.yaml") == settings
-    info = RunInfo.read(tmp_path)
-    assert info is not None
+    info: Any = RunInfo.read(tmp_path)
     assert info.algorithm == settings.learner.algorithm
     assert info.steps >= 240
     assert info.made["torch"] == torch.__version__
@@ -133,20 +125,16 @@ def test_a_phase_stops_when_it_is_good_enough_or_no_longer_gets_better() -> None
 def test_a_phase_that_is_good_enough_hands_over_to_the_next(tmp_path: Path) -> None:
     before = {"timesteps": 5000, "env": {"match": "outline"}, "stop": {"success": 0.0}}
     train(tiny(pretraining=[before], timesteps=100), tmp_path)
-    info = RunInfo.read(tmp_path)
-    assert info is not None
+    info: Any = RunInfo.read(tmp_path)
     assert info.steps < 400
 
 
-def test_phases_differ_in_what_they_say_and_nothing_else() -> None:
+def test_phases_differ_in_what_they_say_and_have_their_own_seeds() -> None:
     settings = tiny(pretraining=[{"timesteps": 10, "env": {"match": "outline", "speeds": 5}}])
     first, main = settings.phases
     assert first.timesteps == 10
     assert main.env == settings.env
     assert first.env == settings.env.model_copy(update={"match": "outline", "speeds": 5})
-
-
-def test_environments_of_a_phase_have_their_own_seeds() -> None:
     settings = tiny(pretraining=[{"timesteps": 10}], envs=2)
     drawn = []
     for phase in (0, 1, 1):

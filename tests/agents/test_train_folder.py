@@ -4,40 +4,19 @@ from pathlib import Path
 
 import pytest
 
-from agents.settings import SettingsError, TrainSettings, save_settings
+from agents.settings import SettingsError, save_settings
 from agents.training import policy_files
 from agents.training.folder import RunInfo, file_digest
-from agents.training.run import BoundaryCallback, train
+from agents.training.run import train
 from magfold_env.checkpoint import CheckpointError, alone_in
-from tests.agents.training import call, same_weights, tiny
+from tests.agents.training import call, killed, same_weights, tiny
 
 pytestmark = pytest.mark.train
 
 
-class KilledError(BaseException):
-    """Ends a run as a kill does."""
-
-
-def begun(settings: TrainSettings, folder: Path) -> Path:
-    """Break a run off after its first checkpoint; return the state to go on from."""
-    step = BoundaryCallback.on_step
-
-    def stepping(self: BoundaryCallback) -> bool:
-        if self.num_timesteps > 60:
-            raise KilledError
-        return step(self)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(BoundaryCallback, "on_step", stepping)
-        with pytest.raises(KilledError):
-            train(settings, folder)
-    return folder / "resume.zip"
-
-
-def test_a_checkpoint_that_is_damaged_or_of_another_run_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    state = begun(tiny(), tmp_path)
+def test_a_checkpoint_that_is_damaged_or_of_another_run_is_refused(tmp_path, monkeypatch):
+    killed(tiny(), tmp_path, 60 // tiny().envs)
+    state = tmp_path / "resume.zip"
     whole = state.read_bytes()
     for content in (b"", whole[: len(whole) // 2]):
         state.write_bytes(content)
@@ -72,8 +51,7 @@ def test_another_runs_folder_is_refused_unless_it_may_be_cleared(tmp_path: Path)
 
 def test_what_cannot_be_resumed_is_refused(tmp_path: Path) -> None:
     save_settings(tiny(), tmp_path / "run.yaml")
-    result = call("train", tmp_path / "run.yaml", "--resume", "--output", tmp_path / "run")
-    assert result.exit_code == 2
+    result = call("train", tmp_path / "run.yaml", "--resume", "--output", tmp_path / "run", code=2)
     assert "there is no checkpoint to resume from" in result.output
 
 

@@ -3,53 +3,19 @@
 import errno
 import itertools
 import os
-import signal
-import subprocess
-import sys
-import time
 import zipfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from agents.settings import SettingsError, TrainSettings, save_settings
+from agents.settings import SettingsError, TrainSettings
 from agents.training.folder import RunInfo
 from agents.training.models import REST
-from agents.training.run import BoundaryCallback, train
-from tests.agents.training import records, same_weights, tiny
+from agents.training.run import train
+from tests.agents.training import killed, records, same_weights, tiny
 
 pytestmark = pytest.mark.train
-
-
-class KilledError(BaseException):
-    """Ends a run as a kill does: nobody catches it."""
-
-
-def killing(after: int) -> Callable[[BoundaryCallback], bool]:
-    """Return a replacement for a callback's step that ends the run in its middle."""
-    step, calls = BoundaryCallback.on_step, 0
-
-    def stepping(self: BoundaryCallback) -> bool:
-        nonlocal calls
-        calls += 1
-        if calls > after:
-            raise KilledError
-        return step(self)
-
-    return stepping
-
-
-def broken_off(settings: TrainSettings, folder: Path, calls: list[int]) -> None:
-    """Train in `folder`, killed after each of the numbers of calls, and then to the end."""
-    for after in calls:
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(BoundaryCallback, "on_step", killing(after))
-            with pytest.raises(KilledError):
-                train(settings, folder)
-    train(settings, folder)
 
 
 PRETRAINED: dict[str, Any] = {
@@ -77,18 +43,19 @@ RUNS = [
 @pytest.mark.medium
 @pytest.mark.parametrize("settings", RUNS)
 def test_a_killed_run_goes_on_bit_for_bit(settings: TrainSettings, tmp_path: Path) -> None:
-    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    whole, broken = tmp_path / "whole", tmp_path / "killed"
     train(settings, whole)
     # Before the first checkpoint, in the random actions, later, and twice from one checkpoint.
-    broken_off(settings, killed, [10, 28, 35, 40, 3])
-    assert same_weights(whole / "policy.safetensors", killed / "policy.safetensors")
-    assert same_weights(whole / "best.safetensors", killed / "best.safetensors")
-    written = records(killed)
+    for calls in (10, 28, 35, 40, 3):
+        killed(settings, broken, calls)
+    train(settings, broken)
+    for name in ("policy.safetensors", "best.safetensors"):
+        assert same_weights(whole / name, broken / name)
+    written = records(broken)
     for steps in ([step for step, _ in series] for series in written.values()):
         assert steps == sorted(set(steps))
     assert written == records(whole)
-    info = RunInfo.read(killed)
-    assert info is not None
+    info: Any = RunInfo.read(broken)
     assert info.finished
     assert info.resumed_at == sorted(info.resumed_at) != []
 
@@ -105,9 +72,7 @@ def test_a_finished_run_is_left_as_it_is(tmp_path: Path) -> None:
 
 @pytest.mark.medium
 @pytest.mark.parametrize("algorithm", ["ppo", "recurrent-ppo", pytest.param("sac", marks=SLOW)])
-def test_a_finished_run_that_is_lengthened_is_the_longer_run(
-    algorithm: str, tmp_path: Path
-) -> None:
+def test_a_finished_run_that_is_lengthened_is_the_longer_run(algorithm, tmp_path):
     short, long = (tiny(algorithm, envs=2, timesteps=steps) for steps in (200, 400))
     train(long, tmp_path / "whole")
     lengthened = tmp_path / "lengthened"
@@ -118,21 +83,15 @@ def test_a_finished_run_that_is_lengthened_is_the_longer_run(
         with pytest.raises(SettingsError, match="holds another run, whose"):
             train(settings, lengthened, resume)
     # Killed on the way, and taken up as the longer one.
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(BoundaryCallback, "on_step", killing(3))
-        with pytest.raises(KilledError):
-            train(long, lengthened, resume=True)
-    train(long, lengthened)
-    assert same_weights(
-        tmp_path / "whole" / "policy.safetensors", lengthened / "policy.safetensors"
-    )
+    killed(long, lengthened, 3, resume=True)
+    policy = train(long, lengthened)
+    assert same_weights(tmp_path / "whole" / "policy.safetensors", policy)
     written, whole = records(lengthened), records(tmp_path / "whole")
     for name, series in whole.items():
         # Where the short one ended it was validated besides.
         assert set(series) <= set(written[name])
         assert name.startswith("validation/") or series == written[name]
-    info = RunInfo.read(lengthened)
-    assert info is not None
+    info: Any = RunInfo.read(lengthened)
     assert info.finished
     assert info.resumed_at[0] >= 200
     (lengthened / "resume.zip").unlink()
@@ -159,35 +118,3 @@ def test_a_run_that_a_full_disk_broke_off_goes_on(tmp_path: Path) -> None:
     train(tiny(), broken)
     assert same_weights(tmp_path / "whole" / "policy.safetensors", broken / "policy.safetensors")
     assert records(tmp_path / "whole") == records(broken)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("sent", "code"), [(signal.SIGKILL, -signal.SIGKILL), (signal.SIGINT, 130)]
-)
-def test_a_signal_at_any_moment_changes_nothing(
-    sent: signal.Signals, code: int, tmp_path: Path
-) -> None:
-    settings = tiny("ppo", envs=2, timesteps=6_000, checkpoint_every=200)
-    train(settings, tmp_path / "whole")
-    save_settings(settings, tmp_path / "run.yaml")
-    broken = tmp_path / "broken"
-    command = [sys.executable, "-m", "agents.train", str(tmp_path / "run.yaml")]
-    for wait in np.random.default_rng().uniform(0.0, 2.0, 2):
-        process = subprocess.Popen([*command, "--output", str(broken)], start_new_session=True)
-        wait_for_a_checkpoint(broken, process)
-        time.sleep(wait)
-        os.killpg(process.pid, sent)
-        assert process.wait() == code, "the run was over before it was broken off"
-    train(settings, broken)
-    assert same_weights(tmp_path / "whole" / "policy.safetensors", broken / "policy.safetensors")
-    assert records(tmp_path / "whole") == records(broken)
-
-
-def wait_for_a_checkpoint(folder: Path, process: subprocess.Popen[bytes]) -> None:
-    """Return when the process has written a checkpoint."""
-    file = folder / "resume.zip"
-    before = file.stat().st_mtime_ns if file.exists() else 0
-    while not file.exists() or file.stat().st_mtime_ns == before:
-        assert process.poll() is None
-        time.sleep(0.02)

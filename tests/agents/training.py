@@ -1,9 +1,11 @@
 """Commands, tiny runs without dynamics, and what is compared of them."""
 
+import itertools
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import pytest
 import torch
 import typer
 from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
@@ -11,14 +13,14 @@ from typer.testing import CliRunner
 
 from agents.settings import TrainSettings
 from agents.training import policy_files
+from agents.training.run import BoundaryCallback, train
 
+_ON = {"n_steps": 24, "batch_size": 24, "n_epochs": 2}
+_OFF = {"learning_starts": 64, "batch_size": 16, "train_freq": 4, "buffer_size": 150}
 LEARNERS: dict[str, dict[str, Any]] = {
-    "ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2},
-    "maskable-ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2},
-    "recurrent-ppo": {"n_steps": 24, "batch_size": 24, "n_epochs": 2, "lstm": {"hidden": 8}},
-    "sac": {"learning_starts": 64, "batch_size": 16, "train_freq": 4, "buffer_size": 150},
-    "tqc": {"learning_starts": 64, "batch_size": 16, "train_freq": 4, "buffer_size": 150},
-}
+    "ppo": _ON, "maskable-ppo": _ON, "recurrent-ppo": {**_ON, "lstm": {"hidden": 8}},
+    "sac": _OFF, "tqc": _OFF,
+}  # fmt: skip
 """Hyper-parameters that make every learner quick."""
 
 
@@ -35,23 +37,37 @@ def tiny(
     if hindsight:
         env["id"] = "MagFold/TubeFeedGoal-v0"
         learner["hindsight"] = {}
-    run = {
-        "name": "tiny",
-        "env": env,
-        "learner": learner,
-        "timesteps": 300,
-        "checkpoint_every": 48,
-        "validate_every": 96,
-        "validation_episodes": 4,
-    }
+    run = {"name": "tiny", "env": env, "learner": learner, "timesteps": 300}
+    run |= {"checkpoint_every": 48, "validate_every": 96, "validation_episodes": 4}
     return TrainSettings.model_validate(run | changes)
 
 
-def call(module: str, *arguments: object) -> Any:
-    """Return the result of a command of `agents`."""
+def call(module: str, *arguments: object, code: int | None = None) -> Any:
+    """Return the result of a command of `agents`, which may have to end with an exit code."""
     app = typer.Typer()
     app.command()(import_module(f"agents.{module}").main)
-    return CliRunner().invoke(app, list(map(str, arguments)))
+    result = CliRunner().invoke(app, list(map(str, arguments)))
+    assert code in (None, result.exit_code), result.output
+    return result
+
+
+class KilledError(BaseException):
+    """Ends a run as a kill does: nobody catches it."""
+
+
+def killed(settings: TrainSettings, folder: Path, after: int, resume: bool | None = None) -> None:
+    """Train until the run has made so many steps of its callback, and break it off there."""
+    step, calls = BoundaryCallback.on_step, itertools.count(1)
+
+    def stepping(self: BoundaryCallback) -> bool:
+        if next(calls) > after:
+            raise KilledError
+        return step(self)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(BoundaryCallback, "on_step", stepping)
+        with pytest.raises(KilledError):
+            train(settings, folder, resume)
 
 
 def weights(policy: Path) -> dict[str, torch.Tensor]:

@@ -18,11 +18,9 @@ def unequal(seed):
     """Two components of random magnets, some faces empty, and where they are."""
     rng = np.random.default_rng(seed)
     magnets = {
-        "remanence": rng.uniform(0.2, 1.4, (2, 4)),
-        "width": rng.uniform(0.003, 0.006, 4),
-        "height": rng.uniform(0.003, 0.008, 4),
-        "thickness": rng.uniform(0.001, 0.002, 4),
+        "remanence": rng.uniform(0.2, 1.4, (2, 4)), "width": rng.uniform(0.003, 0.006, 4),
+        "height": rng.uniform(0.003, 0.008, 4), "thickness": rng.uniform(0.001, 0.002, 4),
         "inset": rng.uniform(0.0004, 0.001, 4),
-    }
+    }  # fmt: skip
     sequence = tuple("".join(row) for row in rng.choice([*"NNSS-"], (2, 4)))
     return Scene(sequence=sequence).replace(magnets=magnets), samples.random_pair(rng, SIDE)

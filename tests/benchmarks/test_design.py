@@ -1,7 +1,6 @@
 """`magfold bench design`: its parts, on few targets."""
 
 import json
-from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -14,9 +13,7 @@ from magfold_env.shapes import folded_words
 
 
 @pytest.mark.medium
-def test_targets_are_judged_beside_the_minimiser(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_targets_are_judged_beside_the_minimiser(tmp_path, monkeypatch):
     monkeypatch.setattr(design, "folded_words", lambda n: folded_words(n)[:1])
     monkeypatch.setattr(design, "SELECTION", 2)
     command = ["bench", "design", "--quick", "--only", "targets", "--out", str(tmp_path)]

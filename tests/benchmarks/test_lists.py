@@ -15,12 +15,9 @@ from magfold_env.envs.tasks.feed_tasks import (
 from magfold_env.files import configs_dir
 
 KINDS: dict[str, type[Task]] = {
-    "two-folds-6": FeedTask,
-    "chamber-6": FeedTask,
-    "two-words-6": RefoldTask,
-    "trays-6": TrayTask,
+    "two-folds-6": FeedTask, "chamber-6": FeedTask, "two-words-6": RefoldTask, "trays-6": TrayTask,
     "anchors-6": AnchorTask,
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", LISTS)

@@ -19,11 +19,8 @@ SCENES = work_precision.named_scenes()
 FEW = {name: SCENES[name] for name in ("sequence 1, free", work_precision.PENDULUM)}
 LITTLE: list[tuple[Any, str, Any]] = [
     (work_precision, "named_scenes", lambda: FEW),
-    (
-        work_precision,
-        "QUICK",
-        work_precision.Effort(2, (1e-2, 1e-4), (1e-2, 1e-3), (1 / 1200,), (1e-7, 1e-6), 2),
-    ),
+    (work_precision, "QUICK",
+     work_precision.Effort(2, (1e-2, 1e-4), (1e-2, 1e-3), (1 / 1200,), (1e-7, 1e-6), 2)),
     (scaling, "QUICK_LENGTHS", (1, 3)),
     (samples.timing, "enough_repeats", lambda _: 1),
     # Python takes less time for what little is summed here than it takes to compile the loops.
@@ -32,7 +29,7 @@ LITTLE: list[tuple[Any, str, Any]] = [
     (ground_states, "QUICK_PROVED", {8: 2, 10: 1}),
     (experiment, "QUICK_RUNS", 2),
     (idealisations, "QUICK_CHAINS", 2),
-]
+]  # fmt: skip
 SLOW = {"skipping", "first-use"}
 PARTS = [
     pytest.param(benchmark, name, marks=pytest.mark.slow if name in SLOW else pytest.mark.medium)
@@ -51,8 +48,7 @@ def _little(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_every_part_runs_and_draws(benchmark: str, name: str, tmp_path: Path) -> None:
     if name == "peers" and not peers.installed():
         pytest.skip(f"{peers.MAGPYLIB} is not installed")
-    result = run("bench", benchmark, "--quick", "--only", name, "--out", tmp_path / "out")
-    assert result.exit_code == 0, result.output
+    run("bench", benchmark, "--quick", "--only", name, "--out", tmp_path / "out", code=0)
     part = json.loads((tmp_path / f"out/{benchmark}.json").read_text("utf-8"))["parts"][name]
     assert part["rows"]
     files = {f"{benchmark}.json", f"{name}.csv"}

@@ -88,9 +88,7 @@ def test_a_killed_run_goes_on(measured: Measured, tmp_path: Path) -> None:
 
 
 @pytest.mark.medium
-def test_another_runs_parts_are_refused(
-    measured: Measured, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_another_runs_parts_are_refused(measured, tmp_path, monkeypatch):
     suite.run("full", tmp_path)
     with pytest.raises(CheckpointError, match="effort"):
         suite.run("quick", tmp_path)
@@ -102,9 +100,7 @@ def test_another_runs_parts_are_refused(
 
 
 @pytest.mark.medium
-def test_a_part_that_breaks_loses_no_other(
-    measured: Measured, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_part_that_breaks_loses_no_other(measured, tmp_path, capsys):
     measured.broken = ArithmeticError("two <contenders> disagree")
     assert not suite.run("full", tmp_path)
     assert "ArithmeticError: two <contenders> disagree" in capsys.readouterr().out

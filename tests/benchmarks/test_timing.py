@@ -29,7 +29,7 @@ class Clock:
         return prepare
 
 
-def test_ratios_are_free_of_drift_and_of_preparation():
+def test_tasks_take_turns_and_ratios_are_free_of_drift_and_preparation() -> None:
     clock = Clock()
 
     def drift(share):
@@ -41,9 +41,6 @@ def test_ratios_are_free_of_drift_and_of_preparation():
     assert times["slow"].samples[-1] < 0.2  # the machine became faster
     quotient = ratio(times["slow"], times["fast"])
     assert (quotient.low, quotient.median, quotient.high) == pytest.approx((5.0, 5.0, 5.0))
-
-
-def test_tasks_take_turns_and_short_ones_are_repeated():
     clock = Clock()
     tasks = {"long": clock.task("long", 1.0), "short": clock.task("short", 0.3)}
     times = take_turns(tasks, rounds=2, shortest=1.0, clock=clock)

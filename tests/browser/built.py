@@ -36,12 +36,8 @@ def run(job: dict[str, Any], timeout: float = 600.0) -> Any:
     if NO_NODE:
         pytest.skip(NO_NODE)
     done = subprocess.run(
-        ["node", str(SCRIPT), str(folder())],
-        input=json.dumps(job),
-        capture_output=True,
-        text=True,
-        timeout=timeout,
-        check=False,
-    )
+        ["node", str(SCRIPT), str(folder())], input=json.dumps(job), capture_output=True, text=True,
+        timeout=timeout, check=False,
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)

@@ -33,14 +33,9 @@ def random_scene(rng: np.random.Generator, mount: str | None = None, **changes: 
     if rng.random() < 0.2:
         floor = rng.uniform(0.0, 0.4, n)
     scene = mf.Scene(
-        sequence=tuple("".join(rng.choice(letters, 4)) for _ in range(n)),
-        mount=chosen,
-        feed=feed,
-        friction=floor,
-        casing=casing,
-        magnets=magnets,
-        duration=2.0,
-    )
+        sequence=tuple("".join(rng.choice(letters, 4)) for _ in range(n)), mount=chosen, feed=feed,
+        friction=floor, casing=casing, magnets=magnets, duration=2.0,
+    )  # fmt: skip
     return scene.replace(**changes).draw(rng)
 
 
@@ -84,17 +79,14 @@ def chain_of(scene: mf.Scene, couplings: states.Couplings | None = None) -> memo
     given_.friction[:] = scene.frictions[::order]
     chain.state.speed[:] = scene.speeds[::order]
     tube = scene.mount == "tube"
-    start = scene.start_offsets if tube else scene.start_angles
-    assert start is not None
+    start: Any = scene.start_offsets if tube else scene.start_angles
     given_.start[0, : len(start)] = start[::order]
     for row, each in zip(given_.obstacles, scene.obstacles, strict=False):
         row[:] = *each.position, *each.size, each.heading
     given_.choice[:] = (
-        settings.MOUNTS.index(scene.mount),
-        scene.feed.direction == "forward",
-        scene.feed.loading == "at_mouth",
-        len(scene.obstacles),
-    )
+        settings.MOUNTS.index(scene.mount), scene.feed.direction == "forward",
+        scene.feed.loading == "at_mouth", len(scene.obstacles),
+    )  # fmt: skip
     limit = math.inf if scene.feed.force_limit is None else scene.feed.force_limit
     given_.number[:] = (
         scene.gravity.normal, scene.duration, limit, scene.bore, scene.feed.wall, 0.0,

@@ -21,14 +21,10 @@ EXPORTS = {
 
 
 @pytest.mark.medium
-def test_the_module_imports_nothing_and_exports_its_kernels() -> None:
+def test_the_module_imports_nothing_and_the_folder_is_small() -> None:
     told = built.run({"task": "module"})
     assert told["imports"] == []
     assert set(told["exports"]) == EXPORTS
-
-
-@pytest.mark.medium
-def test_the_folder_is_small() -> None:
     files = list(built.folder().iterdir())
     assert {each.name for each in files} == {
         build.KERNELS, build.MEMORY, build.LAYOUT, build.GAMES, build.PAGE, *build.SCRIPTS
@@ -43,9 +39,7 @@ def test_the_same_sources_give_the_same_bytes(tmp_path: Path) -> None:
         assert tmp_path.joinpath(each.name).read_bytes() == each.read_bytes(), each.name
 
 
-def test_without_a_linker_one_line_says_what_is_missing(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_without_a_linker_one_line_says_what_is_missing(monkeypatch, tmp_path):
     monkeypatch.setattr(wasm, "linker", lambda: None)
     app = typer.Typer()
     app.command()(command.main)
@@ -55,15 +49,12 @@ def test_without_a_linker_one_line_says_what_is_missing(
     assert "needs" in found.stderr
 
 
-def test_exponentials_are_within_a_unit_in_the_last_place() -> None:
+def test_exponentials_and_products_are_rounded_as_they_should() -> None:
     x = np.concatenate([np.linspace(-700.0, 700.0, 20_001), np.linspace(-2.0, 0.0, 20_001)])
     found = np.array([wasm.exponential(float(each)) for each in x])
     assert (np.abs(found - np.exp(x)) <= np.spacing(np.exp(x))).all()
     assert wasm.exponential(-800.0) == 0.0
     assert wasm.exponential(800.0) == np.inf
-
-
-def test_products_are_rounded_only_with_a_sum() -> None:
     from fractions import Fraction  # noqa: PLC0415
 
     rng = np.random.default_rng(0)

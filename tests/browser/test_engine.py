@@ -53,7 +53,7 @@ def test_scenes_end_in_the_same_bits() -> None:
 
 
 @pytest.mark.medium
-def test_obstacles_are_met_alike() -> None:
+def test_obstacles_are_met_alike_and_may_just_fit_beside_a_tube() -> None:
     rng = np.random.default_rng(9)
     walls: Any = [
         {"position": (0.1, y), "size": (0.3, 0.004), "heading": tilt}
@@ -62,6 +62,11 @@ def test_obstacles_are_met_alike() -> None:
     compare([random_scene(rng, mount, obstacles=walls) for mount in ("free", "pinned")])
     block: Any = [{"position": (0.05, 0.0), "size": (0.01, 0.03), "heading": 0.4}]
     compare([random_scene(rng, "tube", obstacles=block)])
+    rng = np.random.default_rng(2)
+    beside = {"position": (0.0, 0.02), "size": (0.03, 0.0199)}
+    beyond = {"position": (0.06, 0.0), "size": (0.0799, 0.01)}
+    for obstacle in (beside, beyond):
+        compare([random_scene(rng, "tube", obstacles=[obstacle])])
 
 
 @pytest.mark.slow
@@ -135,15 +140,6 @@ def test_what_cannot_be_is_refused_in_the_words_of_python() -> None:
         assert mine.split("allowed;")[1] == there.split("allowed;")[1]
 
 
-@pytest.mark.medium
-def test_what_just_fits_beside_a_tube_is_allowed() -> None:
-    rng = np.random.default_rng(2)
-    beside = {"position": (0.0, 0.02), "size": (0.03, 0.0199)}
-    beyond = {"position": (0.06, 0.0), "size": (0.0799, 0.01)}
-    for obstacle in (beside, beyond):
-        compare([random_scene(rng, "tube", obstacles=[obstacle])])
-
-
 NAMED: list[tuple[dict[str, Any], str]] = [
     ({"friction": -1}, "friction: -1 is not allowed; must be a number of at least 0"),
     ({"mount": "glued"}, 'mount: "glued" is not allowed; must be one of free, pinned, tube'),
@@ -152,14 +148,12 @@ NAMED: list[tuple[dict[str, Any], str]] = [
     ({"feed": {"speed": [0.1]}}, "feed.speed: [0.1] is not allowed; must have 3 numbers"),
     ({"magnets": {"remanence": 0}}, "magnets.remanence: 0 is not allowed; must be a number"),
     ({"friction": [0.1, -1, 0.1]}, "friction[1]: -1 is not allowed; must be a number of at"),
-    (
-        {"solver": {"max_steps": 1e19}},
-        "solver.max_steps: 10000000000000000000 is not allowed; must",
-    ),
+    ({"solver": {"max_steps": 1e19}},
+     "solver.max_steps: 10000000000000000000 is not allowed; must"),
     ({"feed": {"speed": 0}}, "feed.speed: 0 is not allowed; must be a number above 0"),
     ({"colour": 1}, "colour: 1 is not allowed; must be one of sequence, mount"),
     ({"start_angles": [0.0, 2.0]}, "start_angles[1]: 2 is not allowed; must be numbers from"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.medium

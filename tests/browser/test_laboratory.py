@@ -1,6 +1,5 @@
 """The laboratory in a headless Chromium: what is set by hand folds as `mf.simulate` says."""
 
-import os
 from collections.abc import Generator
 from pathlib import Path
 from typing import Any
@@ -8,18 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-if os.name != "posix":
-    pytest.skip("the browser is driven over POSIX pipes", allow_module_level=True)
-
 import magfold_env as mf
 from magfold_env.browser import build
 from magfold_env.cli.lab import link_of
 from tests.browser import built
 from tests.replay import chromium
 
-pytestmark = pytest.mark.skipif(
-    chromium.found() is None, reason="needs a Chromium or Chrome on the PATH"
-)
 BITS = "(values) => [...new BigUint64Array(new Float64Array(values).buffer)].map(String)"
 
 
@@ -28,15 +21,9 @@ def file() -> Path:
     return built.folder() / build.PAGE
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Generator[chromium.Page]:
-    with chromium.page(tmp_path_factory.mktemp("profile")) as page:
-        page.resize(1400, 900)
-        yield page
-
-
 @pytest.fixture
 def page(browser: chromium.Page, file: Path) -> Generator[chromium.Page]:
+    browser.resize(1400, 900)
     browser.call("Page.navigate", url="about:blank")
     browser.open(file)
     browser.until("window.laboratory !== undefined")
@@ -157,22 +144,15 @@ def test_the_scene_as_code_keeps_the_page_as_wide_as_its_window(
 
 
 @pytest.mark.medium
-@pytest.mark.parametrize(
-    ("link", "said"),
-    [
-        ("'xyz'", 'link: "xyz" is not allowed; must be one that this page made, unbroken'),
-        ("btoa('[]')", "must hold a scene"),
-        (
-            "toLink({ friction: -1 }, '')",
-            "friction: -1 is not allowed; must be a number of at least 0",
-        ),
-        (
-            "toLink({ sequence: ['NSNS', 'NSNS'], feed: { speed: [0.1, 0.2] } }, '')",
-            "feed.speed: [0.1,0.2] is not allowed; must be one number here",
-        ),
-        ("toLink({ sequence: ['NSNS'] }, '')", 'sequence: ["NSNS"] is not allowed; must have 2'),
-    ],
-)
+@pytest.mark.parametrize(("link", "said"), [
+    ("'xyz'", 'link: "xyz" is not allowed; must be one that this page made, unbroken'),
+    ("btoa('[]')", "must hold a scene"),
+    ("toLink({ friction: -1 }, '')",
+     "friction: -1 is not allowed; must be a number of at least 0"),
+    ("toLink({ sequence: ['NSNS', 'NSNS'], feed: { speed: [0.1, 0.2] } }, '')",
+     "feed.speed: [0.1,0.2] is not allowed; must be one number here"),
+    ("toLink({ sequence: ['NSNS'] }, '')", 'sequence: ["NSNS"] is not allowed; must have 2'),
+])  # fmt: skip
 def test_a_broken_link_is_told_by_its_key(page: chromium.Page, link: str, said: str) -> None:
     # Not by an event: the page may write its own address first.
     page.value(f"laboratory.read({link})")

@@ -61,12 +61,8 @@ def test_a_chain_of_settings_is_a_packed_scene(seed: int) -> None:
 
 
 @pytest.mark.parametrize("mount", ["free", "tube"])
-def test_obstacles_are_those_of_a_scene(mount: str) -> None:
+def test_obstacles_and_a_drawn_start_are_those_of_a_scene(mount: str) -> None:
     check(random_scene(np.random.default_rng(3), mount, **WALLED))
-
-
-@pytest.mark.parametrize("mount", ["free", "tube"])
-def test_a_start_is_drawn_as_a_scene_draws_it(mount: str) -> None:
     scene = random_scene(np.random.default_rng(0), mount)
     chance = scene.replace(start_angles=None, start_offsets=None)
     name = "start_offsets" if mount == "tube" else "start_angles"

@@ -49,15 +49,12 @@ def compare(scene: mf.Scene) -> None:
     )
 
 
-def test_states_are_those_of_the_minimiser() -> None:
+def test_states_are_those_of_the_minimiser_in_parts_or_at_once() -> None:
     rng = np.random.default_rng(3)
     for n in (2, 3, 5, 6, 7, 8):
         compare(random_scene(rng, n=n))
     # Not a word of a chain without magnets lies lower than another.
     compare(mf.Scene(sequence=("----",) * 5).draw(rng))
-
-
-def test_a_search_may_be_cut_into_parts() -> None:
     scene = random_scene(np.random.default_rng(1), n=5)
     assert ranked(scene, 1) == ranked(scene, 7) == ranked(scene)
 

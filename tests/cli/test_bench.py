@@ -16,9 +16,7 @@ def test_help_lists_every_benchmark() -> None:
 @pytest.mark.parametrize(
     "arguments", [["bench", "--quick"], ["bench", "dynamics", "--only", "folds"], ["stress"]]
 )
-def test_without_a_checkout_a_command_prints_how_to_get_one(
-    arguments: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_a_checkout_a_command_prints_how_to_get_one(arguments, monkeypatch):
     monkeypatch.setattr(app, "find_spec", lambda _: None)
     installed = options.application()
     app.add_measurement(installed)

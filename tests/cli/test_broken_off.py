@@ -37,17 +37,12 @@ def result(name: str, out: Path) -> dict[str, Any]:
     return {key: value for key, value in found.items() if key not in {"seconds", "machine"}}
 
 
-@pytest.mark.parametrize(
-    "end",
-    [
-        pytest.param(end, marks=pytest.mark.medium if end == "kill" else pytest.mark.slow)
-        for end in ENDS
-    ],
-)
+@pytest.mark.parametrize("end", [
+    pytest.param(end, marks=pytest.mark.medium if end == "kill" else pytest.mark.slow)
+    for end in ENDS
+])  # fmt: skip
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_that_was_broken_off_finds_the_same_in_the_end(
-    name: str, end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_command_that_was_broken_off_finds_the_same_in_the_end(name, end, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     mf.save_scene(mf.Scene(sequence=("NSNS", "SN-N"), mount="free", duration=0.01), "scene.yaml")
     arguments, state = COMMANDS[name]

@@ -24,25 +24,18 @@ LONG = mf.Scene(sequence=("SNNS", "SNNN", "NNSN"), mount="tube", friction=0.2).r
 
 
 @pytest.mark.medium
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("ensemble", "scene.yaml", "--workers", "1"),
-        ("ensemble", "scene.yaml", "--workers", "2", "--backend", "threads"),
-        ("ensemble", "scene.yaml", "--workers", "2", "--backend", "processes"),
-    ],
-)
+@pytest.mark.parametrize("arguments", [
+    ("ensemble", "scene.yaml", "--workers", "1"),
+    ("ensemble", "scene.yaml", "--workers", "2", "--backend", "threads"),
+    ("ensemble", "scene.yaml", "--workers", "2", "--backend", "processes"),
+])  # fmt: skip
 def test_ctrl_c_ends_a_long_command(arguments: tuple[str, ...], tmp_path: Path) -> None:
     mf.save_scene(LONG, tmp_path / "scene.yaml")
     mf.simulate(LONG.replace(feed={"speed": 0.1}))  # compiles
     process = subprocess.Popen(
-        [sys.executable, "-c", COMMAND, *arguments],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+        [sys.executable, "-c", COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
     time.sleep(6.0)
     assert process.poll() is None
     os.killpg(process.pid, signal.SIGINT)

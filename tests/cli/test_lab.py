@@ -19,23 +19,18 @@ def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.medium
-def test_it_is_opened(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_is_opened_or_written_to_a_folder(page, monkeypatch, tmp_path):
     opened: list[str] = []
     monkeypatch.setattr(webbrowser, "open", lambda url: opened.append(url) or True)
-    assert run("lab").exit_code == 0
+    run("lab", code=0)
     assert opened == [page.as_uri()]
-
-
-@pytest.mark.medium
-def test_it_is_written_to_a_folder(page: Path, tmp_path: Path) -> None:
-    said = run("lab", "paper/sequence-3", "--out", tmp_path / "site")
-    assert said.exit_code == 0
+    said = run("lab", "paper/sequence-3", "--out", tmp_path / "site", code=0)
     written = tmp_path / "site" / "index.html"
     assert written.read_bytes() == page.read_bytes()
     assert f"open {written.as_uri()}#" in said.output
 
 
-def test_an_unknown_scene_is_refused() -> None:
+def test_an_unknown_scene_is_refused():
     fails_in_one_line(run("lab", "paper/sequence-99"), "paper/sequence-99")
 
 
@@ -49,9 +44,7 @@ def test_what_is_missing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.medium
-def test_a_packed_page_of_other_sources_is_not_taken(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_packed_page_of_other_sources_is_not_taken(page, tmp_path, monkeypatch):
     monkeypatch.undo()
     monkeypatch.setattr(build, "PACKED", page)
     monkeypatch.setattr(build, "kept", lambda: tmp_path)

@@ -9,8 +9,7 @@ from tests.command_line import run
 
 
 def test_a_table_is_reproduced(tmp_path: Path) -> None:
-    result = run("paper", "--only", "table-1", "--quick", "--out", tmp_path)
-    assert result.exit_code == 0
+    result = run("paper", "--only", "table-1", "--quick", "--out", tmp_path, code=0)
     assert "Table 1 and Figure 6: energy minimisation" in result.stdout
     text = (tmp_path / "paper.html").read_text(encoding="utf-8")
     assert "S1C (LRLLR)" in text
@@ -19,8 +18,7 @@ def test_a_table_is_reproduced(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_everything_is_reproduced(tmp_path: Path) -> None:
-    result = run("paper", "--quick", "--out", tmp_path)
-    assert result.exit_code == 0
+    run("paper", "--quick", "--out", tmp_path, code=0)
     text = (tmp_path / "paper.html").read_text(encoding="utf-8")
     for part in PARTS.values():
         assert part.title in text

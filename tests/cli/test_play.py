@@ -14,8 +14,7 @@ def test_it_plays_the_given_target(monkeypatch: pytest.MonkeyPatch) -> None:
         played.append(game)
 
     monkeypatch.setattr(Game, "run", note)
-    result = run("play", "--target", "LRL", "--fidelity", "quasistatic", "--seed", "4")
-    assert result.exit_code == 0, result.output
+    run("play", "--target", "LRL", "--fidelity", "quasistatic", "--seed", "4", code=0)
     (game,) = played
     assert game.env.target == "LRL"
     assert game.env.scene.n == 4

@@ -15,8 +15,7 @@ from tests.scoring.test_score import FLOOR, changed, entered
 def test_the_command_writes_what_it_shows(tmp_path: Path) -> None:
     policy = entered(tmp_path / "mine.safetensors", FLOOR, actions={"n": 7})
     arguments = (policy, "--env", FLOOR, "--seed", 3, "--episodes", 3)
-    result = run("score", *arguments, "--json", tmp_path / "score.json")
-    assert result.exit_code == 0, result.stderr
+    result = run("score", *arguments, "--json", tmp_path / "score.json", code=0)
     found = Results.read(tmp_path / "score.json", "score").rows["mine"]
     assert found == score(policy, FLOOR, seed=3, episodes=3).rows["mine"]
     assert list(found.runs[0].task) == track_of(FLOOR, 0).numbers[:3]
@@ -30,30 +29,24 @@ def test_the_command_writes_what_it_shows(tmp_path: Path) -> None:
     assert f"({low:.1f}–{high:.1f})" in shown["success"]
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ((), "env: None is not allowed; must be one of MagFold/UnknownFloor-v0"),
-        (("--env", "MagFold/TubeFeed-v0"), "env: 'MagFold/TubeFeed-v0' is not allowed; must be"),
-        (("--env", "MagFold/Reprogram-v0"), "mine.safetensors: policy: its spaces"),
-        (("--env", FLOOR, "--minutes", 0), "mine.safetensors: takes longer than the 0 minutes"),
-        (("--env", FLOOR, "--json", "none/score.json"), "its folder must exist"),
-    ],
-)
+@pytest.mark.parametrize(("options", "message"), [
+    ((), "env: None is not allowed; must be one of MagFold/UnknownFloor-v0"),
+    (("--env", "MagFold/TubeFeed-v0"), "env: 'MagFold/TubeFeed-v0' is not allowed; must be"),
+    (("--env", "MagFold/Reprogram-v0"), "mine.safetensors: policy: its spaces"),
+    (("--env", FLOOR, "--minutes", 0), "mine.safetensors: takes longer than the 0 minutes"),
+    (("--env", FLOOR, "--json", "none/score.json"), "its folder must exist"),
+])  # fmt: skip
 def test_what_cannot_be_is_refused(options: Any, message: str, tmp_path: Path) -> None:
     policy = entered(tmp_path / "mine.safetensors", FLOOR)
     fails_in_one_line(run("score", policy, *options), message)
 
 
-def test_a_zip_file_is_not_read(tmp_path: Path) -> None:
+def test_a_zip_file_is_not_read_and_a_file_of_actions_says_what_it_is_for(tmp_path: Path) -> None:
     path = tmp_path / "model.safetensors"
     path.write_bytes(b"PK\x03\x04" + bytes(100))
     told = run("score", path, "--env", FLOOR)
     fails_in_one_line(told, "model.safetensors: is a zip file, as Stable-Baselines3 saves models")
     assert "agents.training.policy_files.save" in told.stderr
-
-
-def test_a_file_of_actions_says_itself_what_it_is_for(tmp_path: Path) -> None:
     path = tmp_path / "mine.json"
     path.write_text(json.dumps(changed()), encoding="utf-8")
     fails_in_one_line(run("score", path, "--seed", 3), "seed: 3 is not allowed; must be left out")

@@ -1,14 +1,11 @@
 """`magfold warmup`: what it compiles is all that later uses need."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from magfold_env.engine.compile.jit import numba_config
-from tests.command_line import run
+from tests.command_line import python, run
 
 USES = """
 import gymnasium
@@ -49,18 +46,15 @@ for env_id in ENTRY_POINTS:
 
 
 def test_everything_that_is_warmed_up_runs() -> None:
-    result = run("warmup")
-    assert result.exit_code == 0, result.stderr
+    result = run("warmup", code=0)
     assert "kept on the disk" in result.stdout
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
 def test_no_kernel_is_left_to_be_compiled(tmp_path: Path) -> None:
-    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path)}
-
     def kept_after(*arguments: str) -> set[str]:
-        subprocess.run([sys.executable, *arguments], env=environment, check=True)
+        python(*arguments, XDG_CACHE_HOME=str(tmp_path))
         return {str(each.relative_to(tmp_path)) for each in tmp_path.rglob("*.nb*")}
 
     warm = kept_after("-c", "from magfold_env.cli.app import app; app()", "warmup")

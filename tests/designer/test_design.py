@@ -6,21 +6,17 @@ from typing import Any
 import pytest
 
 import magfold_env as mf
-from magfold_env.designer import Design
 from magfold_env.designer.trials import score_of
-from magfold_env.fold import FoldStatus
 
 SMALL = mf.load_scene("design").replace(sequence=("NNNN",) * 4)
 
 
 def test_a_design_folds_into_its_target() -> None:
-    design = mf.design("LRR", SMALL, "forward", runs=30)
+    design: Any = mf.design("LRR", SMALL, "forward", runs=30)
     assert design.reached
-    assert design.scene is not None
     assert design.scene.mount == "tube"
     assert design.scene.feed.direction == "forward"
     assert design.speed == design.scene.feed.speed
-    assert design.probability is not None
     assert design.score is not None
     assert design.score == design.probability.rate >= 0.9
     again = mf.ensemble(design.scene, 30, design.releases_seed)
@@ -31,8 +27,7 @@ def test_a_design_folds_into_its_target() -> None:
 
 @pytest.mark.parametrize("mode", ["free", "backward"])
 def test_every_mode_releases_its_own_way(mode: Any) -> None:
-    design = mf.design("LLR", SMALL, mode, runs=10)
-    assert design.scene is not None
+    design: Any = mf.design("LLR", SMALL, mode, runs=10)
     assert design.scene.mount == ("free" if mode == "free" else "tube")
     assert design.reached
     assert (design.speed is None) == (mode == "free")
@@ -44,8 +39,7 @@ def test_every_mode_releases_its_own_way(mode: Any) -> None:
 def test_objectives_of_energy_are_met(objective: Any, search: Any) -> None:
     design = mf.design("LRR", SMALL, objective=objective, search=search, runs=0)
     assert design.reached
-    evidence = design.evidence
-    assert evidence is not None
+    evidence: Any = design.evidence
     assert design.probability is None
     scene = SMALL.replace(sequence=design.sequence)
     lowest, second = mf.minimise(scene, top=2).states
@@ -61,15 +55,12 @@ def test_objectives_of_energy_are_met(objective: Any, search: Any) -> None:
     assert design.score == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("target", "objective", "message"),
-    [
-        ("LLLL", "probability", "components 1 and 5 would lie in one place"),
-        ("LLLL", "gap", "components 1 and 5 would lie in one place"),
-        ("LSR", "probability", "joint 2 is straight"),
-        ("LSR", "unique", "joint 2 is straight"),
-    ],
-)
+@pytest.mark.parametrize(("target", "objective", "message"), [
+    ("LLLL", "probability", "components 1 and 5 would lie in one place"),
+    ("LLLL", "gap", "components 1 and 5 would lie in one place"),
+    ("LSR", "probability", "joint 2 is straight"),
+    ("LSR", "unique", "joint 2 is straight"),
+])  # fmt: skip
 def test_what_cannot_be_is_certified(target: str, objective: Any, message: str) -> None:
     design = mf.design(target, SMALL, objective=objective)
     assert not design.reached
@@ -82,7 +73,7 @@ def test_what_cannot_be_is_certified(target: str, objective: Any, message: str) 
 
 @pytest.mark.medium
 def test_the_same_seed_gives_the_same_design_however_many_work() -> None:
-    def find(**more: Any) -> Design:
+    def find(**more: Any) -> mf.Design:
         return mf.design("LLR", SMALL, seed=5, runs=12, search="annealing", **more)
 
     assert find(workers=1) == find(workers=3) == find(workers=2, backend="processes")
@@ -90,10 +81,9 @@ def test_the_same_seed_gives_the_same_design_however_many_work() -> None:
 
 
 def test_a_score_is_one_only_for_the_target() -> None:
-    design = mf.design("LRR", SMALL, runs=0)
-    assert design.scene is not None
+    design: Any = mf.design("LRR", SMALL, runs=0)
     fold = mf.simulate(design.scene, seed=0)
-    assert fold.status is FoldStatus.FOLDED
+    assert fold.status is mf.FoldStatus.FOLDED
     assert score_of(fold, "LRR") == 1.0
     assert 0.0 < score_of(fold, "LRL") < score_of(fold, "LRR") / 2
 
@@ -102,20 +92,17 @@ def test_a_design_is_kept_in_a_file(tmp_path: Path) -> None:
     for design in (mf.design("LR", SMALL, runs=5), mf.design("LLLL", SMALL)):
         path = tmp_path / "design.json"
         design.to_json(path)
-        assert Design.from_json(path) == design
+        assert mf.Design.from_json(path) == design
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"speeds": (0.1, 1e9)}, r"feed.speed: 1000000000.0 .* at most 20 m/s$"),
-        ({"speeds": (0.1,), "mode": "free"}, "speeds: .* must be left out unless a tube feeds"),
-        ({"speeds": (0.1,), "objective": "gap"}, "speeds: .* must be left out unless"),
-        ({"search": "cross-entropy", "objective": "gap"}, "must be exhaustive or annealing"),
-        ({"search": "exhaustive", "target": "LRLRLR"}, "must be annealing or cross-entropy"),
-        ({"scene": SMALL.replace(field={"uniform": (1e-3, 0.0)})}, "field: .* is not allowed"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"speeds": (0.1, 1e9)}, r"feed.speed: 1000000000.0 .* at most 20 m/s$"),
+    ({"speeds": (0.1,), "mode": "free"}, "speeds: .* must be left out unless a tube feeds"),
+    ({"speeds": (0.1,), "objective": "gap"}, "speeds: .* must be left out unless"),
+    ({"search": "cross-entropy", "objective": "gap"}, "must be exhaustive or annealing"),
+    ({"search": "exhaustive", "target": "LRLRLR"}, "must be annealing or cross-entropy"),
+    ({"scene": SMALL.replace(field={"uniform": (1e-3, 0.0)})}, "field: .* is not allowed"),
+])  # fmt: skip
 def test_wrong_arguments_are_named(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         mf.design(**{"target": "LR", "scene": SMALL, **changes})

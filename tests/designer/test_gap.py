@@ -52,16 +52,13 @@ def test_a_target_that_never_is_the_ground_state_has_no_design() -> None:
     assert never == {"LL": None, "SS": None}
 
 
-@pytest.mark.parametrize(
-    ("n", "target", "message"),
-    [
-        (7, "LRLLLR", r"7 component\(s\) are not allowed; the exhaustive gap search takes 2 to 6"),
-        (1, "", "sequence: 1 component"),
-        (6, "LRL", "word: 'LRL' is not allowed; must have 5 letters"),
-        (6, "LRXLL", "word: 'LRXLL' is not allowed"),
-        (6, "LLLLL", "targets: 'LLLLL' is not allowed; its components overlap"),
-    ],
-)
+@pytest.mark.parametrize(("n", "target", "message"), [
+    (7, "LRLLLR", r"7 component\(s\) are not allowed; the exhaustive gap search takes 2 to 6"),
+    (1, "", "sequence: 1 component"),
+    (6, "LRL", "word: 'LRL' is not allowed; must have 5 letters"),
+    (6, "LRXLL", "word: 'LRXLL' is not allowed"),
+    (6, "LLLLL", "targets: 'LLLLL' is not allowed; its components overlap"),
+])  # fmt: skip
 def test_wrong_arguments_are_named(n: int, target: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         gap_designs(scene_for(n, "points"), [target])

@@ -1,6 +1,7 @@
 """Races and the cross-entropy method on known probabilities, and releases in haste."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,6 @@ from magfold_env.designer.trials import (
     successive_halving,
 )
 from magfold_env.ensembles.releases import release
-from magfold_env.fold import FoldStatus
 
 
 class Known:
@@ -99,8 +99,7 @@ def test_cross_entropy_finds_what_nothing_points_to(speeds: tuple[float, ...]) -
     found = cross_entropy(Known(likeness), 12, speeds, rng, budget=6000)
     assert found[0].choice.sequence == GOOD
     if speeds:
-        speed = found[0].choice.speed
-        assert speed is not None
+        speed: Any = found[0].choice.speed
         assert 0.05 < speed < 0.2
 
 
@@ -118,16 +117,13 @@ def test_cross_entropy_keeps_to_its_budget_and_its_speeds() -> None:
 SCENE = release(mf.load_scene("design"), "forward")
 
 
-def test_haste_changes_no_fold() -> None:
-    design = mf.design("LRR", runs=0)
-    assert design.scene is not None
+def test_haste_changes_no_fold_and_knows_length_tolerance_and_cap() -> None:
+    design: Any = mf.design("LRR", runs=0)
     patient, hasty = mf.simulate(design.scene, 3), mf.simulate(hurried(design.scene), 3)
-    assert patient.status is hasty.status is FoldStatus.FOLDED
+    assert patient.status is hasty.status is mf.FoldStatus.FOLDED
     np.testing.assert_array_equal(hasty.angles, patient.angles)
     assert hasty.steps == patient.steps
 
-
-def test_haste_knows_the_length_the_tolerance_and_the_scenes_own_cap() -> None:
     def pace(**changes: object) -> int:
         return hurried(SCENE.replace(**changes)).solver.max_steps_per_second
 

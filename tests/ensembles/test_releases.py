@@ -9,14 +9,11 @@ import pytest
 
 import magfold_env as mf
 from magfold_env import files
-from magfold_env.checkpoint import CheckpointError
 from magfold_env.ensembles import releases
 from magfold_env.ensembles.releases import generator, release
-from magfold_env.parallel import Backend
-from magfold_env.scene import Spreads
 
 FREE = mf.load_scene("paper/sequence-1").replace(
-    spreads=Spreads(friction=0.3, feed_speed=0.3, feed_jitter=0.2, magnet=0.1)
+    spreads=mf.Spreads(friction=0.3, feed_speed=0.3, feed_jitter=0.2, magnet=0.1)
 )
 TUBE = release(FREE, "backward", speed=0.1)
 RUNS = 12
@@ -36,9 +33,7 @@ def made() -> mf.Ensemble:
 @pytest.mark.parametrize(
     ("workers", "backend"), [(None, "threads"), (2, "threads"), (5, "threads"), (2, "processes")]
 )
-def test_the_runs_do_not_depend_on_who_makes_them(
-    made: mf.Ensemble, workers: int | None, backend: Backend
-) -> None:
+def test_the_runs_do_not_depend_on_who_makes_them(made, workers, backend):
     again = mf.ensemble(TUBE, RUNS, seed=3, workers=workers, backend=backend)
     assert bits(again) == bits(made)
 
@@ -51,14 +46,11 @@ def test_every_run_can_be_repeated_by_itself(made: mf.Ensemble) -> None:
             assert fold.angles.tobytes() == made.angles[k].tobytes()
             assert (fold.word, fold.status) == (made.word[k], made.status[k])
             assert (fold.energy, fold.time) == (made.energy[k], made.time[k])
-    recorded = made.replay(-1, frame_rate=100.0)
-    assert recorded.trajectory is not None
+    recorded: Any = made.replay(-1, frame_rate=100.0)
     assert recorded.angles.tobytes() == made.angles[-1].tobytes()
 
 
-def test_what_was_made_is_not_made_again(
-    made: mf.Ensemble, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_was_made_is_not_made_again(made, tmp_path, monkeypatch):
     mf.ensemble(TUBE, 7, seed=3, state=tmp_path)
     asked: list[int] = []
     real = releases.run_one
@@ -79,21 +71,6 @@ def test_an_interrupted_ensemble_keeps_what_it_has(tmp_path: Path) -> None:
     again: list[int] = []
     mf.ensemble(FREE, 8, state=tmp_path, progress=lambda count, _: again.append(count))
     assert again == [5, 6, 7, 8]
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"seed": 4}, "whose seed is 3 where this one's is 4"),
-        ({"scene": TUBE.replace(friction=0.1)}, "whose scene.friction is 0.35 where this one's"),
-    ],
-)
-def test_a_state_of_another_ensemble_is_refused(
-    changes: dict[str, Any], message: str, tmp_path: Path
-) -> None:
-    mf.ensemble(TUBE, 1, seed=3, state=tmp_path)
-    with pytest.raises(CheckpointError, match=message):
-        mf.ensemble(**{"scene": TUBE, "runs": 1, "seed": 3, **changes}, state=tmp_path)
 
 
 @pytest.mark.medium

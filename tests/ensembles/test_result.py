@@ -9,15 +9,14 @@ import pytest
 
 import magfold_env as mf
 from magfold_env.ensembles.releases import Run
-from magfold_env.fold import FoldStatus
 from magfold_env.reporting.intervals import share
 
 SCENE = mf.Scene(sequence=("NSNS", "SNSN", "NNSS"))
-FOLDED, MISFOLDED, FAILED = FoldStatus.FOLDED, FoldStatus.MISFOLDED, FoldStatus.FAILED
+FOLDED, MISFOLDED, FAILED = mf.FoldStatus.FOLDED, mf.FoldStatus.MISFOLDED, mf.FoldStatus.FAILED
 ENDS = [("LR", FOLDED), ("LL", FOLDED), ("LR", MISFOLDED), ("SL", MISFOLDED), ("LR", FOLDED)]
 
 
-def made_of(ends: list[tuple[str, FoldStatus]], *, broken: bool = False) -> mf.Ensemble:
+def made_of(ends: list[tuple[str, mf.FoldStatus]], *, broken: bool = False) -> mf.Ensemble:
     rng = np.random.default_rng(0)
     runs = [
         Run(k, word, status.value, rng.normal(), rng.random(), tuple(rng.normal(size=3)))

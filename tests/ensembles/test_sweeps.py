@@ -3,7 +3,6 @@
 import csv
 import json
 import math
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -47,9 +46,7 @@ def test_a_sweep_does_not_depend_on_who_makes_it(made: mf.Sweep, backend: Any) -
     assert again.to_dict() == made.to_dict()
 
 
-def test_progress_is_told_and_more_runs_add_to_what_is_there(
-    made: mf.Sweep, tmp_path: Path
-) -> None:
+def test_progress_is_told_and_more_runs_add_to_what_is_there(made, tmp_path):
     told: list[tuple[int, int]] = []
     for runs in (3, RUNS):
         again = mf.sweep(
@@ -75,25 +72,22 @@ def test_a_key_is_of_a_number_that_replace_takes(key: str) -> None:
     assert found == value
 
 
-@pytest.mark.parametrize(
-    ("over", "message"),
-    [
-        ({}, r"over: \[\] is not allowed; must name one or two numbers of the scene"),
-        ({"friction": [1, 2], "duration": [1, 2], "feed.speed": [1, 2]}, "must name one or two"),
-        ({"frictoin": [0, 1]}, "at frictoin=0: frictoin: 0 .*; did you mean friction"),
-        ({"mount": [0, 1]}, "at mount=0: mount: 0 is not allowed; must be 'pinned', 'free' or"),
-        ({"friction": [0.2]}, r"friction: \[0.2\] is not allowed; must be 2 to 100 numbers"),
-        ({"friction": [0.2, 0.2]}, "each larger than the one before"),
-        ({"friction": range(101)}, "must be 2 to 100 numbers"),
-        ({"friction": [0.1, math.nan]}, "must be 2 to 100 numbers"),
-        ({"friction": [False, True]}, "must be 2 to 100 numbers"),
-        ({"friction": [0.1, 10**400]}, "must be 2 to 100 numbers"),
-        ({"friction": [-1, 1]}, "at friction=-1: friction: -1 is not allowed; must be greater"),
-        ({"casing.side": [0.01, 0.02]}, "at casing.side=0.01: magnets.width: 0.006 is not all"),
-        ({"solver.max_steps": [1.5, 2]}, "at solver.max_steps=1.5: solver.max_steps: 1.5 is not"),
-        ({"bumps.rate": [1, 2]}, "at bumps.rate=1: bumps.speed: None is not allowed; must be gi"),
-    ],
-)
+@pytest.mark.parametrize(("over", "message"), [
+    ({}, r"over: \[\] is not allowed; must name one or two numbers of the scene"),
+    ({"friction": [1, 2], "duration": [1, 2], "feed.speed": [1, 2]}, "must name one or two"),
+    ({"frictoin": [0, 1]}, "at frictoin=0: frictoin: 0 .*; did you mean friction"),
+    ({"mount": [0, 1]}, "at mount=0: mount: 0 is not allowed; must be 'pinned', 'free' or"),
+    ({"friction": [0.2]}, r"friction: \[0.2\] is not allowed; must be 2 to 100 numbers"),
+    ({"friction": [0.2, 0.2]}, "each larger than the one before"),
+    ({"friction": range(101)}, "must be 2 to 100 numbers"),
+    ({"friction": [0.1, math.nan]}, "must be 2 to 100 numbers"),
+    ({"friction": [False, True]}, "must be 2 to 100 numbers"),
+    ({"friction": [0.1, 10**400]}, "must be 2 to 100 numbers"),
+    ({"friction": [-1, 1]}, "at friction=-1: friction: -1 is not allowed; must be greater"),
+    ({"casing.side": [0.01, 0.02]}, "at casing.side=0.01: magnets.width: 0.006 is not all"),
+    ({"solver.max_steps": [1.5, 2]}, "at solver.max_steps=1.5: solver.max_steps: 1.5 is not"),
+    ({"bumps.rate": [1, 2]}, "at bumps.rate=1: bumps.speed: None is not allowed; must be gi"),
+])  # fmt: skip
 def test_what_cannot_be_swept_is_told(over: Any, message: str) -> None:
     with pytest.raises(mf.SceneError, match=message):
         mf.sweep(SCENE, over, 1)
@@ -118,7 +112,7 @@ def test_full_folds_count_by_word_and_others_by_status(made: mf.Sweep) -> None:
 # --- files ----------------------------------------------------------------------------------------
 
 
-def test_a_written_sweep_is_read_bit_for_bit(made: mf.Sweep, tmp_path: Path) -> None:
+def test_a_written_sweep_is_read_bit_for_bit_and_its_csv_has_a_line_an_outcome(made, tmp_path):
     made.to_json(tmp_path / "sweep.json")
     read = mf.Sweep.from_json(tmp_path / "sweep.json")
     assert json.loads((tmp_path / "sweep.json").read_text()) == made.to_dict() == read.to_dict()
@@ -126,9 +120,6 @@ def test_a_written_sweep_is_read_bit_for_bit(made: mf.Sweep, tmp_path: Path) -> 
     for a, b in zip(read.ensembles, made.ensembles, strict=True):
         assert a.scene == b.scene
         assert a.angles.tobytes() == b.angles.tobytes()
-
-
-def test_the_csv_has_a_line_a_point_and_outcome(made: mf.Sweep, tmp_path: Path) -> None:
     made.to_csv(tmp_path / "outcomes.csv")
     with (tmp_path / "outcomes.csv").open(newline="") as file:
         lines = list(csv.DictReader(file))

@@ -179,16 +179,11 @@ def shapes_by_the_first_potential_alone(env_id: str, shaping: str, options: dict
 
 
 SINGLE: tuple[Rule, ...] = (
-    both_checkers_pass,
-    equal_seeds_give_equal_episodes,
-    steps_leave_later_episodes_alone,
+    both_checkers_pass, equal_seeds_give_equal_episodes, steps_leave_later_episodes_alone,
     pickles_and_deep_copies_go_on_alike,
-    states_can_be_returned_to,
-    observations_share_no_memory,
-    pictures_show_the_chain,
-    text_names_the_target_and_every_component,
-    many_states_can_be_returned_to,
-)
+    states_can_be_returned_to, observations_share_no_memory, pictures_show_the_chain,
+    text_names_the_target_and_every_component, many_states_can_be_returned_to,
+)  # fmt: skip
 
 
 def many_are_as_single_ones(env_id: str, options: dict[str, Any], mode: AutoresetMode) -> None:

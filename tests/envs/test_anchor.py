@@ -15,12 +15,9 @@ from tests.envs.contract import group
 
 TASK: dict[str, Any] = {
     "tray": ("SNSN", "NNSS", "NSSN", "NSNN", "SNNS", "NSNS", "SSNN", "SNNS", "SSSN"),
-    "direction": "forward",
-    "target": "RLLLR",
-    "strengths": ((1.0,) * 4,) * 9,
-    "pull": 0.5,
+    "direction": "forward", "target": "RLLLR", "strengths": ((1.0,) * 4,) * 9, "pull": 0.5,
     "towards": -0.06,
-}
+}  # fmt: skip
 CHAIN = [(1, 3), (0, 0), (2, 2), (5, 1), (3, 3), (4, 2)]
 """Components and how they lie, component 1 first."""
 FAST, SLOW = 0.6, 0.03
@@ -46,13 +43,6 @@ def folded(**changes: Any) -> Any:
 def feed(env: Any, speed: float = FAST) -> tuple[Any, ...]:
     """Feed the next component, or leave the chain."""
     return env.step(env.actions.encode(0, 0, speed))
-
-
-def test_the_blind_are_not_told_what_a_test_tells() -> None:
-    env = folded()
-    seen = env.step(env.actions.pull)[0]
-    assert group(env, seen, "borne") > 0.0
-    assert group(env, blind(env.layout, seen), "borne") == 0.0
 
 
 def test_the_tube_keeps_the_last_component_which_can_be_drawn_back_and_fed_again() -> None:
@@ -123,12 +113,16 @@ def test_a_test_takes_time_and_changes_neither_the_tray_nor_a_fold_that_bears_it
     assert group(env, observation, "borne") == 0.0
 
 
-def test_the_pull_is_shown_and_the_target_is_not() -> None:
+def test_the_pull_is_shown_but_neither_the_target_nor_to_the_blind_a_test() -> None:
     env = made(pull=0.5, towards=0.5 * np.pi)
     observation, info = env.reset(seed=1)
     np.testing.assert_allclose(group(env, observation, "pull"), [0.0, 0.5], atol=1e-7)
     assert "target" not in env.layout.slices
     assert info["pull"] == 0.5
+    env = folded()
+    seen = env.step(env.actions.pull)[0]
+    assert group(env, seen, "borne") > 0.0
+    assert group(env, blind(env.layout, seen), "borne") == 0.0
 
 
 def test_an_episode_that_is_never_left_is_late() -> None:
@@ -139,9 +133,7 @@ def test_an_episode_that_is_never_left_is_late() -> None:
     assert info["message"] == f"late: not left after {LATE:g} s"
 
 
-def test_pulls_of_one_tray_have_baselines_of_their_own(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Any
-) -> None:
+def test_pulls_of_one_tray_have_baselines_of_their_own(monkeypatch, tmp_path):
     sequence = tuple("".join(TASK["tray"][part][k] for k in FACES[lie]) for part, lie in CHAIN)
     monkeypatch.setattr(tray_order.TrayDesigns, "__init__", lambda *_: None)
     monkeypatch.setattr(tray_order.TrayDesigns, "best", lambda *_: sequence)

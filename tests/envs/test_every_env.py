@@ -52,25 +52,19 @@ every_id = pytest.mark.parametrize("env_id", list(ENTRY_POINTS))
 
 @pytest.mark.parametrize("hold", SPACES, ids=contract.name_of)
 @every_variant
-def test_every_way_to_write_actions_keeps_the_contract(
-    env_id: str, options: dict[str, Any], hold: contract.Rule
-) -> None:
+def test_every_way_to_write_actions_keeps_the_contract(env_id, options, hold):
     hold(env_id, options)
 
 
 @pytest.mark.parametrize("hold", contract.SINGLE[2:], ids=contract.name_of)
 @every_fidelity
-def test_every_environment_keeps_the_contract(
-    env_id: str, options: dict[str, Any], hold: contract.Rule
-) -> None:
+def test_every_environment_keeps_the_contract(env_id, options, hold):
     hold(env_id, options)
 
 
 @pytest.mark.parametrize("mode", AutoresetMode)
 @every_fidelity
-def test_many_say_what_single_ones_do(
-    env_id: str, options: dict[str, Any], mode: AutoresetMode
-) -> None:
+def test_many_say_what_single_ones_do(env_id, options, mode):
     contract.many_are_as_single_ones(env_id, options, mode)
 
 
@@ -81,9 +75,7 @@ def test_many_read_actions_as_single_ones_do(env_id: str, options: dict[str, Any
 
 @pytest.mark.parametrize("shaping", ["similarity", "energy"])
 @every_id
-def test_shaping_changes_the_discounted_return_by_the_first_potential_alone(
-    env_id: str, shaping: str
-) -> None:
+def test_shaping_changes_the_discounted_return_by_the_first_potential_alone(env_id, shaping):
     if "Goal" in env_id:
         pytest.skip("has no shaping")
     options = {} if env_id in TRACKS else {"baseline": None}
@@ -105,30 +97,35 @@ def test_steps_on_the_way_are_all_worth_the_same_without_shaping(env_id: str) ->
 
 
 @every_id
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"actions": "dict"}, "actions: 'dict' is not allowed; must be one of multidiscrete"),
-        ({"speeds": 1}, "speeds: 1 is not allowed; must be at least 2"),
-        ({"speeds": 2.5}, "speeds: 2.5 is not allowed; must be a whole number, at least 2"),
-        ({"difficulty": "x"}, "difficulty: 'x' is not allowed; must be above 0 and at most 1"),
-        ({"difficulty": 0.0}, "difficulty: 0.0 is not allowed; must be above 0 and at most 1"),
-        ({"fidelity": "exact"}, "fidelity: 'exact' is not allowed; must be"),
-        ({"match": "cells"}, "match: 'cells' is not allowed; must be one of word, outline"),
-        ({"randomisation": "wild"}, "randomisation: 'wild' is not allowed; must be one of none"),
-        ({"render_mode": "video"}, "render_mode: 'video' is not allowed; must be one of None, hum"),
-        ({"target": "LRLLL"}, "target: unknown option, must be one of scene, "),
-        ({"scene": "tube-fed"}, "tube-fed: no such scene"),
-        ({"scene": "missing.yaml"}, "missing.yaml: no such file"),
-        ({"scene": "pendulum-3"}, "scene.mount: 'pinned' is not allowed; must be 'tube'"),
-    ],
-)
+@pytest.mark.parametrize(("options", "message"), [
+    ({"actions": "dict"}, "actions: 'dict' is not allowed; must be one of multidiscrete"),
+    ({"speeds": 1}, "speeds: 1 is not allowed; must be at least 2"),
+    ({"speeds": 2.5}, "speeds: 2.5 is not allowed; must be a whole number, at least 2"),
+    ({"difficulty": "x"}, "difficulty: 'x' is not allowed; must be above 0 and at most 1"),
+    ({"difficulty": 0.0}, "difficulty: 0.0 is not allowed; must be above 0 and at most 1"),
+    ({"fidelity": "exact"}, "fidelity: 'exact' is not allowed; must be"),
+    ({"match": "cells"}, "match: 'cells' is not allowed; must be one of word, outline"),
+    ({"randomisation": "wild"}, "randomisation: 'wild' is not allowed; must be one of none"),
+    ({"render_mode": "video"}, "render_mode: 'video' is not allowed; must be one of None, hum"),
+    ({"target": "LRLLL"}, "target: unknown option, must be one of scene, "),
+    ({"scene": "tube-fed"}, "tube-fed: no such scene"),
+    ({"scene": "missing.yaml"}, "missing.yaml: no such file"),
+    ({"scene": "pendulum-3"}, "scene.mount: 'pinned' is not allowed; must be 'tube'"),
+])  # fmt: skip
 def test_wrong_options_are_named(env_id: str, options: dict, message: str) -> None:
     for entry_points in (ENTRY_POINTS, VECTOR_ENTRY_POINTS):
         module, name = entry_points[env_id].split(":")
         make = getattr(__import__(module, fromlist=[name]), name)
         with pytest.raises(ValueError, match=message):
             make(**options)
+
+
+def test_registering_again_changes_nothing() -> None:
+    specs = [gymnasium.spec(env_id) for env_id in ENTRY_POINTS]
+    register_envs()
+    for env_id, spec in zip(ENTRY_POINTS, specs, strict=True):
+        assert gymnasium.spec(env_id) is spec
+        assert spec.max_episode_steps is None
 
 
 @pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
@@ -155,11 +152,3 @@ def test_a_step_can_be_read_in_few_files(env_id: str) -> None:
     # own.
     files = {each for each in found if not each.startswith("engine")}
     assert len(files) <= MOST_FILES + 2 * over, files
-
-
-def test_registering_again_changes_nothing() -> None:
-    specs = [gymnasium.spec(env_id) for env_id in ENTRY_POINTS]
-    register_envs()
-    for env_id, spec in zip(ENTRY_POINTS, specs, strict=True):
-        assert gymnasium.spec(env_id) is spec
-        assert spec.max_episode_steps is None

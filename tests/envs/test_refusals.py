@@ -31,93 +31,52 @@ def many(**options: Any) -> Any:
     return gymnasium.make_vec(FEED, **{"num_envs": 2, "fidelity": "quasistatic"} | options)
 
 
-@pytest.mark.parametrize(
-    ("make", "options", "message"),
-    [
-        (TubeFeedEnv, {"gamma": 1.5}, "gamma: 1.5 is not allowed; must be between 0 and 1"),
-        (
-            TubeFeedEnv,
-            {"reward": "best"},
-            "reward: 'best' .*must be one of relative, score, spar",
-        ),
-        (TubeFeedEnv, {"shaping": "speed"}, "shaping: 'speed' .*must be one of True, False, simil"),
-        (TubeFeedEnv, {"baseline": "best"}, "baseline: 'best' .*must be 'auto' or None"),
-        (TubeFeedEnv, {"components": 6.5}, "components: 6.5 .*must be a whole number, at least 2"),
-        (TubeFeedEnv, {"components": "6"}, "components: '6' .*must be a whole number, at least 2"),
-        (TubeFeedEnv, {"targets": ["SSSSS"]}, "targets: 'SSSSS' .*must be a fully folded word"),
-        (TubeFeedEnv, fed(mount="free"), "scene.mount: 'free' is not allowed"),
-        (TubeFeedEnv, fed(feed={"loading": "preloaded"}), "scene.feed.loading: 'preloaded' is not"),
-        (TubeFeedEnv, fed(magnets=None), "scene.magnets: None is not allowed"),
-        (TubeFeedEnv, fed(sequence=("NSNS",)), r"scene.sequence: \('NSNS',\) is not allowed"),
-        (TubeFeedEnv, fed(field={"uniform": (0.0, 1e-3)}), "baseline: 'auto' .*with scene.field"),
-        (
-            TubeFeedEnv,
-            fed(field={"uniform": (0.0, 1e-3)}) | {"fidelity": "quasistatic"},
-            r"field: .* is not allowed",
-        ),
-        *(
-            (TubeFeedGoalEnv, {key: None}, f"{key}: must be left out")
-            for key in ("reward", "shaping", "gamma", "baseline")
-        ),
-        (
-            UnknownFloorEnv,
-            {"tasks": "none"},
-            "tasks: 'none' .*must be a list of tasks, the path",
-        ),
-        (UnknownFloorEnv, {"tasks": "none.yaml"}, "tasks: 'none.yaml' .*must be a list of tasks, "),
-        (UnknownFloorEnv, {"tasks": []}, r"tasks: chains of \[\] components are not allowed"),
-        (UnknownFloorEnv, {"tasks": [TASK | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not"),
-        (
-            UnknownFloorEnv,
-            {"tasks": [TASK, TASK | {"sequence": ["NX", *SEQUENCE[1:]]}]},
-            r"sequence\[0\]: 'NX' is not allowed; must be four letters",
-        ),
-        (
-            UnknownFloorEnv,
-            {"tasks": [TASK | {"direction": "up"}]},
-            "direction: 'up' is not allow",
-        ),
-        (UnknownFloorEnv, {"fidelity": "quasistatic"}, "fidelity: .*must be 'dynamics'"),
-        (ReprogramEnv, {"tasks": [REFOLD | {"first": "LLLLL"}]}, "tasks.first: 'LLLLL' is not all"),
-        (ReprogramEnv, {"tasks": [REFOLD | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not a"),
-        (ReprogramEnv, {"tasks": "two-folds-6"}, "first"),
-        (
-            TrayEnv,
-            {"tasks": [TRAY | {"tray": ("NSNS",) * 5}]},
-            "tray: .* must have 6 components",
-        ),
-        (
-            TrayEnv,
-            {"tasks": [TRAY | {"tray": ("NS-S",) * 9}]},
-            "tray: 'NS-S' is .*four letters",
-        ),
-        (TrayEnv, {"tasks": [TRAY | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not allowed"),
-        (
-            TrayEnv,
-            {"tasks": [TRAY | {"strengths": SOUND[1:]}]},
-            "strengths: .* must be 9 times",
-        ),
-        (
-            TrayEnv,
-            {"tasks": [TRAY, TRAY | {"tray": TRAY["tray"][1:]}]},
-            "trays of .8, 9. comp",
-        ),
-        (TrayEnv, {"scene": "tube-built"}, "scene.feed.loading: 'preloaded' .*must be 'at_m"),
-        (AnchorEnv, {"tasks": [PULL | {"pull": 0.0}]}, "pull: 0.0 is not allowed; must be"),
-        (AnchorEnv, {"tasks": [PULL | {"pull": np.inf}]}, "pull: inf is not allowed; must be"),
-        (
-            AnchorEnv,
-            {"tasks": [PULL | {"towards": np.inf}]},
-            "towards: inf is not allowed; must",
-        ),
-        (many, {"num_envs": 0}, "num_envs: 0 is not allowed; must be at least 1"),
-        (many, {"autoreset_mode": "Later"}, "autoreset_mode: 'Later' .*must be one of"),
-        (many, {"threads": 0}, "threads: 0 is not allowed; must be at least 1"),
-        (many, {"render_mode": "human"}, "render_mode: 'human' .*with many environments"),
-        (many, {"render_mode": "rgb_array_list"}, "render_mode: 'rgb_array_list' .*with many"),
-        (many, {"speed": 3}, "speed: unknown option, must be one of scene, match"),
-    ],
-)
+@pytest.mark.parametrize(("make", "options", "message"), [
+    (TubeFeedEnv, {"gamma": 1.5}, "gamma: 1.5 is not allowed; must be between 0 and 1"),
+    (TubeFeedEnv, {"reward": "best"}, "reward: 'best' .*must be one of relative, score, spar"),
+    (TubeFeedEnv, {"shaping": "speed"}, "shaping: 'speed' .*must be one of True, False, simil"),
+    (TubeFeedEnv, {"baseline": "best"}, "baseline: 'best' .*must be 'auto' or None"),
+    (TubeFeedEnv, {"components": 6.5}, "components: 6.5 .*must be a whole number, at least 2"),
+    (TubeFeedEnv, {"components": "6"}, "components: '6' .*must be a whole number, at least 2"),
+    (TubeFeedEnv, {"targets": ["SSSSS"]}, "targets: 'SSSSS' .*must be a fully folded word"),
+    (TubeFeedEnv, fed(mount="free"), "scene.mount: 'free' is not allowed"),
+    (TubeFeedEnv, fed(feed={"loading": "preloaded"}), "scene.feed.loading: 'preloaded' is not"),
+    (TubeFeedEnv, fed(magnets=None), "scene.magnets: None is not allowed"),
+    (TubeFeedEnv, fed(sequence=("NSNS",)), r"scene.sequence: \('NSNS',\) is not allowed"),
+    (TubeFeedEnv, fed(field={"uniform": (0.0, 1e-3)}), "baseline: 'auto' .*with scene.field"),
+    (TubeFeedEnv, fed(field={"uniform": (0.0, 1e-3)}) | {"fidelity": "quasistatic"},
+     r"field: .* is not allowed"),
+    *(
+        (TubeFeedGoalEnv, {key: None}, f"{key}: must be left out")
+        for key in ("reward", "shaping", "gamma", "baseline")
+    ),
+    (UnknownFloorEnv, {"tasks": "none"}, "tasks: 'none' .*must be a list of tasks, the path"),
+    (UnknownFloorEnv, {"tasks": "none.yaml"}, "tasks: 'none.yaml' .*must be a list of tasks, "),
+    (UnknownFloorEnv, {"tasks": []}, r"tasks: chains of \[\] components are not allowed"),
+    (UnknownFloorEnv, {"tasks": [TASK | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not"),
+    (UnknownFloorEnv, {"tasks": [TASK, TASK | {"sequence": ["NX", *SEQUENCE[1:]]}]},
+     r"sequence\[0\]: 'NX' is not allowed; must be four letters"),
+    (UnknownFloorEnv, {"tasks": [TASK | {"direction": "up"}]}, "direction: 'up' is not allow"),
+    (UnknownFloorEnv, {"fidelity": "quasistatic"}, "fidelity: .*must be 'dynamics'"),
+    (ReprogramEnv, {"tasks": [REFOLD | {"first": "LLLLL"}]}, "tasks.first: 'LLLLL' is not all"),
+    (ReprogramEnv, {"tasks": [REFOLD | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not a"),
+    (ReprogramEnv, {"tasks": "two-folds-6"}, "first"),
+    (TrayEnv, {"tasks": [TRAY | {"tray": ("NSNS",) * 5}]}, "tray: .* must have 6 components"),
+    (TrayEnv, {"tasks": [TRAY | {"tray": ("NS-S",) * 9}]}, "tray: 'NS-S' is .*four letters"),
+    (TrayEnv, {"tasks": [TRAY | {"target": "LLLLL"}]}, "tasks.target: 'LLLLL' is not allowed"),
+    (TrayEnv, {"tasks": [TRAY | {"strengths": SOUND[1:]}]}, "strengths: .* must be 9 times"),
+    (TrayEnv, {"tasks": [TRAY, TRAY | {"tray": TRAY["tray"][1:]}]}, "trays of .8, 9. comp"),
+    (TrayEnv, {"scene": "tube-built"}, "scene.feed.loading: 'preloaded' .*must be 'at_m"),
+    (AnchorEnv, {"tasks": [PULL | {"pull": 0.0}]}, "pull: 0.0 is not allowed; must be"),
+    (AnchorEnv, {"tasks": [PULL | {"pull": np.inf}]}, "pull: inf is not allowed; must be"),
+    (AnchorEnv, {"tasks": [PULL | {"towards": np.inf}]}, "towards: inf is not allowed; must"),
+    (many, {"num_envs": 0}, "num_envs: 0 is not allowed; must be at least 1"),
+    (many, {"autoreset_mode": "Later"}, "autoreset_mode: 'Later' .*must be one of"),
+    (many, {"threads": 0}, "threads: 0 is not allowed; must be at least 1"),
+    (many, {"render_mode": "human"}, "render_mode: 'human' .*with many environments"),
+    (many, {"render_mode": "rgb_array_list"}, "render_mode: 'rgb_array_list' .*with many"),
+    (many, {"speed": 3}, "speed: unknown option, must be one of scene, match"),
+])  # fmt: skip
 def test_wrong_options_are_named(make: Any, options: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         make(**options)
@@ -134,52 +93,41 @@ def test_a_task_of_two_words_is_none_of_one() -> None:
         read_tasks([REFOLD])
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        ({"seed": [1]}, ValueError, "seed: 1 seeds are not allowed; must be one, or 2"),
-        ({"options": {"goal": "LL"}}, ValueError, "options: 'goal' is not allowed; must be one of"),
-        ({"options": {"target": "LLLLL"}}, ValueError, "'LLLLL' is not allowed; must be one of"),
-        ({"options": {"target": ["LRLLL"]}}, ValueError, "1 words are not allowed; must be one"),
-        ({"options": {"reset_mask": [True, False]}}, TypeError, "must be an array of bool"),
-        ({"options": {"reset_mask": np.zeros(2, bool)}}, ValueError, "be true somewhere"),
-        ({"options": {"reset_mask": np.ones(3, bool)}}, ValueError, r"must have shape \(2,\)"),
-    ],
-)
-def test_wrong_resets_of_many_are_named(
-    arguments: Any, error: type[Exception], message: str
-) -> None:
+@pytest.mark.parametrize(("arguments", "error", "message"), [
+    ({"seed": [1]}, ValueError, "seed: 1 seeds are not allowed; must be one, or 2"),
+    ({"options": {"goal": "LL"}}, ValueError, "options: 'goal' is not allowed; must be one of"),
+    ({"options": {"target": "LLLLL"}}, ValueError, "'LLLLL' is not allowed; must be one of"),
+    ({"options": {"target": ["LRLLL"]}}, ValueError, "1 words are not allowed; must be one"),
+    ({"options": {"reset_mask": [True, False]}}, TypeError, "must be an array of bool"),
+    ({"options": {"reset_mask": np.zeros(2, bool)}}, ValueError, "be true somewhere"),
+    ({"options": {"reset_mask": np.ones(3, bool)}}, ValueError, r"must have shape \(2,\)"),
+])  # fmt: skip
+def test_wrong_resets_of_many_are_named(arguments, error, message):
     with pytest.raises(error, match=message):
         many().reset(**arguments)
 
 
-@pytest.mark.parametrize(
-    ("make", "options", "message"),
-    [
-        (TubeFeedEnv, {"target": "LLLLL"}, r"options\['target'\]: 'LLLLL' .*must be one of"),
-        (TubeFeedEnv, {"target": 3}, r"options\['target'\]: 3 is not allowed; must be one of"),
-        (TubeFeedEnv, {"word": "LRLLL"}, "options: 'word' is not allowed; must be one of target"),
-        (UnknownFloorEnv, {"task": 40}, r"options\['task'\]: 40 is not allowed; must be 0\.\.39"),
-        (UnknownFloorEnv, {"target": "LRLLR"}, "options: 'target' .*must be one of task"),
-    ],
-)
+@pytest.mark.parametrize(("make", "options", "message"), [
+    (TubeFeedEnv, {"target": "LLLLL"}, r"options\['target'\]: 'LLLLL' .*must be one of"),
+    (TubeFeedEnv, {"target": 3}, r"options\['target'\]: 3 is not allowed; must be one of"),
+    (TubeFeedEnv, {"word": "LRLLL"}, "options: 'word' is not allowed; must be one of target"),
+    (UnknownFloorEnv, {"task": 40}, r"options\['task'\]: 40 is not allowed; must be 0\.\.39"),
+    (UnknownFloorEnv, {"target": "LRLLR"}, "options: 'target' .*must be one of task"),
+])  # fmt: skip
 def test_wrong_resets_are_named(make: Any, options: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         make().reset(options=options)
 
 
-@pytest.mark.parametrize(
-    ("kind", "actions", "message"),
-    [
-        ("multidiscrete", [[1, 2]], r"shape \(1, 2\) is not allowed; must have shape \(2, 2\)"),
-        ("multidiscrete", [[1, 2], [16, 2]], r"actions\[1\]: array\(\[16,  2\]\) is not allowed"),
-        ("multidiscrete", [[1.0, 2.0]] * 2, "an array of float64 of shape"),
-        ("discrete", [1, 144], r"actions\[1\]: .*144.* is not allowed; must be an integer, 0..143"),
-        ("discrete", [[1], [2]], r"must have shape \(2,\)"),
-        ("box", np.full((2, 5), 1.5), r"actions\[0\]: .* must be 5 numbers from -1 to 1"),
-        ("box", np.full((2, 5), np.nan), r"actions\[0\]: .* must be 5 numbers from -1 to 1"),
-    ],
-)
+@pytest.mark.parametrize(("kind", "actions", "message"), [
+    ("multidiscrete", [[1, 2]], r"shape \(1, 2\) is not allowed; must have shape \(2, 2\)"),
+    ("multidiscrete", [[1, 2], [16, 2]], r"actions\[1\]: array\(\[16,  2\]\) is not allowed"),
+    ("multidiscrete", [[1.0, 2.0]] * 2, "an array of float64 of shape"),
+    ("discrete", [1, 144], r"actions\[1\]: .*144.* is not allowed; must be an integer, 0..143"),
+    ("discrete", [[1], [2]], r"must have shape \(2,\)"),
+    ("box", np.full((2, 5), 1.5), r"actions\[0\]: .* must be 5 numbers from -1 to 1"),
+    ("box", np.full((2, 5), np.nan), r"actions\[0\]: .* must be 5 numbers from -1 to 1"),
+])  # fmt: skip
 def test_wrong_actions_of_many_are_named(kind: str, actions: Any, message: str) -> None:
     env = many(actions=kind)
     env.reset(seed=0)
@@ -187,7 +135,7 @@ def test_wrong_actions_of_many_are_named(kind: str, actions: Any, message: str) 
         env.step(actions)
 
 
-def test_a_wrong_action_leaves_the_episode_as_it_was() -> None:
+def test_a_step_needs_a_right_action_and_a_running_episode() -> None:
     env = TubeFeedEnv(baseline=None)
     env.reset(seed=0)
     with pytest.raises(ValueError, match=r"action: .*16.* is not allowed"):
@@ -197,9 +145,6 @@ def test_a_wrong_action_leaves_the_episode_as_it_was() -> None:
     assert env.next_component == 1
     with pytest.raises(RuntimeError, match="1 of 6 components are set"):
         env.to_scene()
-
-
-def test_stepping_needs_a_running_episode() -> None:
     env = TubeFeedEnv(baseline=None)
     with pytest.raises(gymnasium.error.ResetNeeded):
         env.step(np.array([0, 0]))

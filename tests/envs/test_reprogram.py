@@ -76,7 +76,7 @@ def test_a_success_is_the_second_fold_at_rest_after_the_first(played: Any) -> No
         assert ends["is_success"][row] == (reached and episodes.stage[row] == SECOND)
 
 
-def test_the_first_word_lasts_while_the_last_component_is_held(played: Any) -> None:
+def test_the_first_word_lasts_and_then_the_chain_is_drawn_in(played: Any) -> None:
     envs, said, chains = played
     world, numbers = envs.episodes.world, envs.episodes.numbers
     reached = 0
@@ -90,9 +90,6 @@ def test_the_first_word_lasts_while_the_last_component_is_held(played: Any) -> N
                 off = np.diff(chains[before][1][row]) - first
                 assert np.abs(off).max() <= SUCCESS_TOLERANCE
     assert reached > 0
-
-
-def test_a_chain_is_drawn_in_when_one_centre_at_most_is_outside(played: Any) -> None:
     _, said, chains = played
     drawn_in = 0
     for step in range(1, len(chains)):

@@ -12,7 +12,6 @@ from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.envs.spaces.actions import FACES
 from magfold_env.envs.tasks.feed_tasks import TrayTask
 from magfold_env.envs.tray import DEAD, LATE, SPREAD, WEAK, WEAKNESS, TrayEnv, TrayVectorEnv
-from magfold_env.simulation.simulate import simulate
 from tests.envs.contract import group
 
 TASK: dict[str, Any] = {
@@ -44,7 +43,7 @@ def test_without_drawing_back_it_is_a_chain_that_was_ordered(direction: str) -> 
     sequence = ["".join(faces[k] for k in FACES[lie]) for lie, faces in enumerate(letters)]
     scene = env.episodes.scene(0)
     assert scene.sequence == tuple(sequence if direction == "forward" else sequence[::-1])
-    fold = simulate(scene)
+    fold = mf.simulate(scene)
     np.testing.assert_array_equal(fold.angles, env.state.angles)
     assert said[-1][-1]["status"] == str(fold.status)
 
@@ -191,11 +190,9 @@ def test_a_dead_magnet_does_not_act_where_it_lies() -> None:
 def test_the_minimisers_chain_has_the_largest_gap_of_those_that_can_be_had() -> None:
     scene, tray = mf.load_scene("tray"), ("NSSN", "SNSN", "NNSN", "NSNN", "SNNS", "NSNS", "SSNN")
     designs = TrayDesigns(scene, "LRLRL")
-    best = designs.best(tray)
-    assert best is not None
+    best: Any = designs.best(tray)
     task = TrayTask(tray=tray, direction="forward", target="LRLRL")
-    order = task.order_of(best)
-    assert order is not None
+    order: Any = task.order_of(best)
     assert len({part for part, _ in order}) == 6
     for faces, (part, lie) in zip(best, order, strict=True):
         assert faces == "".join(tray[part][k] for k in FACES[lie])

@@ -22,15 +22,12 @@ def play(env: Any, seed: int, target: str | None = None) -> tuple[list, dict]:
 BACKWARD = mf.load_scene("tube-feed").replace(feed={"direction": "backward"})
 
 
-@pytest.mark.parametrize(
-    ("make", "scene"),
-    [
-        (TubeFeedEnv, "tube-feed"),
-        (TubeFeedEnv, BACKWARD),
-        (SequenceDesignEnv, "tube-built"),
-        (SequenceDesignEnv, "tube-feed"),
-    ],
-)
+@pytest.mark.parametrize(("make", "scene"), [
+    (TubeFeedEnv, "tube-feed"),
+    (TubeFeedEnv, BACKWARD),
+    (SequenceDesignEnv, "tube-built"),
+    (SequenceDesignEnv, "tube-feed"),
+])  # fmt: skip
 @pytest.mark.parametrize("seed", range(4))
 def test_an_episode_replays_bit_for_bit(make: Any, scene: Any, seed: int, tmp_path: Path) -> None:
     env = make(scene, baseline=None)
@@ -89,9 +86,7 @@ def test_an_outline_is_reached_by_any_word_that_covers_it() -> None:
     word, other = "LLRRL", goal_words("LLRRL", "outline")[1]
     for match in ("word", "outline"):
         env = TubeFeedEnv(match=match, targets=[word], randomisation="none", baseline=None)
-        design = TubeFeedEnv(randomisation="none").baseline_of(other)
-        assert design.sequence is not None
-        assert design.speed is not None
+        design: Any = TubeFeedEnv(randomisation="none").baseline_of(other)
         env.reset(seed=0)
         info: dict = {}
         for faces in design.sequence:
@@ -114,9 +109,7 @@ def test_the_minimisers_design_earns_about_nothing() -> None:
     rewards = []
     for target in ("LRLLL", "RLRLR"):
         env.reset(seed=0, options={"target": target})
-        design = env.baseline
-        assert design.sequence is not None
-        assert design.speed is not None
+        design: Any = env.baseline
         rewards.append(env.step(env.actions.encode(design.sequence, design.speed))[1])
     assert rewards == pytest.approx([0.0, 0.0])
 

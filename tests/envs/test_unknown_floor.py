@@ -169,7 +169,7 @@ def test_a_weak_drive_jams() -> None:
     assert 0.0 <= info["score"] <= 0.5
 
 
-def test_shipped_tasks_are_chains_with_two_folds() -> None:
+def test_shipped_tasks_are_chains_with_two_folds_of_which_difficulty_takes_the_first() -> None:
     tasks = read_tasks("two-folds-6")
     assert len(tasks) == 40
     folds: dict[Any, set[str]] = {}
@@ -177,6 +177,7 @@ def test_shipped_tasks_are_chains_with_two_folds() -> None:
         folds.setdefault((task.sequence, task.direction), set()).add(task.target)
     assert [len(words) for words in folds.values()] == [2] * 20
     assert {task.direction for task in tasks} == {"forward", "backward"}
+    assert UnknownFloorEnv(difficulty=0.1).tasks == UnknownFloorEnv().tasks[:4]
 
 
 @pytest.mark.parametrize("number", [0, -1])
@@ -190,10 +191,6 @@ def test_both_folds_of_a_shipped_task_can_be_had(number: int) -> None:
     counts = [count_words(randomised(scene, "nominal"), speed) for speed in CANDIDATE_SPEEDS]
     for word in words:
         assert max(count[word] for count in counts) >= 0.75 * DRAWS
-
-
-def test_difficulty_takes_the_first_tasks() -> None:
-    assert UnknownFloorEnv(difficulty=0.1).tasks == UnknownFloorEnv().tasks[:4]
 
 
 def test_an_episode_counts_the_components_that_act() -> None:
@@ -220,21 +217,3 @@ def test_tasks_may_be_a_file(kind: type, tmp_path: Path) -> None:
     path.write_text(FILE)
     env = UnknownFloorEnv(tasks=kind(path))
     assert env.tasks == read_tasks([FeedTask(**TASK), TASK | {"direction": "backward"}])
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ("", "tasks: None is not allowed; must be a list of tasks"),
-        ("[", "line 1, column 2: "),
-        (FILE.replace("backward", "up"), "direction: 'up' is not allowed"),
-        (FILE + "- {direction: up}", "target: None is not allowed; must be given"),
-    ],
-)
-def test_what_is_wrong_in_a_file_of_tasks_is_told_with_its_path(
-    content: str, message: str, tmp_path: Path
-) -> None:
-    path = tmp_path / "tasks.yaml"
-    path.write_text(content)
-    with pytest.raises(ValueError, match=f"{path}: {message}"):
-        UnknownFloorEnv(tasks=path)

@@ -53,7 +53,7 @@ def test_results_do_not_depend_on_threads() -> None:
     assert all(same(each, said[0]) for each in said)
 
 
-def test_targets_can_be_given() -> None:
+def test_targets_can_be_given_and_are_kept_in_a_state() -> None:
     env: Any = gymnasium.make_vec(FEED, num_envs=3, fidelity="quasistatic")
     words = ["LRLLL", "LLRLL", "LRLLL"]
     assert env.reset(options={"target": words})[1]["target"].tolist() == words
@@ -63,6 +63,12 @@ def test_targets_can_be_given() -> None:
         single: Any = gymnasium.make(FEED, fidelity="quasistatic")
         first, _ = single.reset(seed=2 + k, options={"target": "LLRLL"})
         np.testing.assert_array_equal(observation[k], first)
+    env: Any = gymnasium.make_vec(FEED, num_envs=2, fidelity="quasistatic").unwrapped
+    env.reset(seed=0, options={"target": "LRLLL"})
+    state = env.get_state()
+    env.reset()
+    env.set_state(state)
+    assert env.episodes.goals.names.tolist() == ["LRLLL", "LRLLL"]
 
 
 def test_seeds_are_each_environments_own() -> None:
@@ -126,15 +132,6 @@ def test_pictures_are_those_of_single_environments(fidelity: str) -> None:
         for env in (native, single):
             env.step(np.array([[3, 2], [9, 6]]))
         assert same(native.render(), single.render())
-
-
-def test_a_target_that_was_given_is_kept_in_a_state() -> None:
-    env: Any = gymnasium.make_vec(FEED, num_envs=2, fidelity="quasistatic").unwrapped
-    env.reset(seed=0, options={"target": "LRLLL"})
-    state = env.get_state()
-    env.reset()
-    env.set_state(state)
-    assert env.episodes.goals.names.tolist() == ["LRLLL", "LRLLL"]
 
 
 @pytest.mark.parametrize("env_id", [FEED, FLOOR])

@@ -22,12 +22,9 @@ def pair(env_id: str, count: int, mode: AutoresetMode, **options: Any) -> tuple[
         env_id, num_envs=count, autoreset_mode=mode, threads=threads, **options
     )
     single: Any = gymnasium.make_vec(
-        env_id,
-        num_envs=count,
-        vectorization_mode="sync",
-        vector_kwargs={"autoreset_mode": mode},
+        env_id, num_envs=count, vectorization_mode="sync", vector_kwargs={"autoreset_mode": mode},
         **options,
-    )
+    )  # fmt: skip
     return native, single
 
 

@@ -26,8 +26,6 @@ from agents.training.models import read_archive, write_archive
 from magfold_env.checkpoint import FILE
 from magfold_env.designer import Design, Evidence
 from magfold_env.designer.suites import load_suite
-from magfold_env.ensembles.releases import Ensemble, ensemble
-from magfold_env.ensembles.sweeps import Sweep, sweep
 from magfold_env.envs.tasks.feed_tasks import read_tasks
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.files import configs_dir
@@ -108,7 +106,7 @@ def _read_state(path: Path) -> None:
     state.mkdir()
     path.rename(state / FILE)
     try:
-        ensemble(SCENE, 2, state=state, workers=1)
+        mf.ensemble(SCENE, 2, state=state, workers=1)
     except OSError as error:  # as a file on another disk would be told
         raise ValueError(str(error)) from None
 
@@ -116,7 +114,7 @@ def _read_state(path: Path) -> None:
 @cache
 def _states() -> list[bytes]:
     with tempfile.TemporaryDirectory() as folder:
-        ensemble(SCENE, 2, state=folder, workers=1)
+        mf.ensemble(SCENE, 2, state=folder, workers=1)
         return [(Path(folder) / FILE).read_bytes()]
 
 
@@ -131,7 +129,7 @@ def _read_record(path: Path) -> None:
 
 def _records() -> list[bytes]:
     with tempfile.TemporaryDirectory() as folder:
-        ensemble(SCENE, 2, state=folder, workers=1)
+        mf.ensemble(SCENE, 2, state=folder, workers=1)
         return [json.dumps(record).encode() for record in records_in(Path(folder)).values()]
 
 
@@ -212,14 +210,12 @@ READERS: dict[str, Reader] = {
     "tasks": Reader(".yaml", read_tasks, lambda: [TASKS.encode()]),
     "settings": Reader(".yaml", load_settings, lambda: _shipped("agents", 4000)),
     "ensemble": Reader(
-        ".json",
-        Ensemble.from_json,
-        lambda: [_written(ensemble(SCENE, 2, workers=1).to_json)],
+        ".json", mf.Ensemble.from_json, lambda: [_written(mf.ensemble(SCENE, 2, workers=1).to_json)]
     ),
     "sweep": Reader(
         ".json",
-        Sweep.from_json,
-        lambda: [_written(sweep(SCENE, {"friction": [0.1, 0.2]}, 2, workers=1).to_json)],
+        mf.Sweep.from_json,
+        lambda: [_written(mf.sweep(SCENE, {"friction": [0.1, 0.2]}, 2, workers=1).to_json)],
     ),
     "design": Reader(".json", Design.from_json, _designs),
     "state": Reader(".sqlite", _read_state, _states),

@@ -17,16 +17,14 @@ import magfold_env as mf
 from agents.settings import TrainSettings, checked
 from magfold_env.cli import app
 from magfold_env.envs.tasks.world import ChainOptions, FeedOptions, FoldOptions
+from magfold_env.scoring.track import TRACKS
 from tests.command_line import run
 
 NO_NUMBERS = ("x?", "nan", "")
 """Nor words, modes or files of any kind."""
 
 ARGUMENTS: Mapping[str, list[str]] = {
-    "fold": ["paper/sequence-3"],
-    "holding": ["paper/sequence-3"],
-    "minimise": ["paper/sequence-3"],
-    "ensemble": ["paper/sequence-3"],
+    **{name: ["paper/sequence-3"] for name in ("fold", "holding", "minimise", "ensemble")},
     "sweep": ["paper/sequence-3", "--over", "friction=0.1:0.2:2"],
     "design": ["LR"],
     "score": ["actions.json", "--env", "MagFold/UnknownFloor-v0"],
@@ -64,9 +62,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize(("command", "option", "value"), CASES)
-def test_wrong_options_of_commands_are_told(
-    command: str, option: str, value: str, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_wrong_options_of_commands_are_told(command, option, value, folder, monkeypatch):
     monkeypatch.chdir(folder)
     result = run(command, *ARGUMENTS.get(command, []), option, value)
     assert (result.exit_code, result.stdout) == (2, "")
@@ -123,13 +119,9 @@ def test_wrong_settings_of_training_are_told(key: str) -> None:
 
 
 ENVS = {
-    "MagFold/TubeFeed-v0": FoldOptions,
-    "MagFold/SequenceDesign-v0": FoldOptions,
+    **dict.fromkeys(("MagFold/TubeFeed-v0", "MagFold/SequenceDesign-v0"), FoldOptions),
     "MagFold/TubeFeedGoal-v0": ChainOptions,
-    **{
-        f"MagFold/{name}-v0": FeedOptions for name in ("UnknownFloor", "Reprogram", "Lumen", "Tray")
-    },
-    "MagFold/Anchor-v0": FeedOptions,
+    **dict.fromkeys(TRACKS, FeedOptions),
 }
 
 
@@ -180,23 +172,15 @@ SEARCHED = {
     "scene": NO_SCENE, "top": (*NO_WHOLE, 0), "among": NO_CHOICE, "progress": NO_FUNCTION
 }  # fmt: skip
 USES: list[tuple[Callable[..., object], Mapping[str, tuple[object, ...]]]] = [
-    (
-        partial(mf.simulate, scene=SCENE),
-        {"scene": NO_SCENE, "frame_rate": (*NO_POSITIVE, 1e12), "seed": (*NO_WHOLE, 10.0)},
-    ),
-    (
-        partial(mf.simulate_batch, scenes=SCENE, seeds=[0, 1]),
-        {"scenes": (5, None), "seeds": (5, None), "threads": (*NO_COUNT, 0, 10**9)},
-    ),
+    (partial(mf.simulate, scene=SCENE),
+     {"scene": NO_SCENE, "frame_rate": (*NO_POSITIVE, 1e12), "seed": (*NO_WHOLE, 10.0)}),
+    (partial(mf.simulate_batch, scenes=SCENE, seeds=[0, 1]),
+     {"scenes": (5, None), "seeds": (5, None), "threads": (*NO_COUNT, 0, 10**9)}),
     (partial(mf.ensemble, scene=SCENE, runs=1), RUNS),
-    (
-        partial(mf.sweep, scene=SCENE, over={"friction": [0.1, 0.2]}, runs=1),
-        {**RUNS, "over": (5, "friction")},
-    ),
-    (
-        lambda friction: mf.sweep(SCENE, {"friction": friction}, 1),
-        {"friction": (5, "x?", [1.0], [2, 1])},
-    ),
+    (partial(mf.sweep, scene=SCENE, over={"friction": [0.1, 0.2]}, runs=1),
+     {**RUNS, "over": (5, "friction")}),
+    (lambda friction: mf.sweep(SCENE, {"friction": friction}, 1),
+     {"friction": (5, "x?", [1.0], [2, 1])}),
     (
         partial(mf.design, target="LR", runs=1),
         {
@@ -214,10 +198,8 @@ USES: list[tuple[Callable[..., object], Mapping[str, tuple[object, ...]]]] = [
     (partial(mf.energy, scene=SCENE, angles=[0.0]), {"scene": NO_SCENE, "angles": NO_ANGLES}),
     (partial(mf.forces, scene=SCENE), {"angles": NO_ANGLES}),
     (partial(mf.accelerations, scene=SCENE, rates=[0.0] * SCENE.n), {"angles": NO_ANGLES}),
-    (
-        lambda **changes: few().probability(**changes),
-        {"word": ("x?", 5, "LL", ["L"]), "status": NO_CHOICE},
-    ),
+    (lambda **changes: few().probability(**changes),
+     {"word": ("x?", 5, "LL", ["L"]), "status": NO_CHOICE}),
     (lambda index: few().generator(index), {"index": (*NO_WHOLE, 2, -3)}),
     (lambda frame_rate: few().replay(0, frame_rate=frame_rate), {"frame_rate": NO_POSITIVE}),
     (mf.holding, {"fold": (None, 5, "x?", SCENE)}),
@@ -228,14 +210,10 @@ USES: list[tuple[Callable[..., object], Mapping[str, tuple[object, ...]]]] = [
             "pulled": (*NO_COUNT, 0, 7), "held": (*NO_COUNT, -1, 7, 1),
         },
     ),
-    (
-        partial(mf.channel, start=(0, 0), end=(1, 0), width=0.1, wall=0.1),
-        {"start": NO_POINT, "end": NO_POINT, "width": NO_POSITIVE, "wall": NO_POSITIVE},
-    ),
-    (
-        partial(mf.chamber, corner=(0, -1), size=(2, 2), opening=0.1, wall=0.1),
-        {"corner": NO_POINT, "size": NO_POINT, "opening": NO_POSITIVE, "wall": NO_POSITIVE},
-    ),
+    (partial(mf.channel, start=(0, 0), end=(1, 0), width=0.1, wall=0.1),
+     {"start": NO_POINT, "end": NO_POINT, "width": NO_POSITIVE, "wall": NO_POSITIVE}),
+    (partial(mf.chamber, corner=(0, -1), size=(2, 2), opening=0.1, wall=0.1),
+     {"corner": NO_POINT, "size": NO_POINT, "opening": NO_POSITIVE, "wall": NO_POSITIVE}),
     (
         partial(mf.funnel, bore=0.1, length=0.1),
         {
@@ -259,9 +237,7 @@ CALLS = [
 
 
 @pytest.mark.parametrize(("function", "name", "value"), CALLS)
-def test_wrong_arguments_are_told(
-    function: Callable[..., object], name: str, value: object
-) -> None:
+def test_wrong_arguments_are_told(function, name, value):
     is_told(lambda: function(**{name: value}), name, value)
     assert not Path(FILE).exists()
 

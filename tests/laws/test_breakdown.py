@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
+import magfold_env as mf
 from magfold_bench.laws.overlap import deepest_overlap
 from magfold_bench.laws.random_scenes import designed_sequence
-from magfold_env.fold import FoldStatus
-from magfold_env.scene import Scene
-from magfold_env.simulation.simulate import simulate
 
 pytestmark = pytest.mark.laws
 
@@ -15,11 +13,11 @@ MAX_STEPS = 1000
 TOO_DEEP = 1e-3  # overlap, share of the side
 
 
-def hopeless_scenes() -> dict[str, Scene]:
+def hopeless_scenes() -> dict[str, mf.Scene]:
     """Return scenes beyond all reason by name."""
     n = 8
     rng = np.random.default_rng(0)
-    plain = Scene(sequence=designed_sequence(rng, n)).draw(rng)
+    plain = mf.Scene(sequence=designed_sequence(rng, n)).draw(rng)
     plain = plain.replace(solver={"max_steps": MAX_STEPS})
     tube = plain.replace(mount="tube", start_angles=None).draw(rng)
     straight = np.zeros(n - 1)
@@ -49,14 +47,14 @@ SCENES = hopeless_scenes()
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=[name.replace(" ", "-") for name in SCENES])
 def test_a_hopeless_scene_ends_and_says_how(scene):
-    fold = simulate(scene)
+    fold = mf.simulate(scene)
     assert fold.message
     assert fold.steps <= MAX_STEPS
     if fold.steps == MAX_STEPS:
-        assert fold.status is FoldStatus.UNSETTLED
+        assert fold.status is mf.FoldStatus.UNSETTLED
         assert "steps are the limit" in fold.message
     assert np.isfinite(fold.joint_angles).all()
-    if fold.status in {FoldStatus.FOLDED, FoldStatus.MISFOLDED}:
+    if fold.status in {mf.FoldStatus.FOLDED, mf.FoldStatus.MISFOLDED}:
         angles = np.concatenate([[0.0], np.cumsum(fold.joint_angles)])
         deep = deepest_overlap(scene.alone(), angles, np.zeros(2), scene.n)
         assert deep <= TOO_DEEP * scene.casing.side

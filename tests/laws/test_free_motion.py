@@ -5,14 +5,12 @@ import math
 import numpy as np
 import pytest
 
+import magfold_env as mf
 from magfold_bench.laws.along_folds import SteppedSession
 from magfold_bench.laws.mechanics import kinetic_energy, momenta
 from magfold_bench.laws.random_scenes import LARGEST, SMALLEST, random_scene, random_sequence
 from magfold_env.engine import indices as ix
-from magfold_env.fold import FoldStatus
-from magfold_env.scene import Casing, Scene
 from magfold_env.shapes import centres
-from magfold_env.simulation.simulate import simulate
 
 pytestmark = pytest.mark.laws
 
@@ -70,14 +68,10 @@ def thrown(seed, tolerance, *, contact):
     """Return a free chain without magnets and friction that begins with random rates."""
     rng = np.random.default_rng([seed, 1])
     n = int(rng.integers(SMALLEST, LARGEST + 1))
-    scene = Scene(
-        sequence=("NNNN",) * n,
-        magnets=None,
-        friction=0.0,
-        contact=contact,
-        duration=THROWN_FOR,
+    scene = mf.Scene(
+        sequence=("NNNN",) * n, magnets=None, friction=0.0, contact=contact, duration=THROWN_FOR,
         start_angle_spread=0.5,
-    )
+    )  # fmt: skip
     session = FreeSession(scene.replace(solver={"tolerance": tolerance}).draw(rng))
     session.throw_any(rng)
     return session
@@ -108,16 +102,13 @@ def test_a_free_chain_keeps_its_momenta(seed, tolerance, allowed):
 
 
 @pytest.mark.weekly
-@pytest.mark.parametrize(
-    ("tolerance", "contact", "allowed", "missed"),
-    [
-        (1e-3, False, 1e-2, 1.0),
-        (1e-6, False, 1e-5, 1.0),
-        (1e-12, False, 1e-10, 1.0),
-        (1e-3, True, 1e-2, MISSED),
-        (1e-4, True, 1e-3, 1.0),
-    ],
-)
+@pytest.mark.parametrize(("tolerance", "contact", "allowed", "missed"), [
+    (1e-3, False, 1e-2, 1.0),
+    (1e-6, False, 1e-5, 1.0),
+    (1e-12, False, 1e-10, 1.0),
+    (1e-3, True, 1e-2, MISSED),
+    (1e-4, True, 1e-3, 1.0),
+])  # fmt: skip
 def test_many_chains_keep_their_momenta(tolerance, contact, allowed, missed):
     errors = [momentum_errors(seed, tolerance, contact=contact) for seed in MANY]
     linear, angular = np.max(errors, axis=0)
@@ -131,7 +122,7 @@ def settled(seed, **changes):
     Returns the session, and what its own momenta and its energy were at first.
     """
     rng = np.random.default_rng(seed)
-    session = FreeSession(Scene(friction=0.0, **changes).draw(rng))
+    session = FreeSession(mf.Scene(friction=0.0, **changes).draw(rng))
     session.throw_any(rng)
     before = *session.own_momenta, session.kinetic
     session.settle()
@@ -170,8 +161,8 @@ def test_momentum_is_kept_to_rounding_at_any_tolerance(contact):
 def test_a_component_a_million_times_heavier_is_not_carried_away(heavy):
     masses = np.full(4, 1e-6)
     masses[heavy] = 1.0
-    scene = Scene(
-        sequence=("NSNS",) * 4, casing=Casing(mass=tuple(masses.tolist())), magnets=None,
+    scene = mf.Scene(
+        sequence=("NSNS",) * 4, casing=mf.Casing(mass=tuple(masses.tolist())), magnets=None,
         friction=0.0, contact=False, duration=0.5,
     )  # fmt: skip
     rng = np.random.default_rng(6)
@@ -205,17 +196,15 @@ def smooth(kind, seed, tolerance):
     """Return a chain that swings, or one that magnets bend, for as long as that is smooth."""
     rng = np.random.default_rng([seed, 2])
     n = int(rng.integers(SMALLEST, LARGEST + 1))
-    scene = Scene(sequence=random_sequence(rng, n), friction=0.0).draw(rng)
+    scene = mf.Scene(sequence=random_sequence(rng, n), friction=0.0).draw(rng)
     scene = scene.replace(solver={"tolerance": tolerance}, contact=False)
     if kind == "pendulum":
         return scene.replace(
-            mount="pinned",
-            magnets=None,
-            gravity={"in_plane": (0.0, -9.8)},
+            mount="pinned", magnets=None, gravity={"in_plane": (0.0, -9.8)},
             duration=SWINGS * float(np.sqrt(scene.casing.diagonal / 9.8)),
-        )
+        )  # fmt: skip
     # Until a joint comes near its stop for the first time.
-    path = simulate(scene.replace(duration=0.1), frame_rate=2000.0).trajectory
+    path = mf.simulate(scene.replace(duration=0.1), frame_rate=2000.0).trajectory
     assert path is not None
     shut = np.flatnonzero(np.abs(np.diff(path.angles, axis=1)).max(axis=1) > NEARLY_SHUT)
     return scene.replace(duration=float(path.time[shut[0] if shut.size else -1]))
@@ -246,7 +235,7 @@ def creep(seed):
     scene = scene.replace(friction=np.maximum(scene.frictions, LEAST_FRICTION))
     session = FreeSession(scene)
     session.settle()
-    if session.status not in {FoldStatus.FOLDED, FoldStatus.MISFOLDED}:
+    if session.status not in {mf.FoldStatus.FOLDED, mf.FoldStatus.MISFOLDED}:
         return None
     angles, base = session.angles, session.base
     session.wait(WAIT)

@@ -9,7 +9,6 @@ import pytest
 
 import magfold_env as mf
 from magfold_bench.laws.random_scenes import random_scene
-from magfold_env.fold import FoldStatus
 from magfold_env.shapes import FloatArray
 from tests.reference.simulation import MOVED, Loading
 
@@ -29,7 +28,7 @@ def random_fold(seed: int) -> mf.Fold:
     friction = float(scene.frictions[0])
     friction = friction if friction <= 0.5 else 0.5 * friction
     fold = mf.simulate(scene.replace(friction=friction, magnets={"accuracy": 1e-5}))
-    assert fold.status in {FoldStatus.FOLDED, FoldStatus.MISFOLDED}
+    assert fold.status in {mf.FoldStatus.FOLDED, mf.FoldStatus.MISFOLDED}
     return fold
 
 
@@ -87,13 +86,10 @@ def test_a_fold_gives_way_at_its_pull() -> None:
     assert (bore, moved) == (0.99, 1.01)
 
 
-@pytest.mark.parametrize(
-    "seed",
-    [
-        pytest.param(seed, marks=pytest.mark.slow if k < NIGHTLY else pytest.mark.weekly)
-        for k, seed in enumerate(FOLDS)
-    ],
-)
+@pytest.mark.parametrize("seed", [
+    pytest.param(seed, marks=pytest.mark.slow if k < NIGHTLY else pytest.mark.weekly)
+    for k, seed in enumerate(FOLDS)
+])  # fmt: skip
 def test_random_folds_give_way_at_their_limit_loads(seed: int) -> None:
     moment, pull = compare(seed)
     assert moment <= 0.01 + 1e-9

@@ -5,21 +5,19 @@ from functools import partial
 import numpy as np
 import pytest
 
+import magfold_env as mf
 from magfold_bench.laws.along_folds import follow
 from magfold_bench.laws.dense import look_inside
 from magfold_bench.laws.overlap import squares_apart
 from magfold_bench.laws.random_scenes import random_scene
-from magfold_env.fold import FoldStatus
-from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import centres
-from magfold_env.simulation.simulate import simulate
 from tests.words import reverse
 
 pytestmark = pytest.mark.laws
 thoroughly = partial(pytest.param, marks=pytest.mark.slow)
 
 NEARLY_SHARP = 1e-5  # [m] the corners' rounding takes what a sharp square has more
-SETTLED = {FoldStatus.FOLDED, FoldStatus.MISFOLDED}
+SETTLED = {mf.FoldStatus.FOLDED, mf.FoldStatus.MISFOLDED}
 OTHER_END = (2, 3, 0, 1)
 
 
@@ -32,11 +30,11 @@ def random_faces(seed):
 @pytest.mark.parametrize("direction", ["free", "forward", "backward"])
 @pytest.mark.parametrize("seed", range(6))
 def test_squares_stay_apart_and_joints_within_their_stops(seed, direction):
-    scene = Scene(sequence=random_faces(seed), duration=1.0)
+    scene = mf.Scene(sequence=random_faces(seed), duration=1.0)
     scene = scene.replace(casing={"corner_radius": NEARLY_SHARP})
     if direction != "free":
         scene = scene.replace(mount="tube", feed={"direction": direction, "speed": 0.2})
-    run = simulate(scene, seed, frame_rate=240.0).trajectory
+    run = mf.simulate(scene, seed, frame_rate=240.0).trajectory
     assert run is not None
     assert np.abs(np.diff(run.angles, axis=1)).max() < np.pi / 2 + 1e-3
     side = scene.casing.side
@@ -45,28 +43,28 @@ def test_squares_stay_apart_and_joints_within_their_stops(seed, direction):
     assert gap > -1e-3 * side
 
 
-@pytest.mark.weekly
-@pytest.mark.parametrize("seed", range(40))
+FEW = (3, 8, 10, 13, 14)
+MANY = (pytest.param(seed, marks=pytest.mark.weekly) for seed in range(40) if seed not in FEW)
+
+
+@pytest.mark.parametrize("seed", [*FEW, *map(thoroughly, range(100, 150)), *MANY])
 def test_every_step_of_many_folds_keeps_all_limits(seed):
     scene = random_scene(seed)
     (motion, session), (inside, _) = follow(scene), look_inside(scene)
-    assert motion.finite
-    assert session.status is not FoldStatus.FAILED
+    assert motion.finite, session.message
+    assert session.status is not mf.FoldStatus.FAILED, session.message
     assert max(inside.casings, inside.solids) <= 1e-3
-    assert inside.past_stop <= 1e-3
+    assert inside.past_stop <= scene.solver.tolerance
     assert motion.rise <= (1e-5 if scene.frictions.any() else 1e-4)
 
 
-@pytest.mark.parametrize(
-    "sequence",
-    [
-        *[load_scene(f"paper/sequence-{k}").sequence for k in (1, 2, 3)],
-        *[random_faces(seed) for seed in range(5)],
-    ],
-)
+@pytest.mark.parametrize("sequence", [
+    *[mf.load_scene(f"paper/sequence-{k}").sequence for k in (1, 2, 3)],
+    *[random_faces(seed) for seed in range(5)],
+])  # fmt: skip
 @pytest.mark.parametrize("seed", [0, 1])
 def test_energy_never_rises_without_friction_and_feed(sequence, seed):
-    scene = Scene(sequence=sequence, friction=0.0, duration=0.4)
+    scene = mf.Scene(sequence=sequence, friction=0.0, duration=0.4)
     motion, _ = follow(scene.draw(np.random.default_rng(seed)))
     assert motion.rise < 1e-4
 
@@ -74,7 +72,7 @@ def test_energy_never_rises_without_friction_and_feed(sequence, seed):
 @pytest.mark.parametrize("number", [1, 2, 3])
 @pytest.mark.parametrize("direction", ["forward", "backward"])
 def test_the_view_from_the_other_end_is_the_same_fold_bit_for_bit(number, direction):
-    scene = load_scene(f"paper/sequence-{number}").replace(mount="tube")
+    scene = mf.load_scene(f"paper/sequence-{number}").replace(mount="tube")
     scene = scene.replace(feed={"direction": direction, "speed": 0.2})
     scene = scene.draw(np.random.default_rng(number))
     scene = scene.replace(friction=np.linspace(0.1, 0.4, scene.n))
@@ -85,7 +83,7 @@ def test_the_view_from_the_other_end_is_the_same_fold_bit_for_bit(number, direct
         friction=scene.frictions[::-1],
         feed={"direction": "backward" if direction == "forward" else "forward"},
     )
-    a, b = simulate(scene), simulate(other)
+    a, b = mf.simulate(scene), mf.simulate(other)
     assert b.word == reverse(a.word)
     assert (b.status, b.time, b.steps) == (a.status, a.time, a.steps)
     # Both run as the one that is indexed from its held end; only the view differs.
@@ -96,7 +94,7 @@ def test_the_view_from_the_other_end_is_the_same_fold_bit_for_bit(number, direct
 # time: pushed by hardly more than friction holds, or joined to one that friction cannot hold.
 @pytest.mark.parametrize("seed", [39, 80, 229, *map(thoroughly, (246, 277))])
 def test_creeping_chains_come_to_rest_in_few_steps(seed):
-    fold = simulate(random_scene(seed))
+    fold = mf.simulate(random_scene(seed))
     assert fold.status in SETTLED
     assert fold.steps < 2000 * (1.0 + fold.time), fold.message
 
@@ -105,7 +103,7 @@ def test_creeping_chains_come_to_rest_in_few_steps(seed):
 def test_finer_steps_are_not_many_more(seed):
     scene = random_scene(seed)
     tolerance = scene.solver.tolerance / 20.0
-    coarse, fine = simulate(scene), simulate(scene.replace(solver={"tolerance": tolerance}))
+    coarse, fine = mf.simulate(scene), mf.simulate(scene.replace(solver={"tolerance": tolerance}))
     assert fine.word == coarse.word
     # Steps of second order grow √20-fold, 4.5, and steps of first order twentyfold.
     assert fine.steps < 8 * coarse.steps

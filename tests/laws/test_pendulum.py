@@ -1,17 +1,18 @@
 """The three-link pendulum: energy, order of convergence, and scipy as a second opinion."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import magfold_env as mf
 from magfold_bench.laws.mechanics import kinetic_energy, pinned_accelerations, weight_energy
 from magfold_env.engine import indices as ix
 from magfold_env.engine.outcomes import REACHED
 from magfold_env.engine.stepping import integrator, stages
 from magfold_env.engine.workspace import new_state, new_work
-from magfold_env.scene import load_scene
 from magfold_env.simulation.session import Session
-from magfold_env.simulation.simulate import simulate
 
 pytestmark = pytest.mark.laws
 
@@ -19,17 +20,15 @@ END = 0.3  # [s] several swings of a 5 cm chain, before it turns chaotic
 
 
 def swing(tolerance):
-    scene = load_scene("pendulum-3").replace(solver={"tolerance": tolerance}, duration=END)
-    fold = simulate(scene, frame_rate=500.0)
-    assert fold.trajectory is not None
+    scene = mf.load_scene("pendulum-3").replace(solver={"tolerance": tolerance}, duration=END)
+    fold: Any = mf.simulate(scene, frame_rate=500.0)
     return scene, fold
 
 
 def drift(tolerance):
     """Largest change of the energy, relative to its range."""
     scene, fold = swing(tolerance)
-    run = fold.trajectory
-    assert run is not None
+    run: Any = fold.trajectory
     still = np.zeros((len(run.angles), 2))
     moving = kinetic_energy(scene, run.angles, run.rates, still)
     total = moving + weight_energy(scene, run.angles, still)
@@ -46,7 +45,7 @@ def test_energy_is_kept_better_the_finer_the_tolerance():
 
 
 def test_the_fixed_step_converges_with_fifth_order():
-    scene = load_scene("pendulum-3").draw(np.random.default_rng(0))
+    scene = mf.load_scene("pendulum-3").draw(np.random.default_rng(0))
     exact = reference(scene, 0.1)
     steps = np.array([40, 80, 160])
     errors = np.array([np.abs(fixed_steps(scene, 0.1, int(n)) - exact).max() for n in steps])

@@ -7,9 +7,8 @@ a little and final angles of misfolds by tenths of a degree.
 import numpy as np
 import pytest
 
+import magfold_env as mf
 from magfold_bench.laws.dense import look_inside
-from magfold_env.scene import load_scene
-from magfold_env.simulation.simulate import simulate
 from tests.reference import simulation as reference
 from tests.reference.scenes import among_obstacles, there_and_back
 from tests.reference.simulation_kernels import SLOW, run
@@ -18,14 +17,14 @@ pytestmark = pytest.mark.laws
 
 
 def compare(number, direction, seed, step, after):
-    scene = load_scene(f"paper/sequence-{number}")
+    scene = mf.load_scene(f"paper/sequence-{number}")
     if direction != "free":
         scene = scene.replace(mount="tube", feed={"direction": direction, "speed": 0.05})
     compare_scene(scene.draw(np.random.default_rng(seed)), step, after)
 
 
 def compare_scene(scene, step, after, hard=1.0, within=0.01, creep=SLOW):
-    fold, (inside, _) = simulate(scene, frame_rate=240.0), look_inside(scene)
+    fold, (inside, _) = mf.simulate(scene, frame_rate=240.0), look_inside(scene)
     assert max(inside.casings, inside.solids) < 1e-3
     assert inside.past_stop < scene.solver.tolerance
     assert abs(fold.push_peak) < scene.feed.force_limit  # the reference's drive never slips

@@ -1,9 +1,6 @@
 """One scene gives one fold, bit for bit: on any thread, and in processes of any thread count."""
 
 import hashlib
-import os
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -11,6 +8,7 @@ import pytest
 
 from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.simulation.simulate import simulate
+from tests.command_line import python
 
 pytestmark = pytest.mark.laws
 
@@ -40,12 +38,5 @@ def test_the_number_of_threads_changes_no_bit(alone, threads):
     # A process may have compiled other kernels before; this one has not.
     names = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
     code = f"from {__name__} import SEEDS, fingerprint; print(*map(fingerprint, SEEDS))"
-    run = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=Path(__file__).parents[2],
-        env={**os.environ, **dict.fromkeys(names, str(threads))},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    run = python("-c", code, cwd=Path(__file__).parents[2], **dict.fromkeys(names, str(threads)))
     assert run.stdout.split() == alone

@@ -8,10 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.minimiser import minimise
 from magfold_env.minimiser.energies import internal_energy, quadratic_forms, signs, word_energies
 from magfold_env.minimiser.lattice import all_words, from_words
-from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import headings, mirror, word_to_angles
 from tests.minimiser import reference
 from tests.minimiser.scenes import MODELS, STRENGTHS, sequences
@@ -20,37 +18,32 @@ from tests.words import reverse
 SIDE = 0.0125
 SEQUENCE = ("NSNN", "S-SN", "NNSS", "SSNS")
 SIZES: dict[str, Any] = {
-    "width": (0.005, 0.003, 0.006, 0.004),
-    "height": (0.004, 0.009, 0.002, 0.006),
-    "thickness": (0.001, 0.002, 0.0025, 0.001),
-    "inset": (0.0005, 0.0003, 0.0004, 0.001),
-}
+    "width": (0.005, 0.003, 0.006, 0.004), "height": (0.004, 0.009, 0.002, 0.006),
+    "thickness": (0.001, 0.002, 0.0025, 0.001), "inset": (0.0005, 0.0003, 0.0004, 0.001),
+}  # fmt: skip
 ROWS = [(1.0 + k, 0.6, 0.5, 0.9 + k) for k in range(4)]
 KINDS = {
-    **MODELS,
-    **STRENGTHS,
-    "unequal strips": Magnets(nodes=5, **SIZES),
-    "unequal points": Magnets(model="points", nodes=4, **SIZES),
-    "unequal strips by component": Magnets(nodes=5, **SIZES),
-    "strips by component": Magnets(nodes=5),
-}
+    **MODELS, **STRENGTHS, "unequal strips": mf.Magnets(nodes=5, **SIZES),
+    "unequal points": mf.Magnets(model="points", nodes=4, **SIZES),
+    "unequal strips by component": mf.Magnets(nodes=5, **SIZES),
+    "strips by component": mf.Magnets(nodes=5),
+}  # fmt: skip
 for _name, _lengths in SIZES.items():
     # One length at a time, and flat enough to fit: which of them goes wrong shows in the name.
     _alone: dict[str, Any] = {"thickness": 0.002, _name: _lengths}
-    KINDS[f"{_name} alone"] = Magnets(nodes=5, **_alone)
+    KINDS[f"{_name} alone"] = mf.Magnets(nodes=5, **_alone)
 kinds = pytest.mark.parametrize("kind", KINDS)
 
 
-def scene_of(sequence: tuple[str, ...], kind: str) -> Scene:
-    scene = Scene(sequence=sequence, magnets=KINDS[kind])
+def scene_of(sequence: tuple[str, ...], kind: str) -> mf.Scene:
+    scene = mf.Scene(sequence=sequence, magnets=KINDS[kind])
     rows = ROWS[: len(sequence)]
     return scene.replace(magnets={"remanence": rows}) if "component" in kind else scene
 
 
 @kinds
 def test_word_energies_are_sums_over_charges(kind: str) -> None:
-    scene = scene_of(SEQUENCE, kind)
-    assert scene.magnets is not None
+    scene: Any = scene_of(SEQUENCE, kind)
     lattice = all_words(scene.n)
     words = [lattice.word(row) for row in range(len(lattice))]
     expected = [reference.energy(scene, word) for word in words]
@@ -70,15 +63,14 @@ def test_word_energies_are_sums_over_charges(kind: str) -> None:
 
 @kinds
 def test_internal_energy_counts_every_pair_of_charges_once(kind: str) -> None:
-    scene = scene_of(SEQUENCE, kind)
-    assert scene.magnets is not None
+    scene: Any = scene_of(SEQUENCE, kind)
     expected = reference.own_energy(scene) + reference.internal_energy(scene)
     assert internal_energy(scene) == pytest.approx(expected, rel=1e-10)
-    state = minimise(scene).best
+    state = mf.minimise(scene).best
     assert state.coulomb_score - state.energy == pytest.approx(expected)
 
 
-def image_of(scene: Scene, order: list[int], end: int) -> Scene:
+def image_of(scene: mf.Scene, order: list[int], end: int) -> mf.Scene:
     """Return a chain read from an end (1 or −1), its casings' faces in another order."""
     assert scene.magnets is not None
     lengths = {name: np.broadcast_to(getattr(scene.magnets, name), 4)[order] for name in SIZES}
@@ -93,8 +85,7 @@ FLIP = str.maketrans("NS", "SN")
 @pytest.mark.laws
 @given(sequence=sequences(2, 4), kind=st.sampled_from(sorted(KINDS)))
 def test_symmetries_and_scales(sequence: tuple[str, ...], kind: str) -> None:
-    scene = scene_of(sequence, kind)
-    assert scene.magnets is not None
+    scene: Any = scene_of(sequence, kind)
     lattice = all_words(scene.n)
     words = [lattice.word(row) for row in range(len(lattice))]
     here = word_energies(scene, lattice)
@@ -119,7 +110,7 @@ def test_symmetries_and_scales(sequence: tuple[str, ...], kind: str) -> None:
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3, 1e-4])
 def test_chosen_nodes_keep_the_accuracy(accuracy: float) -> None:
     lattice = all_words(len(SEQUENCE))
-    fine = Scene(sequence=SEQUENCE, magnets=Magnets(nodes=48, **SIZES))
+    fine = mf.Scene(sequence=SEQUENCE, magnets=mf.Magnets(nodes=48, **SIZES))
     scene = fine.replace(magnets={"nodes": None, "accuracy": accuracy})
     exact = word_energies(fine, lattice)
     assert np.abs(word_energies(scene, lattice) - exact).max() < accuracy * np.abs(exact).max()
@@ -127,17 +118,17 @@ def test_chosen_nodes_keep_the_accuracy(accuracy: float) -> None:
 
 
 def test_empty_faces_have_no_energy_and_are_at_odds_with_none() -> None:
-    assert internal_energy(Scene(sequence=SEQUENCE, magnets=None)) == 0.0
-    assert not word_energies(Scene(sequence=SEQUENCE, magnets=None), all_words(4)).any()
-    states = minimise(Scene(sequence=("----", "NNNN", "----")), top=50, among="folded").states
+    assert internal_energy(mf.Scene(sequence=SEQUENCE, magnets=None)) == 0.0
+    assert not word_energies(mf.Scene(sequence=SEQUENCE, magnets=None), all_words(4)).any()
+    states = mf.minimise(mf.Scene(sequence=("----", "NNNN", "----")), top=50, among="folded").states
     assert all(state.stable and state.energy == 0.0 for state in states)
 
 
 @pytest.mark.parametrize("mode", ["free", "forward", "backward"])
 def test_a_field_is_refused(mode: Any) -> None:
-    scene = Scene(sequence=("NSNS",) * 3)
+    scene = mf.Scene(sequence=("NSNS",) * 3)
     acting = scene.replace(field={"uniform": (0.0, 1e-3)})
     with pytest.raises(ValueError, match=r"^field: .* is not allowed; energy minimisation does"):
-        minimise(acting, mode)
+        mf.minimise(acting, mode)
     still = scene.replace(field={"uniform": (0.0, 0.0)})
-    assert minimise(still, mode) == minimise(scene, mode)
+    assert mf.minimise(still, mode) == mf.minimise(scene, mode)

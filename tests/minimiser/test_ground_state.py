@@ -6,13 +6,12 @@ import pytest
 import magfold_env as mf
 from magfold_env.minimiser import Among, Minimum, arms, ground_state, minimise
 from magfold_env.minimiser.search import LONGEST_CUT
-from magfold_env.scene import Scene
 from magfold_env.shapes import headings, overlaps, word_to_angles
 from tests.minimiser.scenes import scene_of
 from tests.words import reverse
 
 
-def random_scene(seed: int, n: int, model: str = "strips") -> Scene:
+def random_scene(seed: int, n: int, model: str = "strips") -> mf.Scene:
     faces = np.random.default_rng(seed).choice(["N", "S"], (n, 4))
     return scene_of(tuple("".join(component) for component in faces), model)
 
@@ -76,9 +75,7 @@ def test_no_stable_state_is_no_error_until_it_is_asked_for() -> None:
 
 
 @pytest.mark.parametrize("among", ["all", "folded", "stable"])
-def test_a_chain_that_is_too_long_is_refused_at_once(
-    among: Among, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_chain_that_is_too_long_is_refused_at_once(among, monkeypatch):
     monkeypatch.setattr(arms, "count_entries", lambda *_: pytest.fail("counted all the same"))
     longest = LONGEST_CUT[among]
     message = f"sequence: {longest + 1} components are not allowed; must be {longest} or fewer"

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 import magfold_env as mf
 from magfold_env.minimiser import Minimum, State, ground_state, minimise
 from magfold_env.minimiser.lattice import all_words, from_words
-from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import overlaps
 from tests.minimiser import reference
 from tests.minimiser.scenes import MODELS, scene_of, sequences
@@ -59,9 +58,7 @@ def test_full_search_is_brute_force(sequence: tuple[str, ...], model: str) -> No
 
 @given(sequence=sequences(2, 6), mode=st.sampled_from(["forward", "backward"]))
 @settings(max_examples=15)
-def test_one_joint_at_a_time_with_all_components_acting(
-    sequence: tuple[str, ...], mode: Feed
-) -> None:
+def test_one_joint_at_a_time_with_all_components_acting(sequence, mode):
     scene = scene_of(sequence, "points")
     found = minimise(scene, mode)
     letters = ["S"] * (len(sequence) - 1)
@@ -98,7 +95,7 @@ def test_ties_are_reported_and_broken_in_the_order_slr() -> None:
 
 
 def test_long_chains_are_searched_by_branch_and_bound() -> None:
-    scene = Scene(sequence=("NSNS", "SNNN") * 7, magnets=Magnets(nodes=2))
+    scene = mf.Scene(sequence=("NSNS", "SNNN") * 7, magnets=mf.Magnets(nodes=2))
     found = minimise(scene, top=3)
     proved = ground_state(scene, top=3)
     assert found.states == proved.states

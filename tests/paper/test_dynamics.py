@@ -31,9 +31,6 @@ def steps(own: float = 1e-4) -> Measured:
 
 def test_figure_11_agrees_where_errors_are_small_and_ends_equal() -> None:
     assert outcomes(FIGURE_11.claims(steps())) == ["agrees"] * 4
-
-
-def test_figure_11_disagrees_where_finer_steps_end_otherwise() -> None:
     where: Row = {"charge": motions.HALF, "steps a frame": 20}
     found = FIGURE_11.claims(changed(steps(), "means", where, word="RRRRR"))
     assert outcomes(found) == ["agrees", "disagrees", "agrees", "agrees"]
@@ -43,17 +40,13 @@ def test_figure_11_disagrees_where_finer_steps_end_otherwise() -> None:
 def points(word: str, difference: float, force: float) -> Measured:
     means: list[Row] = [
         {
-            "charge": name,
-            "h": h,
-            EARLY + figures_11_12.MANY: difference,
-            "whole fold, " + figures_11_12.MANY: difference,
-            "word": word if h == 3 else "LRLLL",
-            "reference": "LRLLL",
-            "reference ended": "folded",
+            "charge": name, "h": h, EARLY + figures_11_12.MANY: difference,
+            "whole fold, " + figures_11_12.MANY: difference, "word": word if h == 3 else "LRLLL",
+            "reference": "LRLLL", "reference ended": "folded",
         }
         for name in CASES
         for h in figures_11_12.COUNTS
-    ]
+    ]  # fmt: skip
     forces: list[Row] = [
         {"gap [mm]": gap, "h": h, "magnets / exact": force}
         for h in figures_11_12.COUNTS
@@ -97,9 +90,6 @@ def test_figures_13_and_14_judge_shape_energy_distance_order_and_jumps() -> None
     assert found[SHAPES] == found[PASSIVE] == found[DISTANCES] == ["agrees"] * 2
     assert found[SHUT] == "disagrees"  # the paper says that the orders differ
     assert found[JUMPS] == "agrees"
-
-
-def test_figures_13_and_14_disagree_with_other_numbers() -> None:
     measured = changed(followed(), "folds", PAPER, **{"energy won [mJ]": 7.0, ORDER: "2 1 3"})
     far = {"displacement [mm]": 40.0, "angle [rad]": 2.0, "snap beside it": "no"}
     found = outcomes(figures_13_14.claims(changed(measured, "differences", {}, **far)))
@@ -108,11 +98,8 @@ def test_figures_13_and_14_disagree_with_other_numbers() -> None:
     assert (found[SHUT], found[JUMPS]) == ("agrees", "disagrees")
 
 
-def test_a_swinging_pendulum_keeps_its_energy() -> None:
+def test_a_swinging_pendulum_keeps_its_energy_which_is_that_of_the_centres() -> None:
     assert pendulum.engine_change(1.0 / 1200.0, 1e-9) < 1e-9
-
-
-def test_the_energy_to_swing_with_is_that_of_the_centres() -> None:
     scene = pendulum.problem()
     gravity = float(np.hypot(*scene.gravity.in_plane))
     below = scene.casing.diagonal * (np.arange(scene.n) + 0.5)

@@ -34,19 +34,16 @@ def test_the_papers_words_agree_with_themselves() -> None:
     assert judged(FITTING) == dict.fromkeys(SAID, "agrees")
 
 
-@pytest.mark.parametrize(
-    ("number", "mode", "counts", "claim"),
-    [
-        (1, "free", {"LRLLL": 60, "LRLLR": 40}, "1 free"),
-        (1, "forward", {"LRSLR": 100}, "1 forward"),
-        (2, "forward", {"LRRLL": 90, "LRLRL": 10}, "2 forward"),
-        (1, "backward", {"LRLLL": 90, "LRLLR": 10}, "split 1"),
-        (1, "backward", {"RRLLL": 50, "RRLLR": 50}, "named"),
-        (2, "backward", {"LRLLL": 100}, "split 2"),
-        (3, "backward", {"RRLLL": 100}, "3 backward"),
-        (3, "backward", {"LRLLL": 40, "LRLSS": 60}, "3 backward"),
-    ],
-)
+@pytest.mark.parametrize(("number", "mode", "counts", "claim"), [
+    (1, "free", {"LRLLL": 60, "LRLLR": 40}, "1 free"),
+    (1, "forward", {"LRSLR": 100}, "1 forward"),
+    (2, "forward", {"LRRLL": 90, "LRLRL": 10}, "2 forward"),
+    (1, "backward", {"LRLLL": 90, "LRLLR": 10}, "split 1"),
+    (1, "backward", {"RRLLL": 50, "RRLLR": 50}, "named"),
+    (2, "backward", {"LRLLL": 100}, "split 2"),
+    (3, "backward", {"RRLLL": 100}, "3 backward"),
+    (3, "backward", {"LRLLL": 40, "LRLSS": 60}, "3 backward"),
+])  # fmt: skip
 def test_other_shares_disagree(number: int, mode: Mode, counts: dict[str, int], claim: str) -> None:
     ends = {**FITTING, number: {**FITTING[number], mode: counts}}
     assert judged(ends)[claim] == "disagrees"
@@ -63,17 +60,12 @@ def test_no_turn_makes_the_movement_less() -> None:
         tried.append(float(np.sqrt((apart**2).sum(axis=1).mean())))
     assert figure_18.movement(word) == pytest.approx(min(tried), rel=1e-4)
     assert figure_18.movement(word) <= min(tried) + 1e-12
-
-
-def test_the_straight_line_moves_least_in_sequence_2() -> None:
     assert figure_18.least_moved(2) == ["LRLRL"]
     assert "LRLLL" not in figure_18.least_moved(1)
 
 
 @pytest.mark.parametrize(("number", "mode"), [(1, "free"), (2, "forward"), (3, "backward")])
-def test_only_friction_over_remanence_squared_and_speed_over_remanence_count(
-    number: int, mode: Mode
-) -> None:
+def test_only_friction_over_remanence_squared_and_speed_over_remanence_count(number, mode):
     scene = paper_scene(number, mode).replace(friction=0.35)
     scene = scene.replace(magnets={"remanence": 0.6}, feed={"speed": 0.05})
     twice = scene.replace(magnets={"remanence": 1.2}, friction=1.4, feed={"speed": 0.1})

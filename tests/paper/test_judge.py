@@ -2,11 +2,10 @@
 
 import pytest
 
+import magfold_env as mf
 from magfold_bench.laws.experiment import SEQUENCES, SPEED
 from magfold_bench.paper import judge
 from magfold_bench.paper.quoted import TABLE_1
-from magfold_env.minimiser import minimise
-from magfold_env.scene import load_scene
 
 
 @pytest.mark.parametrize("number", SEQUENCES)
@@ -16,9 +15,9 @@ def test_shipped_sequences_meet_what_is_said_of_energies(name: str, number: int)
     names, stable, holds = judge.energies(number, faces)
     assert all(holds.values())
     assert names[f"S{number}A"] in stable
-    scene = load_scene("paper/sequence-1-literal").replace(sequence=faces)
+    scene = mf.load_scene("paper/sequence-1-literal").replace(sequence=faces)
     for direction, state in TABLE_1[number].items():
-        assert minimise(scene, direction).best.word == names[state]
+        assert mf.minimise(scene, direction).best.word == names[state]
 
 
 def test_another_sequence_does_not() -> None:
@@ -26,16 +25,13 @@ def test_another_sequence_does_not() -> None:
     assert not all(holds.values())
 
 
-@pytest.mark.parametrize(
-    ("device", "name", "speed"),
-    [
-        ("sequence-k", "sequence-1", SPEED),
-        ("sequence-k-strong", "sequence-1-strong", SPEED),
-        ("alternative-k", "alternative-1", 0.32),
-    ],
-)
+@pytest.mark.parametrize(("device", "name", "speed"), [
+    ("sequence-k", "sequence-1", SPEED),
+    ("sequence-k-strong", "sequence-1-strong", SPEED),
+    ("alternative-k", "alternative-1", 0.32),
+])  # fmt: skip
 def test_points_are_those_of_the_shipped_scenes(device: str, name: str, speed: float) -> None:
-    scene = load_scene(f"paper/{name}")
+    scene = mf.load_scene(f"paper/{name}")
     at = judge.scene_at(judge.POINTS[device][1], "forward")
     assert scene.magnets is not None
     assert scene.magnets.remanence == pytest.approx((scene.frictions[0] / at.frictions[0]) ** 0.5)

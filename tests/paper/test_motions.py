@@ -13,7 +13,7 @@ def ours() -> motions.Motion:
     return motions.follow(motions.exact(scene))
 
 
-def test_snaps_are_when_joints_first_pass_81_degrees(ours: motions.Motion) -> None:
+def test_joints_snap_at_81_degrees_and_contact_wins_no_energy_but_the_snap(ours):
     snaps = ours.snaps()
     assert list(snaps.values()) == sorted(snaps.values())
     for joint, at in snaps.items():
@@ -21,9 +21,6 @@ def test_snaps_are_when_joints_first_pass_81_degrees(ours: motions.Motion) -> No
         assert (angle[ours.time < at] < SNAP).all()
         assert angle[ours.time == at] >= SNAP
     assert motions.before_snap(ours).sum() == round(min(snaps.values()) * FRAME_RATE)
-
-
-def test_contact_wins_no_energy_but_the_snap_does(ours: motions.Motion) -> None:
     assert ours.gained <= 1e-9
     assert ours.freed > 0.0
     literal = motions.follow(motions.default_steps(motions.charges()[motions.WHOLE]))

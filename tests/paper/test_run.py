@@ -68,9 +68,7 @@ def test_a_run_writes_page_and_numbers(two: tuple[Counted, Counted], tmp_path: P
     assert (tmp_path / "out" / "a-numbers.csv").read_text(encoding="utf-8") == "n\n3\n"
 
 
-def test_a_killed_run_goes_on_where_it_stopped(
-    two: tuple[Counted, Counted], tmp_path: Path
-) -> None:
+def test_a_killed_run_goes_on_where_it_stopped(two, tmp_path):
     three, four = two
     four.fails = True
     with pytest.raises(KeyboardInterrupt):
@@ -81,25 +79,13 @@ def test_a_killed_run_goes_on_where_it_stopped(
     assert (three.calls, four.calls) == (1, 1)
 
 
-def test_one_part_joins_the_others_on_the_page(
-    two: tuple[Counted, Counted], tmp_path: Path
-) -> None:
+def test_parts_join_those_of_the_same_physics_and_effort(two, tmp_path, monkeypatch):
     assert [each.part.name for each in run.run(["b"], False, tmp_path, nothing)] == ["b"]
     assert [each.part.name for each in run.run(["a"], False, tmp_path, nothing)] == ["a", "b"]
     assert [each.part.name for each in run.run(["b"], False, tmp_path, nothing)] == ["a", "b"]
     assert (two[0].calls, two[1].calls) == (1, 1)
-
-
-def test_quick_and_full_runs_are_kept_apart(two: tuple[Counted, Counted], tmp_path: Path) -> None:
-    run.run(["a"], True, tmp_path, nothing)
-    run.run(["a"], False, tmp_path, nothing)
+    run.run(["a"], True, tmp_path, nothing)  # a quick run is another one
     assert two[0].calls == 2
-
-
-def test_numbers_of_other_physics_are_not_taken(
-    two: tuple[Counted, Counted], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run.run(["a"], True, tmp_path, nothing)
     monkeypatch.setattr(run, "physics_digest", lambda: "other")
     with pytest.raises(CheckpointError, match=r"whose physics is .* give another folder"):
         run.run(["a"], True, tmp_path, nothing)

@@ -4,7 +4,6 @@ import pytest
 
 from magfold_bench.paper.statements import HOLDS, RELEASES, Released
 from magfold_env.ensembles.releases import Ensemble, Run
-from magfold_env.minimiser import Mode
 from magfold_env.scene import load_scene
 from tests.paper.measured import FITTING, Ends
 
@@ -36,23 +35,18 @@ def test_what_the_text_says_meets_all(number: int) -> None:
     assert all(holding(number, FITTING[number]).values())
 
 
-@pytest.mark.parametrize(
-    ("number", "mode", "counts", "broken"),
-    [
-        (1, "free", {"LRLLL": 60, "LRLLR": 40}, {"1 free"}),
-        (1, "free", {"LRSLR": 100}, {"1 free"}),
-        (1, "forward", {"RRLLL": 60, "LRLLR": 40}, {"1 forward"}),
-        (1, "forward", {"LRLLR": 100}, {"1 S1B"}),
-        (1, "backward", {"LRLLL": 80, "LRLLR": 20}, {"1 backward"}),
-        (1, "free", {"LRLLR": 60, "LLRLL": 40}, {"1 folds"}),
-        (2, "forward", {"LRRLL": 90, "LRLRL": 10}, {"2 forward"}),
-        (2, "backward", {"LRLLL": 100}, {"2 backward"}),
-        (3, "forward", {"LLLSL": 100}, {"3 forward", "3 misfolds"}),
-        (3, "backward", {"LRLLL": 55, "LRLSL": 45}, {"3 modes"}),
-    ],
-)
-def test_other_ends_break_what_they_contradict(
-    number: int, mode: Mode, counts: dict[str, int], broken: set[str]
-) -> None:
+@pytest.mark.parametrize(("number", "mode", "counts", "broken"), [
+    (1, "free", {"LRLLL": 60, "LRLLR": 40}, {"1 free"}),
+    (1, "free", {"LRSLR": 100}, {"1 free"}),
+    (1, "forward", {"RRLLL": 60, "LRLLR": 40}, {"1 forward"}),
+    (1, "forward", {"LRLLR": 100}, {"1 S1B"}),
+    (1, "backward", {"LRLLL": 80, "LRLLR": 20}, {"1 backward"}),
+    (1, "free", {"LRLLR": 60, "LLRLL": 40}, {"1 folds"}),
+    (2, "forward", {"LRRLL": 90, "LRLRL": 10}, {"2 forward"}),
+    (2, "backward", {"LRLLL": 100}, {"2 backward"}),
+    (3, "forward", {"LLLSL": 100}, {"3 forward", "3 misfolds"}),
+    (3, "backward", {"LRLLL": 55, "LRLSL": 45}, {"3 modes"}),
+])  # fmt: skip
+def test_other_ends_break_what_they_contradict(number, mode, counts, broken):
     held = holding(number, {**FITTING[number], mode: counts})
     assert {name for name, holds in held.items() if not holds} == broken

@@ -127,11 +127,9 @@ def faces_of_fixed(magnet):
     """Return the two pole faces of a fixed magnet, the north one first."""
     across = np.array([-np.sin(magnet.heading), np.cos(magnet.heading)])
     return exact.Faces(
-        magnet.poles,
-        np.tile(across, (2, 1)),
-        np.tile([magnet.width, magnet.height], (2, 1)),
+        magnet.poles, np.tile(across, (2, 1)), np.tile([magnet.width, magnet.height], (2, 1)),
         np.array([magnet.charge, -magnet.charge]),
-    )
+    )  # fmt: skip
 
 
 def in_field(scene, places, headings):

@@ -8,7 +8,6 @@ import pytest
 from PIL import Image
 
 import magfold_env as mf
-from magfold_env.minimiser import minimise
 from magfold_env.render import save_sheet, style
 from magfold_env.render.assembly import CARD, LONGEST, card_scale, draw_card, predicted
 from magfold_env.render.sheet_parts import kinds
@@ -48,7 +47,7 @@ def test_a_card_has_the_pole_of_each_face_outside_it(k: int) -> None:
     assert ("hinge\nto 1" in words) == (k == 1)
 
 
-def test_magnets_and_casings_are_true_to_scale() -> None:
+def test_magnets_are_true_to_scale_and_counted_once_where_they_are() -> None:
     scale = 1e3 * card_scale(ANCHOR)
     assert card_scale(ANCHOR) == 2.0
     casing, *magnets = [patch for patch in card(0).patches if hasattr(patch, "get_closed")]
@@ -62,13 +61,22 @@ def test_magnets_and_casings_are_true_to_scale() -> None:
     for side in (0.001, 0.3):
         small = mf.Scene(sequence=("----",)).replace(casing={"side": side}, magnets=None)
         assert 1e3 * small.casing.diagonal * card_scale(small) <= 36.0
+    found, where = kinds(ANCHOR)
+    empty = np.array([[pole == "-" for pole in faces] for faces in ANCHOR.sequence])
+    np.testing.assert_array_equal(where == -1, empty)
+    assert [(each.name, each.pieces) for each in found] == [
+        (name, (where == k).sum()) for k, name in enumerate("AB")
+    ]
+    # Front faces have the small strong blocks.
+    assert (where[:, [0, 3]] == 0).all()
+    assert found[0].text == "4 × 4 × 2 mm, inset 0.5 mm: remanence 1.2 T (NdFeB N35, 1.17–1.22 T)"
 
 
 def test_predictions_stand_beside_the_simulation() -> None:
     tube = FREE.replace(mount="tube", feed={"direction": "backward"})
     free, one_by_one = predicted(tube, "LRLLL")
-    assert free.word == minimise(tube, "free").best.word
-    assert one_by_one.word == minimise(tube, "backward").best.word
+    assert free.word == mf.minimise(tube, "free").best.word
+    assert one_by_one.word == mf.minimise(tube, "backward").best.word
     assert free.note.startswith("as simulated; −11.")
     (only,) = predicted(FREE, "LLLLL")
     assert only.note.startswith("not what was simulated")
@@ -99,15 +107,3 @@ def test_long_chains_flow_onto_more_pages(count: int, pages: int, tmp_path: Path
         assert height == pytest.approx(pages * width * 297 / 210, abs=2 * pages)
         assert np.asarray(image)[-10:].min() > 200  # a margin
     assert {entry.name for entry in tmp_path.iterdir()} == {"sheet.pdf", "sheet.PNG"}
-
-
-def test_every_magnet_is_counted_once_and_where_it_is() -> None:
-    found, where = kinds(ANCHOR)
-    empty = np.array([[pole == "-" for pole in faces] for faces in ANCHOR.sequence])
-    np.testing.assert_array_equal(where == -1, empty)
-    assert [(each.name, each.pieces) for each in found] == [
-        (name, (where == k).sum()) for k, name in enumerate("AB")
-    ]
-    # Front faces have the small strong blocks.
-    assert (where[:, [0, 3]] == 0).all()
-    assert found[0].text == "4 × 4 × 2 mm, inset 0.5 mm: remanence 1.2 T (NdFeB N35, 1.17–1.22 T)"

@@ -38,7 +38,7 @@ def test_a_canvas_is_true_to_scale_and_points_up() -> None:
     assert (columns.min(), columns.max()) == pytest.approx((150, 200), abs=1)
 
 
-def test_poles_have_their_colours() -> None:
+def test_poles_have_their_colours_and_the_size_of_their_face() -> None:
     def colours(letters: str) -> tuple[int, int]:
         scene = FREE.replace(sequence=(letters,) * 6)
         picture = frame(scene, np.zeros(6), np.zeros(2), 6)
@@ -54,8 +54,6 @@ def test_poles_have_their_colours() -> None:
     bare = frame(FREE.replace(magnets=None), np.zeros(6), np.zeros(2), 6)
     assert count_of(bare, style.NORTH) == count_of(bare, style.SOUTH) == 0
 
-
-def test_magnets_have_the_size_of_their_face() -> None:
     def areas(**magnets: object) -> tuple[int, int]:
         scene = mf.Scene(sequence=("NSSS",)).replace(magnets=magnets)
         picture = frame(scene, [0.0], [0.0, 0.0], 1)

@@ -1,7 +1,5 @@
 """The replay page in a browser: it plays, and shows the fold that it was made of."""
 
-import os
-from collections.abc import Generator
 from pathlib import Path
 
 import numpy as np
@@ -10,27 +8,12 @@ import pytest
 import magfold_env as mf
 from magfold_env.shapes import angles_to_word, centres
 from tests.folds import FREE, recorded
-
-if os.name != "posix":
-    pytest.skip("the browser is driven over POSIX pipes", allow_module_level=True)
-
 from tests.replay import chromium
-
-pytestmark = pytest.mark.skipif(
-    chromium.found() is None,
-    reason=f"needs a Chromium or Chrome: none of {', '.join(chromium.NAMES)} is on the PATH",
-)
 
 FOLD = recorded("LRLLL")
 PLACES = (
     "[...document.querySelectorAll('.casing')].map(c => c.parentElement.getAttribute('transform'))"
 )
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Generator[chromium.Page]:
-    with chromium.page(tmp_path_factory.mktemp("profile")) as page:
-        yield page
 
 
 @pytest.fixture
@@ -63,9 +46,17 @@ def _view(page: chromium.Page) -> list[float]:
     )
 
 
-def test_it_loads_in_silence_and_from_nowhere_else(page: chromium.Page, tmp_path: Path) -> None:
+def test_it_loads_in_silence_from_nowhere_else_and_names_all_to_press(page, tmp_path):
     assert page.complaints() == []
     assert page.requests() == [(tmp_path / "fold.html").as_uri()]
+    tree = page.call("Accessibility.getFullAXTree")["nodes"]
+    pressed = [
+        n
+        for n in tree
+        if n.get("role", {}).get("value") in ("button", "slider", "combobox", "image")
+    ]
+    assert len(pressed) >= 8
+    assert all(node["name"]["value"] for node in pressed if not node["ignored"])
 
 
 def test_word_status_and_scene_are_the_folds(page: chromium.Page) -> None:
@@ -143,9 +134,7 @@ def test_keys_do_what_the_page_says(page: chromium.Page) -> None:
 
 @pytest.mark.parametrize("size", [(360, 740), (820, 1180), (1600, 900)])
 @pytest.mark.parametrize("dark", [False, True])
-def test_nothing_sticks_out_sideways(
-    page: chromium.Page, size: tuple[int, int], dark: bool
-) -> None:
+def test_nothing_sticks_out_sideways(page, size, dark):
     page.resize(*size, dark=dark)
     page.until(f"innerWidth == {size[0]}")
     assert page.value("document.documentElement.scrollWidth <= innerWidth")
@@ -154,20 +143,7 @@ def test_nothing_sticks_out_sideways(
     assert (light < 384) == dark
 
 
-def test_everything_to_press_has_a_name(page: chromium.Page) -> None:
-    tree = page.call("Accessibility.getFullAXTree")["nodes"]
-    pressed = [
-        n
-        for n in tree
-        if n.get("role", {}).get("value") in ("button", "slider", "combobox", "image")
-    ]
-    assert len(pressed) >= 8
-    assert all(node["name"]["value"] for node in pressed if not node["ignored"])
-
-
-def test_a_tube_a_fixed_magnet_and_a_field_are_drawn(
-    browser: chromium.Page, tmp_path: Path
-) -> None:
+def test_a_tube_a_fixed_magnet_and_a_field_are_drawn(browser, tmp_path):
     tube = recorded("LRRLL", mf.load_scene("anchor"))
     page = _opened(browser, tube, tmp_path)
     assert page.complaints() == []

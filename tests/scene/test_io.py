@@ -61,22 +61,19 @@ def test_a_missing_file_is_named(tmp_path: Path, kind: type) -> None:
         mf.load_scene(kind(tmp_path / "nowhere.yaml"))
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("sequence: [NSNS]\ncasing: {mass: -1}\n", r"casing\.mass: -1 is not allowed; must be gr"),
-        ("sequence: [NSNS]\nfriction: .nan\n", r"friction: nan is not allowed; must be a finite"),
-        ("sequence: [NSNS]\nfrictoin: 0.3\n", r"frictoin: 0\.3 is not allowed; unknown key"),
-        ("sequence: [NSNS\nfriction: 0.3\n", r"line 2, column \d+: "),
-        ("sequence: [NSNS]\nsequence: [SSSS]\n", r"line 2, column 1: the key 'sequence' is given"),
-        ("sequence: [NSNS]\ncasing: {1: 2}\n", r"line 2, column 10: the key 1 is not text"),
-        ("sequence: [NSNS]\n? {a: b}\n: 1\n", r"line 2, column 3: the key {.a.: .b.} is not text"),
-        ("sequence: !!python/object:os.system {}\n", r"line 1, column 11: could not determine a"),
-        ("sequence: &a [NSNS]\nstart_angles: *a\n", r"line 2, column 15: the alias \*a is not al"),
-        ("- NSNS\n", r"\['NSNS'\] is not a scene; must be a mapping"),
-        ("", r"None is not a scene; must be a mapping"),
-    ],
-)
+@pytest.mark.parametrize(("text", "message"), [
+    ("sequence: [NSNS]\ncasing: {mass: -1}\n", r"casing\.mass: -1 is not allowed; must be gr"),
+    ("sequence: [NSNS]\nfriction: .nan\n", r"friction: nan is not allowed; must be a finite"),
+    ("sequence: [NSNS]\nfrictoin: 0.3\n", r"frictoin: 0\.3 is not allowed; unknown key"),
+    ("sequence: [NSNS\nfriction: 0.3\n", r"line 2, column \d+: "),
+    ("sequence: [NSNS]\nsequence: [SSSS]\n", r"line 2, column 1: the key 'sequence' is given"),
+    ("sequence: [NSNS]\ncasing: {1: 2}\n", r"line 2, column 10: the key 1 is not text"),
+    ("sequence: [NSNS]\n? {a: b}\n: 1\n", r"line 2, column 3: the key {.a.: .b.} is not text"),
+    ("sequence: !!python/object:os.system {}\n", r"line 1, column 11: could not determine a"),
+    ("sequence: &a [NSNS]\nstart_angles: *a\n", r"line 2, column 15: the alias \*a is not al"),
+    ("- NSNS\n", r"\['NSNS'\] is not a scene; must be a mapping"),
+    ("", r"None is not a scene; must be a mapping"),
+])  # fmt: skip
 def test_a_wrong_file_is_named_with_the_place(tmp_path: Path, text: str, message: str) -> None:
     path = _write(tmp_path, text)
     with pytest.raises(mf.SceneError, match=message) as caught:

@@ -9,21 +9,13 @@ import pytest
 import magfold_env as mf
 
 
-def test_remanence_gives_the_charge_of_a_block() -> None:
-    # FACTS: B_r A / mu0 = 17.1887 A m for 0.6 T and 36 mm².
-    assert mf.Magnets().charge == pytest.approx(17.1887, abs=5e-5)
-    assert mf.Magnets(pole_charge=8.5946).charge == 8.5946
-    assert mf.Magnets(pole_charge=8.5946).remanence is None
-
-
 def test_charges_by_face_and_component_carry_the_letters_signs() -> None:
     magnets = mf.Magnets(pole_charge=(1, 2, 3, 4))
     scene = mf.Scene(sequence=("NS-N", "----", "SSNN"), magnets=magnets)
     np.testing.assert_array_equal(scene.charges, [[1, -2, 0, 4], [0, 0, 0, 0], [-1, -2, 3, 4]])
     rows = np.arange(1.0, 13.0).reshape(3, 4)
-    each = scene.replace(magnets={"pole_charge": rows})
+    each: Any = scene.replace(magnets={"pole_charge": rows})
     np.testing.assert_array_equal(each.charges, rows * [[1, -1, 0, 1], [0] * 4, [-1, -1, 1, 1]])
-    assert each.magnets is not None
     assert each.magnets.charge == 12.0
     np.testing.assert_array_equal(each.magnets.charges(3), rows)
     with pytest.raises(ValueError, match="n: 2 is not allowed; pole_charge has 3 rows"):
@@ -57,13 +49,11 @@ FIXED: dict[str, Any] = {"position": (0.05, 0.05), "width": 0.02, "height": 0.02
 def test_fields_are_merged_replaced_and_dropped() -> None:
     given = SCENE.replace(field={"magnet": FIXED})
     assert given.field == mf.Field(magnet=mf.FixedMagnet(**FIXED))
-    both = given.replace(field={"uniform": (0.0, 1e-3)})
-    assert both.field is not None
+    both: Any = given.replace(field={"uniform": (0.0, 1e-3)})
     assert both.field.magnet == mf.FixedMagnet(**FIXED)
     turned = both.replace(field={"magnet": {"heading": 0.5}})
     assert turned.field == mf.Field(
-        uniform=(0.0, 1e-3),
-        magnet=mf.FixedMagnet(**{**FIXED, "heading": 0.5}),
+        uniform=(0.0, 1e-3), magnet=mf.FixedMagnet(**{**FIXED, "heading": 0.5})
     )
     alone = turned.replace(field={"magnet": None})
     assert alone.field == mf.Field(uniform=(0.0, 1e-3))
@@ -89,8 +79,7 @@ def test_a_fixed_magnet_may_stand_before_or_beside_the_bore() -> None:
     beside, before = 0.005 + tube.bore / 2 + 1e-9, 0.010 + tube.casing.diagonal + 1e-9
     for position in ((before, 0.0), (-0.05, beside), (-0.05, -beside), (0.0, 0.05)):
         size = {"width": 0.01, "height": 0.01, "thickness": 0.02}
-        placed = tube.replace(field={"magnet": {"position": position, **size}})
-        assert placed.field is not None
+        tube.replace(field={"magnet": {"position": position, **size}})
     # Without a tube there is none to keep clear of, but the chain itself.
     inside = {"magnet": {**FIXED, "position": (-0.05, 0.0)}}
     assert SCENE.replace(mount="pinned", field=inside).field is not None

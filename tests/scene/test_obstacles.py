@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.scene import Rectangle, channel, funnel
 from magfold_env.scene.numbers import narrowest
 from magfold_env.shapes import FloatArray
 
@@ -18,7 +17,7 @@ angles = st.floats(-4.0, 4.0)
 sizes = st.floats(1e-3, 0.05)
 
 
-def points_of(each: Rectangle, count: int = 41) -> FloatArray:
+def points_of(each: mf.Rectangle, count: int = 41) -> FloatArray:
     """Points all over a rectangle, (count², 2), its edges among them."""
     share = np.linspace(-0.5, 0.5, count)
     x, y = (grid.ravel() for grid in np.meshgrid(each.size[0] * share, each.size[1] * share))
@@ -26,15 +25,13 @@ def points_of(each: Rectangle, count: int = 41) -> FloatArray:
     return np.array(each.position) + np.stack([place.real, place.imag], axis=1)
 
 
-def spot(position: tuple[float, float], size: float = 1e-3) -> Rectangle:
-    return Rectangle(position=position, size=(size, size))
+def spot(position: tuple[float, float], size: float = 1e-3) -> mf.Rectangle:
+    return mf.Rectangle(position=position, size=(size, size))
 
 
 @given(st.tuples(st.floats(-0.1, 0.05), st.floats(-0.05, 0.05)), angles, sizes, sizes)
-def test_it_overlaps_an_outline_if_a_point_of_it_lies_inside(
-    position: tuple[float, float], heading: float, one: float, other: float
-) -> None:
-    each = Rectangle(position=position, size=(one, other), heading=heading)
+def test_it_overlaps_an_outline_if_a_point_of_it_lies_inside(position, heading, one, other):
+    each = mf.Rectangle(position=position, size=(one, other), heading=heading)
     outline = np.array([(-0.5, -0.01), (0.0, -0.01), (0.0, 0.01), (-0.5, 0.01)])
     x, y = points_of(each).T
 
@@ -48,9 +45,7 @@ def test_it_overlaps_an_outline_if_a_point_of_it_lies_inside(
 
 
 @pytest.mark.parametrize("position", [(-0.05, 0.0), (0.01, 0.0), (0.01, -0.009)])
-def test_the_bore_and_as_much_before_it_as_a_casing_is_long_stay_free(
-    position: tuple[float, float],
-) -> None:
+def test_the_bore_and_as_much_before_it_as_a_casing_is_long_stay_free(position):
     with pytest.raises(mf.SceneError, match=r"obstacles\[1\]\.position: .*free the tube's bore"):
         TUBE.replace(obstacles=(spot((0.2, 0.2)), spot(position)))
     assert SCENE.replace(obstacles=(spot((-0.05, 0.0)),)).obstacles
@@ -80,7 +75,7 @@ def test_a_bent_chain_that_begins_in_one_fails_at_once(bend: float) -> None:
 
 def test_a_funnel_begins_at_the_rim_and_opens() -> None:
     bore, length, angle = TUBE.bore, 0.03, 0.6
-    upper, lower = funnel(bore, length, angle)
+    upper, lower = mf.funnel(bore, length, angle)
     rim = np.array([0.0, bore / 2])
     inner = [corner for corner in upper.corners if math.dist(corner, rim) < 1e-3 + 1e-9]
     assert min(math.dist(corner, rim) for corner in inner) < 2e-3
@@ -93,8 +88,8 @@ def test_a_funnel_begins_at_the_rim_and_opens() -> None:
     assert TUBE.replace(obstacles=(upper, lower)).obstacles
 
 
-def test_obstacles_are_drawn_together_as_widely_as_said() -> None:
-    walls = (*channel((0.02, 0.0), (0.1, 0.0), 0.05), spot((0.12, 0.0)))
+def test_obstacles_are_drawn_together_as_widely_as_said_but_not_into_the_bore() -> None:
+    walls = (*mf.channel((0.02, 0.0), (0.1, 0.0), 0.05), spot((0.12, 0.0)))
     scene = TUBE.replace(obstacles=walls, spreads={"obstacle_width": 0.2, "obstacle_offset": 0.004})
     rng = np.random.default_rng(0)
     drawn = [scene.draw(rng) for _ in range(200)]
@@ -106,10 +101,7 @@ def test_obstacles_are_drawn_together_as_widely_as_said() -> None:
     assert all(one.is_concrete for one in drawn)
     turned = scene.replace(spreads={"obstacle_offset": 0.0}).draw(np.random.default_rng(0))
     assert drawn[0].start_offsets == turned.start_offsets  # the other draws are as they were
-
-
-def test_obstacles_that_may_be_drawn_into_the_bore_are_refused() -> None:
-    walls = channel((0.0, 0.0), (0.1, 0.0), 0.03)
+    walls = mf.channel((0.0, 0.0), (0.1, 0.0), 0.03)
     scene = TUBE.replace(obstacles=walls, spreads={"obstacle_offset": 0.005})
     with pytest.raises(mf.SceneError, match=r"spreads\.obstacle_offset: 0\.006 .*bore"):
         scene.replace(spreads={"obstacle_offset": 0.006})

@@ -107,17 +107,13 @@ def _rectangles(draw: st.DrawFn) -> tuple[mf.Magnets, float]:
 
     side = 0.0125
     lengths: dict[str, Any] = {
-        "width": four(1e-3, 0.013),
-        "thickness": four(5e-4, 0.006),
-        "inset": four(0, 0.003),
-    }
+        "width": four(1e-3, 0.013), "thickness": four(5e-4, 0.006), "inset": four(0, 0.003),
+    }  # fmt: skip
     return mf.Magnets(**lengths), side
 
 
 @given(_rectangles())
-def test_magnets_fit_exactly_if_no_two_of_their_rectangles_overlap(
-    drawn: tuple[mf.Magnets, float],
-) -> None:
+def test_magnets_fit_exactly_if_no_two_of_their_rectangles_overlap(drawn):
     magnets, side = drawn
     turn = np.array([[0.0, -1.0], [1.0, 0.0]])  # the next face is a quarter turn further
     boxes = []

@@ -23,13 +23,10 @@ def test_a_scene_is_frozen(scene: mf.Scene) -> None:
     assert hash(scene) == hash(mf.Scene(sequence=SEQUENCE))
 
 
-def test_replace_keeps_what_is_not_named(scene: mf.Scene) -> None:
+def test_replace_keeps_what_is_not_named_and_takes_groups_arrays_and_none(scene: mf.Scene) -> None:
     changed = scene.replace(feed={"direction": "backward"}).replace(feed={"speed": 0.1})
     assert changed.feed == mf.Feed(direction="backward", speed=0.1)
     assert scene.feed == mf.Feed()
-
-
-def test_replace_takes_groups_arrays_and_none(scene: mf.Scene) -> None:
     assert scene.replace(casing=mf.Casing(side=0.02)).casing.side == 0.02
     assert scene.replace(start_angles=np.array([0.1, -0.1])).start_angles == (0.1, -0.1)
     assert scene.replace(friction=np.float32(0.5)).friction == 0.5
@@ -68,8 +65,7 @@ def test_a_draw_leaves_nothing_to_draw(scene: mf.Scene) -> None:
 def test_the_first_draws_come_in_the_stated_order(scene: mf.Scene) -> None:
     drawn = scene.replace(spreads=SPREADS).draw(np.random.default_rng(3))
     unit = 2.0 * np.random.default_rng(3).random(2 * 3 + 2) - 1.0
-    magnets = drawn.magnets
-    assert magnets is not None
+    magnets: Any = drawn.magnets
     found = [drawn.friction, *drawn.masses, magnets.remanence, drawn.feed.speed]
     stated = [0.35, *[0.0037] * 3, 0.6, 0.05]
     widths = [0.2, *[0.1] * 3, 0.05, 0.3]
@@ -106,8 +102,7 @@ def test_speeds_and_magnets_are_drawn_one_by_one_after_all_else(scene: mf.Scene)
 def test_a_schedule_is_drawn_as_fast_as_the_feed(scene: mf.Scene) -> None:
     legs = {"advance": [[2.0, 0.1], [0.5, 0.2]]}
     fed = scene.replace(mount="tube", feed={"schedule": legs}, spreads={"feed_speed": 0.3})
-    drawn = fed.draw(np.random.default_rng(3)).feed
-    assert drawn.schedule is not None
+    drawn: Any = fed.draw(np.random.default_rng(3)).feed
     assert drawn.schedule.advance is not None
     pace = float(np.max(drawn.speed)) / 0.05
     assert pace != 1.0
@@ -135,16 +130,13 @@ def test_a_floor_tilts_evenly_up_to_its_spread_and_in_all_directions(scene: mf.S
     assert np.abs(ways - np.linspace(-np.pi, np.pi, 300)).max() <= 0.16 * 2.0 * np.pi
 
 
-def test_a_tilt_comes_on_top_of_what_pulls_along_the_floor(scene: mf.Scene) -> None:
+def test_a_tilt_is_drawn_last_and_comes_on_top_of_what_pulls_along_the_floor(scene):
     pulled = scene.replace(gravity={"in_plane": (1.0, -2.0)}, spreads={"tilt": 2.0})
     flat = pulled.replace(gravity={"in_plane": (0.0, 0.0)})
     mine, other = (
         np.array(each.draw(np.random.default_rng(8)).gravity.in_plane) for each in (pulled, flat)
     )
     np.testing.assert_allclose(mine - other, [1.0, -2.0], rtol=1e-12)
-
-
-def test_a_tilt_is_drawn_last(scene: mf.Scene) -> None:
     wide = {**SPREADS, **EACH, "side": 0.01}
     bumped = scene.replace(spreads=wide, bumps={"rate": 1.0, "speed": 0.1})
     level, tilted = (
@@ -167,15 +159,13 @@ def test_given_angles_stay_and_given_inertias_follow_the_masses(scene: mf.Scene)
 
 def test_a_tube_draws_where_its_hinges_lie(scene: mf.Scene) -> None:
     tube = scene.replace(mount="tube", spreads=SPREADS)
-    drawn = tube.draw(np.random.default_rng(10))
+    drawn: Any = tube.draw(np.random.default_rng(10))
     assert drawn.is_concrete
-    assert drawn.start_offsets is not None
     unit = 2 * np.random.default_rng(10).random(2 * 3 + 4) - 1
     most = 0.25 * 0.03 * scene.casing.diagonal
     np.testing.assert_allclose(drawn.start_offsets, most * unit[3 + 3 :], atol=1e-18)
     tight = tube.replace(feed={"bore": 1.001 * scene.casing.diagonal})
-    offsets = tight.draw(np.random.default_rng(10)).start_offsets
-    assert offsets is not None
+    offsets: Any = tight.draw(np.random.default_rng(10)).start_offsets
     np.testing.assert_allclose(offsets, 0.0005 * scene.casing.diagonal * unit[6:], atol=1e-15)
 
 

@@ -17,32 +17,23 @@ from magfold_env.scoring.policy_file import PolicySettings
 MEMORY = {"hidden": 5, "layers": 2}
 BOX = {"low": [-1.0, -0.2], "high": [1.0, 3.0]}
 CASES = [
-    ("ppo", "tanh", [8, 6], 1, BOX),
-    ("ppo", "relu", [], 3, {"n": 11}),
-    ("ppo", "tanh", [8], 2, {"nvec": [16, 5]}),
-    ("maskable-ppo", "relu", [6], 1, {"n": 4}),
-    ("sac", "relu", [8, 8], 3, BOX),
-    ("tqc", "tanh", [5], 1, BOX),
-    ("recurrent-ppo", "tanh", [6], 1, BOX),
-    ("recurrent-ppo", "relu", [], 2, {"n": 9}),
-]
+    ("ppo", "tanh", [8, 6], 1, BOX), ("ppo", "relu", [], 3, {"n": 11}),
+    ("ppo", "tanh", [8], 2, {"nvec": [16, 5]}), ("maskable-ppo", "relu", [6], 1, {"n": 4}),
+    ("sac", "relu", [8, 8], 3, BOX), ("tqc", "tanh", [5], 1, BOX),
+    ("recurrent-ppo", "tanh", [6], 1, BOX), ("recurrent-ppo", "relu", [], 2, {"n": 9}),
+]  # fmt: skip
 
 
 def untrained(path: Path, **changes: Any) -> PolicySettings:
     """Write a policy with random weights."""
     settings = PolicySettings.model_validate(
         {
-            "algorithm": "ppo",
-            "features": "chain",
-            "actor": [8],
-            "critic": [4],
-            "activation": "tanh",
-            "observations": {"low": [-1.0] * 7, "high": [1.0] * 7},
-            "actions": {"n": 3},
-            "steps": 0,
+            "algorithm": "ppo", "features": "chain", "actor": [8], "critic": [4],
+            "activation": "tanh", "observations": {"low": [-1.0] * 7, "high": [1.0] * 7},
+            "actions": {"n": 3}, "steps": 0,
         }
         | changes
-    )
+    )  # fmt: skip
     torch.manual_seed(0)
     made = policy_files.make(settings).state_dict()
     # As wide as to reach the bounds of actions.
@@ -94,13 +85,10 @@ def test_shipped_policies_choose_what_torch_does_or_are_refused() -> None:
                 Actor.read(path)
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"features": "mouth"}, "features: 'mouth' is not allowed; must be 'chain'"),
-        ({"boxes": True}, r"observations.boxes: \['a'\] is not allowed; must be a box"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"features": "mouth"}, "features: 'mouth' is not allowed; must be 'chain'"),
+    ({"boxes": True}, r"observations.boxes: \['a'\] is not allowed; must be a box"),
+])  # fmt: skip
 def test_other_networks_are_refused(changes: Any, message: str, tmp_path: Path) -> None:
     path = tmp_path / "policy.safetensors"
     seen = {"low": [-1.0] * 47, "high": [1.0] * 47}  # of three components on tube feed

@@ -102,30 +102,23 @@ def changed(**changes: Any) -> dict[str, Any]:
     return whole | changes
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (changed(format="actions"), "is not a file of actions; format: 'actions' is not allowed"),
-        (
-            changed(id="MagFold/TubeFeed-v0"),
-            "id: 'MagFold/TubeFeed-v0' is not allowed; must be one",
-        ),
-        (changed(seed=-1), "seed: -1 is not allowed; must be greater than or equal to 0"),
-        (changed(seed=1.5), "seed: 1.5 is not allowed; must be a valid integer"),
-        (changed(actions=[]), "actions: [] is not allowed; must have at least 1 item"),
-        (changed(actions=[[0.1], [0.2, 1.01]]), "actions[1][1]: 1.01 is not allowed; must be a n"),
-        (
-            changed(id="MagFold/Tray-v0", actions=[[0.0, 0.5]]),
-            "actions[0][1]: 0.5 is not allowed; must be a whole number from 0 to 719",
-        ),
-        (changed(actions=[[0.1, "a"]]), "actions[0][1]: 'a' is not allowed; must be a valid num"),
-        (changed(actions=[[1e999]]), "actions[0][0]: inf is not allowed; must be"),
-        (changed(episodes=3), "episodes: 3 is not allowed; unknown key, must be one of format"),
-        (changed(self=3), "self: 3 is not allowed; unknown key"),
-        (changed(actions=[[0.5] * 9]), "actions[0]: 9 actions are not allowed; must be more"),
-        ([], "is not a file of actions"),
-    ],
-)
+@pytest.mark.parametrize(("content", "message"), [
+    (changed(format="actions"), "is not a file of actions; format: 'actions' is not allowed"),
+    (changed(id="MagFold/TubeFeed-v0"),
+     "id: 'MagFold/TubeFeed-v0' is not allowed; must be one"),
+    (changed(seed=-1), "seed: -1 is not allowed; must be greater than or equal to 0"),
+    (changed(seed=1.5), "seed: 1.5 is not allowed; must be a valid integer"),
+    (changed(actions=[]), "actions: [] is not allowed; must have at least 1 item"),
+    (changed(actions=[[0.1], [0.2, 1.01]]), "actions[1][1]: 1.01 is not allowed; must be a n"),
+    (changed(id="MagFold/Tray-v0", actions=[[0.0, 0.5]]),
+     "actions[0][1]: 0.5 is not allowed; must be a whole number from 0 to 719"),
+    (changed(actions=[[0.1, "a"]]), "actions[0][1]: 'a' is not allowed; must be a valid num"),
+    (changed(actions=[[1e999]]), "actions[0][0]: inf is not allowed; must be"),
+    (changed(episodes=3), "episodes: 3 is not allowed; unknown key, must be one of format"),
+    (changed(self=3), "self: 3 is not allowed; unknown key"),
+    (changed(actions=[[0.5] * 9]), "actions[0]: 9 actions are not allowed; must be more"),
+    ([], "is not a file of actions"),
+])  # fmt: skip
 def test_what_is_wrong_with_actions_is_named(content: Any, message: str, tmp_path: Path) -> None:
     path = tmp_path / "mine.json"
     path.write_text(json.dumps(content), encoding="utf-8")
@@ -157,20 +150,15 @@ def test_a_score_is_read_as_it_was_written(tmp_path: Path) -> None:
         Results.read(path, "ablation")
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda run: run["score"].__setitem__(1, "high"), "rows.mine.runs[0].score[1]: 'high'"),
-        (lambda run: run["score"].append(0.5), "rows.mine.runs[0].score: 3 is not allowed; must h"),
-        (lambda run: run.update(success="1x"), "rows.mine.runs[0].success: '1x' is not allowed"),
-        (lambda run: run.update(success="11"), "rows.mine.success: (0.5, "),
-        (lambda run: run["score"].__setitem__(1, 0.5), "rows.mine.score: 0.625 is not allowed"),
-        (lambda run: run.pop("task"), "rows.mine.runs: 1 is not allowed; must be one, with task"),
-    ],
-)
-def test_a_score_that_is_not_that_of_its_episodes_is_refused(
-    change: Any, message: str, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize(("change", "message"), [
+    (lambda run: run["score"].__setitem__(1, "high"), "rows.mine.runs[0].score[1]: 'high'"),
+    (lambda run: run["score"].append(0.5), "rows.mine.runs[0].score: 3 is not allowed; must h"),
+    (lambda run: run.update(success="1x"), "rows.mine.runs[0].success: '1x' is not allowed"),
+    (lambda run: run.update(success="11"), "rows.mine.success: (0.5, "),
+    (lambda run: run["score"].__setitem__(1, 0.5), "rows.mine.score: 0.625 is not allowed"),
+    (lambda run: run.pop("task"), "rows.mine.runs: 1 is not allowed; must be one, with task"),
+])  # fmt: skip
+def test_a_score_that_is_not_that_of_its_episodes_is_refused(change, message, tmp_path):
     path = tmp_path / "score.json"
     scored().write(path)
     content = json.loads(path.read_text(encoding="utf-8"))

@@ -58,8 +58,7 @@ def imbalance(scene: mf.Scene, pushes: Sequence[tuple[float, float]] = ()) -> tu
     session.settle()
     account, rubbed = session.account, 0.0
     if scene.frictions.any():
-        motion = session.fold().trajectory
-        assert motion is not None
+        motion: Any = session.fold().trajectory
         rubbed = rubbed_away(scene, motion)
     gained = total_of(session) - before
     terms = (account.feed, account.loading, account.bumps, -account.impacts, -rubbed)
@@ -90,12 +89,10 @@ def balance_of_pushes(seed: int) -> float:
         "force_limit": (0.3, 1.0, 20.0, None)[rng.integers(4)],
     }
     scene = mf.Scene(
-        sequence=poles if rng.random() < 0.5 else designed_sequence(rng, n),
-        mount="tube",
-        feed=feed,
-        friction=rng.choice([0.0, 0.3, rng.uniform(0.01, 0.6)]),
+        sequence=poles if rng.random() < 0.5 else designed_sequence(rng, n), mount="tube",
+        feed=feed, friction=rng.choice([0.0, 0.3, rng.uniform(0.01, 0.6)]),
         gravity=mf.Gravity(in_plane=tuple(rng.choice([0.0, 2.0]) * rng.uniform(-1.0, 1.0, 2))),
-    )
+    )  # fmt: skip
     count = int(rng.integers(2, 12))
     pushes = list(zip(rng.uniform(-0.3, 0.5, count), rng.uniform(0.02, 0.3, count), strict=True))
     return imbalance(scene.draw(rng), pushes)[0]
@@ -130,8 +127,7 @@ def test_recorded_push_is_the_impulse(direction: str) -> None:
     session = Session(scene.draw(np.random.default_rng(0)), RATE)
     session.settle()
     fold = session.fold()
-    motion = fold.trajectory
-    assert motion is not None
+    motion: Any = fold.trajectory
     assert impulses(motion).sum() == pytest.approx(session.account.impulse, rel=1e-9)
     assert not motion.push[motion.released == session.n][1:].any()
     assert fold.push_peak == session.account.push_peak

@@ -63,7 +63,7 @@ def test_kernels_read_every_copy() -> None:
     assert digests(code, batched.references, counter, out) == 0
 
 
-def test_copies_become_what_the_original_was() -> None:
+def test_copies_become_what_the_original_was_or_another_one() -> None:
     original = an_outer()
     batched = BatchedArrays([original], 4)
     batched["cube"][:] = 7.0
@@ -74,6 +74,15 @@ def test_copies_become_what_the_original_was() -> None:
         np.testing.assert_array_equal(batched["cube"][k], original.cube)
         np.testing.assert_array_equal(batched["inner.numbers"][k], original.inner.numbers)
     assert batched["cube"].ctypes.data % 64 == 0
+    first, second = an_outer(), an_outer()._replace(size=9, cube=np.full((2, 3, 4), 2.0))
+    second = second._replace(row=np.full(6, 0.5), inner=second.inner._replace(scale=0.25))
+    batched = BatchedArrays([first], 2, own=["cube"])
+    batched.become(second)
+    out, counter = np.zeros(2), np.zeros(1, dtype=np.int64)
+    digests(code_of(digest, first, first, first, 2.0), batched.references, counter, out)
+    assert (out == digest(second, second, second, 2.0)).all()
+    batched["cube"][:] = 0.0
+    assert (second.cube == 2.0).all()
 
 
 def test_a_copy_may_be_of_another_original() -> None:
@@ -90,18 +99,6 @@ def test_a_copy_may_be_of_another_original() -> None:
     batched["cube"][:] = 0.0
     batched.set_state(kept)
     np.testing.assert_array_equal(batched["cube"][1], second.cube)
-
-
-def test_copies_become_another_original() -> None:
-    first, second = an_outer(), an_outer()._replace(size=9, cube=np.full((2, 3, 4), 2.0))
-    second = second._replace(row=np.full(6, 0.5), inner=second.inner._replace(scale=0.25))
-    batched = BatchedArrays([first], 2, own=["cube"])
-    batched.become(second)
-    out, counter = np.zeros(2), np.zeros(1, dtype=np.int64)
-    digests(code_of(digest, first, first, first, 2.0), batched.references, counter, out)
-    assert (out == digest(second, second, second, 2.0)).all()
-    batched["cube"][:] = 0.0
-    assert (second.cube == 2.0).all()
 
 
 PATIENCE = 600.0  # [s] waited out only where a thread never comes

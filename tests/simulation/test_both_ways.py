@@ -8,7 +8,6 @@ import pytest
 import magfold_env as mf
 from magfold_bench.laws.overlap import beyond_bore
 from magfold_bench.laws.random_scenes import designed_sequence
-from magfold_env.fold import FoldStatus
 from magfold_env.simulation.session import Session
 
 DIAGONAL = mf.Casing().diagonal
@@ -42,7 +41,7 @@ def comes_back_in_line(seed: int) -> bool:
     session = Session(scene)
     session.settle()
     fold = session.fold()
-    assert fold.status is FoldStatus.HELD, fold.message
+    assert fold.status is mf.FoldStatus.HELD, fold.message
     far = beyond_bore(scene, fold.angles[None], fold.base[None], np.zeros(1, dtype=np.int64))
     assert far[0] <= 1e-3 * scene.casing.side
     heading = np.pi if scene.feed.direction == "forward" else 0.0
@@ -75,16 +74,13 @@ def test_components_are_held_a_diagonal_inside_and_released_again() -> None:
     assert max(counts[60:]) == 3
 
 
-def test_the_feed_stops_where_it_began() -> None:
+def test_the_feed_stops_where_it_began_and_is_without_effect_once_all_are_out() -> None:
     session = Session(tube(3))
     session.push(0.1, 0.1)
     assert session.advance == pytest.approx(0.01)
     session.push(-0.1, 0.5)
     assert session.advance == pytest.approx(0.0, abs=1e-12)
     assert session.base_velocity == pytest.approx([0.0, 0.0], abs=1e-12)
-
-
-def test_once_all_are_out_the_feed_is_without_effect() -> None:
     free, pulled = Session(tube(3, friction=0.35)), Session(tube(3, friction=0.35))
     for session in (free, pulled):
         while session.released < 3:
@@ -120,7 +116,7 @@ def test_magnets_set_at_the_mouth_go_inside_and_may_be_chosen_anew() -> None:
 def test_a_drive_slips_where_it_takes_too_much_and_jams() -> None:
     scene = tube(6, friction=0.5)
     force = 4.0 * 0.5 * scene.gravity.normal * scene.masses[0]  # the drag of four in line
-    for share, status in ((1.5, None), (0.5, FoldStatus.JAMMED)):
+    for share, status in ((1.5, None), (0.5, mf.FoldStatus.JAMMED)):
         session = Session(scene.replace(feed={"force_limit": share * force}))
         while session.status is None and session.released < 5:
             session.feed_one()
@@ -130,16 +126,11 @@ def test_a_drive_slips_where_it_takes_too_much_and_jams() -> None:
 
 def test_the_stop_bears_what_the_drive_cannot() -> None:
     """In-plane gravity pulls inward more than the drive bears: it falls back, and no farther."""
-    scene = tube(
-        5,
-        friction=0.0,
-        feed={"force_limit": 0.05},
-        gravity={"in_plane": [-20.0, 0.0]},
-    )
+    scene = tube(5, friction=0.0, feed={"force_limit": 0.05}, gravity={"in_plane": [-20.0, 0.0]})
     session = Session(scene)
     session.feed_one()
     session.push(0.1, 0.5)
-    assert session.status is FoldStatus.JAMMED
+    assert session.status is mf.FoldStatus.JAMMED
     assert session.advance == pytest.approx(0.0, abs=1e-9)
     assert session.base_velocity[0] == 0.0
     # One that is asked for nothing is not jammed by it.
@@ -147,7 +138,7 @@ def test_the_stop_bears_what_the_drive_cannot() -> None:
     session.feed_one()
     session.push(-0.1, 0.05)
     session.push(0.0, 0.5)
-    assert session.status is not FoldStatus.JAMMED
+    assert session.status is not mf.FoldStatus.JAMMED
     assert session.advance == pytest.approx(0.0, abs=1e-9)
 
 

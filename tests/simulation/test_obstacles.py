@@ -37,7 +37,7 @@ def test_more_obstacles_need_more_room_than_the_run_before_had() -> None:
         np.testing.assert_array_equal(fold.angles, folds[0].angles)
 
 
-def test_a_feed_against_a_wall_jams() -> None:
+def test_a_feed_against_a_wall_jams_whether_its_drive_has_a_limit_or_none() -> None:
     guide = mf.channel((1.1 * DIAGONAL, 0.0), (3.0 * DIAGONAL, 0.0), 1.04 * DIAGONAL)
     wall = mf.Rectangle(position=(3.0 * DIAGONAL, 0.0), size=(0.004, 0.1))
     scene = mf.Scene(sequence=("NSNS",) * 5, magnets=None, mount="tube", friction=0.1)
@@ -50,25 +50,18 @@ def test_a_feed_against_a_wall_jams() -> None:
     )  # fmt: skip
     session = Session(scene, 1000.0)
     session.settle()
-    fold = session.fold()
+    fold: Any = session.fold()
     assert fold.status is mf.FoldStatus.JAMMED
     assert fold.push_peak == pytest.approx(1.0)
-    assert fold.trajectory is not None
     assert fold.trajectory.push.max() <= 1.0 + 1e-9
     # In line with the wall the chain cannot give way, only the drive can.
     assert fold.base[0] == pytest.approx(3.0 * DIAGONAL - 0.002, abs=2e-5)
     assert np.abs(fold.joint_angles).max() < 1e-9
-
-
-def test_a_drive_without_a_limit_jams_where_nothing_gives_way() -> None:
     wall = mf.Rectangle(position=(3.0 * DIAGONAL, 0.0), size=(0.004, 0.1))
     scene = mf.Scene(
-        sequence=("----",) * 4,
-        magnets=None,
-        mount="tube",
-        obstacles=(wall,),
+        sequence=("----",) * 4, magnets=None, mount="tube", obstacles=(wall,),
         start_angle_spread=0.0,
-    )
+    )  # fmt: skip
     fold = mf.simulate(scene.replace(feed={"force_limit": None}))
     assert fold.status is mf.FoldStatus.JAMMED
     assert "drive without limit; component 1 touches obstacles[0]" in fold.message

@@ -116,21 +116,15 @@ def rate_of(scene, mass=0.0037):
     return pack(scene.replace(casing={"mass": mass})).fastest_rate
 
 
-def test_gravity_alone_gives_the_rate_of_a_pendulum():
+def test_rates_are_those_of_pendulums_of_touching_faces_and_of_light_components() -> None:
     scene = SCENE.replace(magnets=None, gravity={"in_plane": (3.0, -4.0)})
     expected = math.sqrt(5.0 / scene.casing.diagonal)
     assert rate_of(scene) == pytest.approx(expected, rel=1e-12)
     assert rate_of(scene, mass=1e-6) == pytest.approx(expected, rel=1e-12)
-
-
-def test_the_rate_is_of_the_order_that_touching_faces_make_of_a_component():
     angles = np.zeros(SCENE.n)
     angles[1:] = np.pi / 2.0
     push = np.abs(mf.forces(SCENE, angles)[0]).max() / SCENE.casing.mass
     assert 0.1 < rate_of(SCENE) / math.sqrt(push / SCENE.casing.diagonal) < 10.0
-
-
-def test_light_components_set_the_scale_of_times_and_the_mean_mass_that_of_errors():
     mass = [1e-5] + [0.01] * (SCENE.n - 1)
     model = pack(SCENE.replace(casing={"mass": mass}))
     assert model.fastest_rate == rate_of(SCENE, mass=1e-5)

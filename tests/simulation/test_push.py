@@ -1,5 +1,7 @@
 """What the feed pushes with: against drag alone, at its largest, and at its limit."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,10 +11,8 @@ OWN = mf.Scene(
     sequence=("SNNS", "NNSN", "SSSN", "NNNS", "SSSS", "NNSN"),
     casing=mf.Casing(side=0.010, mass=0.0021),
     magnets=mf.Magnets(remanence=1.30, width=0.005, height=0.005, thickness=0.002, inset=0.0005),
-    mount="tube",
-    feed=mf.Feed(direction="backward", speed=0.03),
-    friction=0.2,
-)
+    mount="tube", feed=mf.Feed(direction="backward", speed=0.03), friction=0.2,
+)  # fmt: skip
 
 
 def drawn(scene: mf.Scene, seed: int) -> mf.Scene:
@@ -31,8 +31,7 @@ def test_the_peak_does_not_depend_on_limits_that_are_not_met(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_the_peak_is_the_largest_mean_over_whole_milliseconds(seed: int, direction: str) -> None:
     scene = drawn(OWN.replace(feed={"direction": direction}), seed)
-    fold = mf.simulate(scene, frame_rate=1000.0)
-    assert fold.trajectory is not None
+    fold: Any = mf.simulate(scene, frame_rate=1000.0)
     # The first frame holds the start, the last one ends within a millisecond.
     push = fold.trajectory.push[1:-1]
     assert push[np.abs(push).argmax()] == pytest.approx(fold.push_peak, rel=1e-6)
@@ -60,8 +59,7 @@ def test_to_push_a_straight_chain_takes_the_drag_of_what_is_outside(direction: s
     scene = mf.load_scene("tube-built").replace(
         sequence=("NNNS",) * 6, magnets=None, start_angles=(0.0,) * 5, feed={"direction": direction}
     )
-    motion = mf.simulate(scene, frame_rate=1000.0).trajectory
-    assert motion is not None
+    motion: Any = mf.simulate(scene, frame_rate=1000.0).trajectory
     drag = scene.frictions[0] * scene.gravity.normal * scene.masses[0]
     for count in range(1, 6):
         push = motion.push[motion.released == count]

@@ -1,21 +1,20 @@
 """`simulate`: where the paper's sequences settle, repeatability, recording."""
 
 from collections import Counter
+from typing import Any
 
 import numpy as np
 import pytest
 
-from magfold_env.fold import Fold, FoldStatus
-from magfold_env.scene import Scene, load_scene
+import magfold_env as mf
 from magfold_env.simulation.session import Session
-from magfold_env.simulation.simulate import simulate
 
 TUBE = {"mount": "tube", "feed": {"direction": "backward", "speed": 0.05}}
 PAPER = {"mount": "pinned", "solver": {"method": "paper", "time_step": 1e-4}, "duration": 0.05}
 FORWARD = {"mount": "tube", "feed": {"direction": "forward", "speed": 0.05}}
 
 
-def same(a: Fold, b: Fold) -> bool:
+def same(a: mf.Fold, b: mf.Fold) -> bool:
     return (
         a.angles.tobytes() == b.angles.tobytes()
         and a.base.tobytes() == b.base.tobytes()
@@ -30,22 +29,21 @@ def same(a: Fold, b: Fold) -> bool:
     ids=["3-free", "3-backward", "2-free"],
 )
 def test_the_papers_sequences_settle_where_the_paper_says(number, changes, word):
-    scene = load_scene(f"paper/sequence-{number}").replace(**changes)
-    folds = [simulate(scene, seed) for seed in range(20)]
+    scene = mf.load_scene(f"paper/sequence-{number}").replace(**changes)
+    folds = [mf.simulate(scene, seed) for seed in range(20)]
     counts = Counter((fold.word, fold.status) for fold in folds)
-    assert counts[word, FoldStatus.FOLDED] > 10, counts
+    assert counts[word, mf.FoldStatus.FOLDED] > 10, counts
 
 
 @pytest.mark.parametrize("changes", [{}, TUBE, FORWARD], ids=["free", "backward", "forward"])
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_one_seed_is_one_fold_recorded_or_not_and_by_session_too(number, changes):
-    scene = load_scene(f"paper/sequence-{number}").replace(**changes)
-    fold = simulate(scene, 7)
-    assert same(fold, simulate(scene, 7))
-    assert same(fold, simulate(fold.scene, 8))
-    recorded = simulate(scene, 7, frame_rate=1000.0)
+    scene = mf.load_scene(f"paper/sequence-{number}").replace(**changes)
+    fold = mf.simulate(scene, 7)
+    assert same(fold, mf.simulate(scene, 7))
+    assert same(fold, mf.simulate(fold.scene, 8))
+    recorded: Any = mf.simulate(scene, 7, frame_rate=1000.0)
     assert same(fold, recorded)
-    assert recorded.trajectory is not None
     session = Session(scene.draw(np.random.default_rng(7)))
     while session.released < session.n:
         session.feed_one()
@@ -55,9 +53,8 @@ def test_one_seed_is_one_fold_recorded_or_not_and_by_session_too(number, changes
 
 @pytest.mark.parametrize("changes", [{}, TUBE], ids=["free", "backward"])
 def test_a_trajectory_has_even_frames_and_ends_at_the_fold(changes):
-    fold = simulate(load_scene("paper/sequence-3").replace(**changes), frame_rate=500.0)
-    run = fold.trajectory
-    assert run is not None
+    fold = mf.simulate(mf.load_scene("paper/sequence-3").replace(**changes), frame_rate=500.0)
+    run: Any = fold.trajectory
     assert run.time[:-1] == pytest.approx(np.arange(len(run) - 1) / 500.0, abs=1e-9)
     assert 0.0 < np.diff(run.time)[-1] < 1.0 / 500.0 + 1e-9
     assert run.base[-1] == pytest.approx(fold.base, abs=1e-12)
@@ -68,36 +65,31 @@ def test_a_trajectory_has_even_frames_and_ends_at_the_fold(changes):
 @pytest.mark.parametrize("frame_rate", [1e-9, 7.0, 24.0, 240.0])
 @pytest.mark.parametrize("changes", [{}, TUBE, {"duration": 0.125}, PAPER], ids=str)
 def test_the_last_frame_is_the_end(changes, frame_rate):
-    scene = load_scene("paper/sequence-2").replace(**changes)
+    scene = mf.load_scene("paper/sequence-2").replace(**changes)
     for seed in range(3):
-        fold = simulate(scene, seed, frame_rate=frame_rate)
-        run = fold.trajectory
-        assert run is not None
+        fold = mf.simulate(scene, seed, frame_rate=frame_rate)
+        run: Any = fold.trajectory
         assert (run.time[0], run.time[-1]) == (0.0, fold.time)
         assert (np.diff(run.time) > 0.0).all()
         assert (np.diff(run.angles[-1]) == fold.joint_angles).all()
         assert (run.angles[0] == Session(fold.scene).angles).all()
 
 
-@pytest.mark.parametrize(
-    "scene",
-    [
-        Scene(sequence=("----",) * 30, magnets=None, start_angle_spread=0.0),
-        load_scene("paper/sequence-3").replace(start_angles=(np.pi / 2,) * 5),  # overlaps
-    ],
-)
+@pytest.mark.parametrize("scene", [
+    mf.Scene(sequence=("----",) * 30, magnets=None, start_angle_spread=0.0),
+    mf.load_scene("paper/sequence-3").replace(start_angles=(np.pi / 2,) * 5),  # overlaps
+])  # fmt: skip
 def test_a_chain_that_rests_at_once_has_one_frame(scene):
-    fold = simulate(scene, frame_rate=24.0)
-    assert fold.trajectory is not None
+    fold: Any = mf.simulate(scene, frame_rate=24.0)
     assert fold.trajectory.time.tolist() == [fold.time] == [0.0]
     assert (fold.trajectory.angles == fold.angles).all()
 
 
 def test_a_chain_on_which_only_gravity_acts_moves_as_others_do():
     # A recursion of its own finds its accelerations; friction too weak to be felt keeps it off.
-    swinging = load_scene("pendulum-3").replace(
+    swinging = mf.load_scene("pendulum-3").replace(
         sequence=("----",) * 5, gravity={"in_plane": (0.5, -3.0)}, duration=0.3
     )
-    short, general = simulate(swinging), simulate(swinging.replace(friction=1e-12))
+    short, general = mf.simulate(swinging), mf.simulate(swinging.replace(friction=1e-12))
     assert short.evaluations == general.evaluations
     assert short.angles == pytest.approx(general.angles, abs=1e-8)

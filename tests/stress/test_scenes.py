@@ -74,14 +74,11 @@ def test_ten_million_steps_of_a_pendulum_keep_every_law():
     assert Case(0, "marathon", 0).verdict().broken == []
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
-        pytest.param(
-            path, id=path.stem, marks=pytest.mark.medium if path.stem in SECONDS_EACH else ()
-        )
-        for path in FOUND
-    ],
-)
+@pytest.mark.parametrize("path", [
+    pytest.param(
+        path, id=path.stem, marks=pytest.mark.medium if path.stem in SECONDS_EACH else ()
+    )
+    for path in FOUND
+])  # fmt: skip
 def test_scenes_that_once_broke_a_law_keep_all(path: Path):
     assert check(load_scene(path)).broken == []

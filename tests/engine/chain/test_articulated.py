@@ -11,7 +11,6 @@ from magfold_env.engine.chain import articulated
 from magfold_env.engine.state import Loads
 from magfold_env.engine.stepping.dynamics import smooth_accelerations
 from magfold_env.engine.workspace import new_work
-from magfold_env.scene import Casing, Gravity, Magnets
 from magfold_env.simulation.pack import pack
 from tests.engine import reference
 
@@ -24,9 +23,9 @@ def random_scene(rng, n, magnets=True, gravity=(0.0, 0.0)):
     inertias = 0.0037 * SIDE**2 / 6 * 10 ** rng.uniform(-0.5, 0.5, n)
     return mf.Scene(
         sequence=tuple("".join(rng.choice(["N", "S"], 4)) for _ in range(n)),
-        casing=Casing(side=SIDE, mass=tuple(masses.tolist()), inertia=tuple(inertias.tolist())),
-        magnets=Magnets(nodes=2) if magnets else None,
-        gravity=Gravity(in_plane=(float(gravity[0]), float(gravity[1]))),
+        casing=mf.Casing(side=SIDE, mass=tuple(masses.tolist()), inertia=tuple(inertias.tolist())),
+        magnets=mf.Magnets(nodes=2) if magnets else None,
+        gravity=mf.Gravity(in_plane=(float(gravity[0]), float(gravity[1]))),
     )
 
 

@@ -6,7 +6,6 @@ import math
 import pickle
 from typing import Any, NamedTuple, cast
 
-import numba
 import numpy as np
 import pytest
 
@@ -107,13 +106,10 @@ def test_copies_have_their_own_arrays(again):
 
 
 @by_address
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"row": np.zeros(10)[::2]}, "row: kernels take C-contiguous arrays only"),
-        ({"size": "seven"}, "size: must be a bool, an int, a float, an array"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), [
+    ({"row": np.zeros(10)[::2]}, "row: kernels take C-contiguous arrays only"),
+    ({"size": "seven"}, "size: must be a bool, an int, a float, an array"),
+])  # fmt: skip
 def test_other_fields_are_refused(changes, message):
     with pytest.raises(TypeError, match=message):
         read(an_outer()._replace(**changes), 0)
@@ -143,16 +139,13 @@ def twice(values: Array) -> float:
     return sum_of_lengths(values) + sum_of_lengths(values)
 
 
-def test_called_from_a_kernel_and_from_python_they_do_the_same():
+def test_called_from_kernels_python_and_code_of_numba_they_do_the_same() -> None:
     values = np.random.default_rng(2).random((5, 2))
     expected = sum(length(x, y, k == 0) for k, (x, y) in enumerate(values)) + 15.0
     assert sum_of_lengths(values) == expected
     assert twice(values) == 2.0 * expected
     assert length(3.0, 4.0, True) == 10.0
 
-
-def test_code_that_numba_compiled_itself_may_call_them():
-    @numba.njit
     def user(x: float) -> float:
         return length(x, 4.0, False)
 

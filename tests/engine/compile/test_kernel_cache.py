@@ -2,8 +2,6 @@
 
 import os
 import shutil
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -13,6 +11,7 @@ import pytest
 from magfold_env.engine.compile import kernel_cache
 from magfold_env.engine.compile.jit import numba_config
 from magfold_env.engine.compile.kernel_cache import KEPT, fingerprint, remove_unused
+from tests.command_line import python
 
 pytestmark = pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
 
@@ -55,22 +54,19 @@ def fingerprint_of(source: str) -> str:
     return fingerprint(names["root"])
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "seen"),
-    [
-        (") + 1.0", ") - 1.0", True),
-        ("x * numbers", "x / numbers", True),
-        ("2.0, 7.0", "2.5, 7.0", True),
-        ("[1.0, 2.0]", "[1.0, 2.5]", True),
-        ("(4, 5)", "(4.0, 5)", True),
-        ("y=1.0", "y=2.0", True),
-        ("@kernel\ndef leaf", "@inlined\ndef leaf", True),
-        ("leaf(x) +", "other(x) +", True),
-        ("2.0, 7.0", "2.0, 8.0", False),
-        ("return x\n", "return -x\n", False),
-        ("np\n", "np\n\n", False),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "seen"), [
+    (") + 1.0", ") - 1.0", True),
+    ("x * numbers", "x / numbers", True),
+    ("2.0, 7.0", "2.5, 7.0", True),
+    ("[1.0, 2.0]", "[1.0, 2.5]", True),
+    ("(4, 5)", "(4.0, 5)", True),
+    ("y=1.0", "y=2.0", True),
+    ("@kernel\ndef leaf", "@inlined\ndef leaf", True),
+    ("leaf(x) +", "other(x) +", True),
+    ("2.0, 7.0", "2.0, 8.0", False),
+    ("return x\n", "return -x\n", False),
+    ("np\n", "np\n\n", False),
+])  # fmt: skip
 def test_an_edit_of_what_a_kernel_is_made_from_is_seen(old, new, seen):
     assert SMALL.count(old) == 1
     assert (fingerprint_of(SMALL.replace(old, new)) != fingerprint_of(SMALL)) == seen
@@ -92,17 +88,11 @@ def copy(tmp_path: Path) -> Path:
 
 def run(copy: Path, before: str = "") -> list[float]:
     """Run kernels in a process that finds only the copy, and return the numbers it prints."""
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(copy.parent),
-        "NUMBA_CACHE_DIR": str(copy.parent.parent / "cache"),
-        "PYTHONDONTWRITEBYTECODE": "1",
-    }
     code = f"{before}\nfrom magfold_env.small import other, root\nprint(root(3.0), other(3.0))"
-    printed = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code],
-        env=environment, cwd=copy.parent, check=True, capture_output=True, text=True,
-    ).stdout  # fmt: skip
+    cache = str(copy.parent.parent / "cache")
+    surroundings: dict[str, Any] = {"PYTHONPATH": str(copy.parent), "NUMBA_CACHE_DIR": cache}
+    surroundings |= {"PYTHONDONTWRITEBYTECODE": "1"}
+    printed = python("-W", "error", "-c", code, cwd=copy.parent, **surroundings).stdout
     return [float(each) for each in printed.split()]
 
 

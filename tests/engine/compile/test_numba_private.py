@@ -1,14 +1,12 @@
 """Without what numba promises to nobody: one warning, and the same bits."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numba
 import pytest
 
 from magfold_env.engine.compile.jit import numba_config
+from tests.command_line import python
 
 compiled = pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
 
@@ -54,15 +52,7 @@ print([float(each).hex() for each in (*numbers, *outer.row, *sine, *cosine)])
 
 def run(change: str, cache: Path) -> tuple[str, list[str]]:
     """Run kernels in a process of their own; returns what it prints, and numba's warnings."""
-    environment = {
-        **os.environ,
-        "PYTHONPATH": os.pathsep.join(sys.path),
-        "NUMBA_CACHE_DIR": str(cache),
-    }
-    done = subprocess.run(
-        [sys.executable, "-c", change + KERNELS],
-        env=environment, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = python("-c", change + KERNELS, check=False, NUMBA_CACHE_DIR=str(cache))
     assert done.returncode == 0, done.stderr
     return done.stdout, [line for line in done.stderr.splitlines() if "Warning: numba" in line]
 

@@ -20,13 +20,10 @@ def end_separation(joints):
     )
 
 
-def test_near_components_cannot_overlap_on_a_grid():
+def test_near_components_cannot_overlap() -> None:
     grid = np.linspace(-np.pi / 2, np.pi / 2, 13)
     worst = min(end_separation([a, b, c]) for a in grid for b in grid for c in grid)
     assert worst >= -1e-12
-
-
-def test_near_components_cannot_overlap_next_to_the_stops():
     # Where three squares turn round one corner, and four close a ring.
     rng = np.random.default_rng(4)
     for _ in range(1000):

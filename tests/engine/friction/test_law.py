@@ -28,11 +28,9 @@ class Floor:
         bearing = rng.uniform(-np.pi, np.pi)
         self.pull = pull * np.array([np.cos(bearing), np.sin(bearing)])
         self.scene = Scene(
-            sequence=("NNNN",) * n,
-            magnets=None,
-            friction=MU,
+            sequence=("NNNN",) * n, magnets=None, friction=MU,
             gravity=Gravity(normal=G, in_plane=(float(self.pull[0]), float(self.pull[1]))),
-        ).replace(mount=mount)
+        ).replace(mount=mount)  # fmt: skip
         self.model = pack(self.scene)
         headings = np.cumsum(rng.uniform(-1.4, 1.4, n))
         self.state, self.work = new_state(self.model, headings), new_work(self.model)

@@ -89,7 +89,7 @@ def test_forces_satisfy_their_conditions(seed):
     assert_optimal(problem.work, problem.normals, len(problem.rows), problem.friction_limit)
 
 
-def test_grip_that_just_suffices_holds():
+def test_grip_that_just_suffices_holds_and_the_impossible_is_not_solved() -> None:
     # One component of unit mass: the force that holds it is opposite to its acceleration.
     problem = Problem(np.eye(3), np.array([0.6, 0.0, 0.8]), 0, np.ones(1))
     assert problem.solve()
@@ -97,9 +97,6 @@ def test_grip_that_just_suffices_holds():
     problem = Problem(np.eye(3), np.array([0.6, 0.0, 0.8]), 0, np.array([0.5]))
     assert problem.solve()
     np.testing.assert_allclose(problem.motion, [0.3, 0.0, 0.4], rtol=0, atol=1e-12)
-
-
-def test_the_impossible_is_not_solved():
     rows = np.array([[1.0, 0.0], [-1.0, 0.0]])
     problem = Problem(rows, np.zeros(2), 2, np.zeros(0))
     problem.work.rows.bias[:2] = -1.0  # two walls that close in on each other

@@ -12,7 +12,6 @@ from magfold_env.engine.chain import tube
 from magfold_env.engine.magnets.chain import add_chain_forces, chain_energy
 from magfold_env.engine.state import Loads
 from magfold_env.engine.workspace import new_work
-from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import word_to_angles
 from magfold_env.simulation.pack import pack
 from tests.engine import reference
@@ -73,8 +72,8 @@ def worst_error(scene, joints):
 def test_torques_of_folded_chains_keep_the_bound(inset, share, bound):
     rng = np.random.default_rng(66)
     for word in ("LLLRRR", "LLSRRL", "RRRSLL"):
-        magnets = Magnets(inset=inset, accuracy=bound)
-        scene = Scene(sequence=random_sequence(rng, 7), magnets=magnets)
+        magnets = mf.Magnets(inset=inset, accuracy=bound)
+        scene = mf.Scene(sequence=random_sequence(rng, 7), magnets=magnets)
         # Errors of the components' forces add up over the chain's length.
         assert worst_error(scene, np.append(0.3, share * word_to_angles(word))) <= 3 * bound
 
@@ -84,7 +83,7 @@ def test_torques_of_unequal_magnets_keep_the_bound(model):
     rng = np.random.default_rng(64)
     for _ in range(5):
         sequence = tuple("".join(rng.choice(list("NS-"), 4, p=[0.4, 0.4, 0.2])) for _ in range(5))
-        scene = Scene(sequence=sequence, magnets=MODELS[model])
+        scene = mf.Scene(sequence=sequence, magnets=MODELS[model])
         assert pack(scene).magnets.tables.end > 0.0
         assert worst_error(scene, open_joints(rng, 5)) <= 3e-3
 
@@ -95,7 +94,7 @@ def test_generalised_forces_are_the_energys_gradient(bound):
     rng = np.random.default_rng(34)
     checked = 0
     while checked < 8:
-        scene = Scene(sequence=random_sequence(rng, 5), magnets=Magnets(accuracy=bound))
+        scene = mf.Scene(sequence=random_sequence(rng, 5), magnets=mf.Magnets(accuracy=bound))
         joints = open_joints(rng, 5)
         # In headings: a step turns one component.
         turns = 1e-4 * (np.eye(5) - np.eye(5, k=1))
@@ -119,9 +118,9 @@ def crosses(scene, before, after):
     return casings.crosses_an_edge(*zip(places, headings, strict=True))
 
 
-def test_what_is_kept_does_not_depend_on_what_came_before():
+def test_what_is_kept_depends_on_charges_and_not_on_what_came_before() -> None:
     rng = np.random.default_rng(36)
-    scene = Scene(sequence=random_sequence(rng, 6))
+    scene = mf.Scene(sequence=random_sequence(rng, 6))
     used = Chain(scene)
     for word in ["LLLRR", "LRLLL", "LLLRL", "RRRLL", "LLLRR"]:
         for slack in (0.0, 5e-10, 0.2):
@@ -129,15 +128,12 @@ def test_what_is_kept_does_not_depend_on_what_came_before():
             fresh = Chain(scene).forces(joints)
             assert (used.forces(joints) == fresh).all()
             assert (used.forces(joints) == fresh).all()
-
-
-def test_charges_may_change_during_a_run():
     rng = np.random.default_rng(37)
-    used = Chain(Scene(sequence=random_sequence(rng, 6)))
+    used = Chain(mf.Scene(sequence=random_sequence(rng, 6)))
     for word in ["LLLRR", "SSLRL"]:
         joints = np.append(0.2, word_to_angles(word))
         used.forces(joints)
-        fresh = Chain(Scene(sequence=random_sequence(rng, 6)))
+        fresh = Chain(mf.Scene(sequence=random_sequence(rng, 6)))
         fresh.model.charge[rng.integers(6)] = 0.0
         used.model.charge[:] = fresh.model.charge
         assert (used.forces(joints) == fresh.forces(joints)).all()
@@ -146,30 +142,25 @@ def test_charges_may_change_during_a_run():
 @given(seed=seeds, lo=st.integers(1, 5))
 def test_held_components_act_on_those_outside(seed, lo):
     rng = np.random.default_rng(seed)
-    scene = Scene(sequence=random_sequence(rng, 6), mount="tube")
+    scene = mf.Scene(sequence=random_sequence(rng, 6), mount="tube")
     joints = open_joints(rng, 6)
     joints[: lo + 1] *= 1e-3
     jointed = Chain(scene)
     np.testing.assert_allclose(
-        jointed.forces(joints, lo)[lo:6],
-        jointed.forces(joints)[lo:6],
-        rtol=0,
+        jointed.forces(joints, lo)[lo:6], jointed.forces(joints)[lo:6], rtol=0,
         atol=1e-9 * exact_magnets.flush_force(scene) * SIDE,
-    )
+    )  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"contact": False, "friction": 0.0},
-        {"magnets": {"nodes": 5}},
-        {"magnets": Magnets(model="points", pole_charge=8.6)},
-        {"magnets": {"accuracy": 1e-8}},
-    ],
-)
+@pytest.mark.parametrize("change", [
+    {"contact": False, "friction": 0.0},
+    {"magnets": {"nodes": 5}},
+    {"magnets": mf.Magnets(model="points", pole_charge=8.6)},
+    {"magnets": {"accuracy": 1e-8}},
+])  # fmt: skip
 def test_chains_that_splines_do_not_fit_are_summed(change):
     rng = np.random.default_rng(38)
-    scene = Scene(sequence=random_sequence(rng, 4)).replace(**change)
+    scene = mf.Scene(sequence=random_sequence(rng, 4)).replace(**change)
     assert pack(scene).magnets.tables.end == 0.0
     joints = open_joints(rng, 4) / 2
     force, torque = mf.forces(scene, np.cumsum(joints))

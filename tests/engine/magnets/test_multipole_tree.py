@@ -52,11 +52,7 @@ def bent(rng, n):
     return np.cumsum(rng.uniform(-0.6, 0.6, n))
 
 
-SHAPES = {
-    "unfolded": lambda _, n: unfolded(n),
-    "folded": lambda _, n: folded(n),
-    "bent": bent,
-}
+SHAPES = {"unfolded": lambda _, n: unfolded(n), "folded": lambda _, n: folded(n), "bent": bent}
 
 
 @pytest.mark.parametrize("bound", BOUNDS)

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 import magfold_env as mf
 from magfold_env.engine.magnets import outer_field
 from magfold_env.engine.state import Loads
-from magfold_env.scene import Magnets, Scene
 from magfold_env.simulation.pack import pack
 from tests.engine import reference
 from tests.engine.magnets.test_pairs import Casings, assert_gradient, gradient, random_sequence
@@ -38,7 +37,7 @@ class InField(Casings):
 
 
 def in_field(sequence, field, **changes):
-    return Scene(sequence=sequence).replace(field=field, **changes)
+    return mf.Scene(sequence=sequence).replace(field=field, **changes)
 
 
 def around(rng, least, most):
@@ -59,11 +58,9 @@ def facing(rng, gap=5e-4, poles=(0.0,)):
 
 
 PLACES = {
-    "touching": lambda rng: facing(rng, 0.0, (0.0, np.pi)),
-    "flush": facing,
-    "near": lambda rng: around(rng, 1e-4, 5e-3),
-    "far": lambda rng: around(rng, 5e-3, 0.1),
-}
+    "touching": lambda rng: facing(rng, 0.0, (0.0, np.pi)), "flush": facing,
+    "near": lambda rng: around(rng, 1e-4, 5e-3), "far": lambda rng: around(rng, 5e-3, 0.1),
+}  # fmt: skip
 
 
 @given(seed=seeds)
@@ -75,7 +72,7 @@ def test_an_even_field_turns_a_casing_by_its_moment(seed):
     normals = headings[0] + np.array([0.25, 0.75, -0.75, -0.25]) * np.pi
     moment = THICKNESS * (scene.charges[0] @ np.stack([np.cos(normals), np.sin(normals)], 1))
     bx, by = EVEN["uniform"]
-    scale = Magnets().charge * THICKNESS * np.hypot(bx, by)
+    scale = mf.Magnets().charge * THICKNESS * np.hypot(bx, by)
     assert torque[0] == pytest.approx(moment[0] * by - moment[1] * bx, abs=1e-12 * scale)
     assert not force.any()
     energy = InField(scene).energy(places, headings)
@@ -152,7 +149,7 @@ def recorded(fold):
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_what_lies_beside_a_fixed_magnet_has_not_come_through_its_poles(side, end):
     magnet = {"position": (0.05, 0.0), "heading": 0.0, "width": 0.008, "height": 0.02}
-    scene = Scene(sequence=("SNNN",), magnets=Magnets(inset=0.0, accuracy=1e-4))
+    scene = mf.Scene(sequence=("SNNN",), magnets=mf.Magnets(inset=0.0, accuracy=1e-4))
     magnet |= {"thickness": 0.02, "remanence": 1.2}
     field = InField(scene.replace(field={"magnet": magnet}))
 

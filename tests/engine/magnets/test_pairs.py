@@ -10,26 +10,23 @@ from magfold_bench.laws import exact_magnets
 from magfold_env.engine.magnets import laws, pairs
 from magfold_env.engine.state import Loads, Pose
 from magfold_env.engine.workspace import new_work
-from magfold_env.scene import Magnets, Scene
 from magfold_env.simulation.pack import pack
 from tests.engine import reference
 
 SIDE = 0.0125
 MODELS = {
-    "points": Magnets(model="points", pole_charge=8.5946),
-    "strips": Magnets(),
-    "coarse strips": Magnets(accuracy=1e-2),
-    "fine strips": Magnets(accuracy=1e-4),
-    "one rule": Magnets(nodes=5),
-    "unequal sizes": Magnets(
-        width=(0.006, 0.004, 0.005, 0.003),
-        height=(0.006, 0.003, 0.008, 0.004),
-        thickness=(0.0025, 0.002, 0.003, 0.0015),
-        inset=(0.0005, 0.0008, 0.0003, 0.001),
+    "points": mf.Magnets(model="points", pole_charge=8.5946),
+    "strips": mf.Magnets(),
+    "coarse strips": mf.Magnets(accuracy=1e-2),
+    "fine strips": mf.Magnets(accuracy=1e-4),
+    "one rule": mf.Magnets(nodes=5),
+    "unequal sizes": mf.Magnets(
+        width=(0.006, 0.004, 0.005, 0.003), height=(0.006, 0.003, 0.008, 0.004),
+        thickness=(0.0025, 0.002, 0.003, 0.0015), inset=(0.0005, 0.0008, 0.0003, 0.001),
     ),
-    "unequal heights": Magnets(height=(0.003, 0.006, 0.009, 0.012)),
-    "unequal strengths": Magnets(remanence=(0.3, 0.6, 1.2, 0.9)),
-}
+    "unequal heights": mf.Magnets(height=(0.003, 0.006, 0.009, 0.012)),
+    "unequal strengths": mf.Magnets(remanence=(0.3, 0.6, 1.2, 0.9)),
+}  # fmt: skip
 models = st.sampled_from(sorted(MODELS))
 seeds = st.integers(0, 2**32 - 1)
 
@@ -99,7 +96,7 @@ def random_sequence(rng, n, letters="NS"):
 
 
 def scene_of(rng, n, model):
-    return Scene(sequence=random_sequence(rng, n), magnets=MODELS[model])
+    return mf.Scene(sequence=random_sequence(rng, n), magnets=MODELS[model])
 
 
 def scatter(rng, n, gap):
@@ -238,7 +235,7 @@ def test_a_single_rule_is_the_sum_over_its_nodes(seed, count, kind):
 def test_an_empty_face_is_a_face_of_no_strength(seed, model):
     rng = np.random.default_rng(seed)
     sequence = ("N---", *("".join(rng.choice(list("NS-"), 4)) for _ in range(2)))
-    scene = Scene(sequence=sequence, magnets=MODELS[model])
+    scene = mf.Scene(sequence=sequence, magnets=MODELS[model])
     strength = np.where(scene.charges != 0.0, np.abs(scene.charges).max(), 1e-30)
     letters = tuple(faces.replace("-", "N") for faces in sequence)
     same = scene.replace(sequence=letters, magnets={"pole_charge": strength.tolist()})

@@ -8,7 +8,6 @@ from scipy import integrate
 
 import magfold_env as mf
 from magfold_env.engine.magnets import sheets
-from magfold_env.scene import Magnets, Scene
 from tests.engine import reference
 from tests.engine.magnets.test_chain import Chain
 from tests.engine.magnets.test_pairs import Casings, random_sequence
@@ -19,13 +18,8 @@ SIDE = 0.0125
 BOUNDS = [1e-2, 1e-3, 1e-4, 1e-5]
 FEW_OR_MANY = [pytest.param(10, id="few"), pytest.param(500, id="many", marks=pytest.mark.slow)]
 # What two 5 mm x 5 mm x 2 mm magnets of 1.3 T do in contact, by Akoun and Yonnet's closed form.
-BLOCK: dict[str, Any] = {
-    "width": 0.005,
-    "height": 0.005,
-    "thickness": 0.002,
-    "remanence": 1.3,
-    "inset": 0.0,
-}
+BLOCK: dict[str, Any] = {"width": 0.005, "height": 0.005, "thickness": 0.002, "remanence": 1.3}
+BLOCK["inset"] = 0.0
 CONTACT_FORCE, CONTACT_ENERGY = 8.66214, 5.06971e-3  # [N], and to 1 mm [J]
 
 
@@ -60,7 +54,7 @@ def unequal(rng):
         }
         letters = rng.choice(list("NS-"), (2, 4), p=[0.42, 0.42, 0.16])
         try:
-            return Scene(sequence=tuple(map("".join, letters)), magnets=Magnets(**magnets))
+            return mf.Scene(sequence=tuple(map("".join, letters)), magnets=mf.Magnets(**magnets))
         except mf.SceneError:
             continue  # they overlap
 
@@ -94,8 +88,8 @@ def test_bound_holds_for_casings_down_to_contact(times, bound):
 
 
 def blocks(bound, sequence=("N---", "S---")):
-    magnets = Magnets(accuracy=bound, **BLOCK)
-    return Casings(Scene(sequence=sequence, casing=mf.Casing(side=0.01), magnets=magnets))
+    magnets = mf.Magnets(accuracy=bound, **BLOCK)
+    return Casings(mf.Scene(sequence=sequence, casing=mf.Casing(side=0.01), magnets=magnets))
 
 
 def facing(gap, aside=0.0, turn=0.0):
@@ -113,7 +107,7 @@ def test_contact_force_and_energy_are_those_of_the_closed_form(bound):
     assert rise == pytest.approx(CONTACT_ENERGY, rel=bound / 5.0)
 
 
-def test_overlapping_faces_feel_the_limit_from_outside():
+def test_overlapping_faces_feel_the_limit_from_outside_also_beyond_a_stop() -> None:
     casings = blocks(1e-4)
     (_, touch), _ = casings.forces(*facing(0.0))[0]
     for overlap in (1e-12, 1e-8, 1e-6):
@@ -122,6 +116,13 @@ def test_overlapping_faces_feel_the_limit_from_outside():
     force, torque = casings.forces(*facing(-1e-3, 1e-4, 0.1))
     assert np.isfinite(force).all()
     assert np.isfinite(torque).all()
+    rng = np.random.default_rng(65)
+    chain = Chain(mf.Scene(sequence=random_sequence(rng, 2), magnets=mf.Magnets(inset=0.0)))
+    at = chain.forces([0.0, np.pi / 2])[1]
+    for past in (1e-6, 1e-3, 0.3):
+        assert chain.forces([0.0, np.pi / 2 + past])[1] == at
+        rise = chain.energy([0.0, np.pi / 2 + past]) - chain.energy([0.0, np.pi / 2])
+        assert rise == pytest.approx(-at * past, rel=1e-6)
 
 
 def opening(turn):
@@ -131,12 +132,10 @@ def opening(turn):
 
 
 PATHS = {
-    "apart": lambda u: facing(1e-3 * u**3),
-    "through": lambda u: facing(2e-6 * (u - 0.5)),
-    "open": lambda u: opening(0.5 * u**3),
-    "away": lambda u: facing(0.02 * u, 0.01 * u, 0.3 * u),
+    "apart": lambda u: facing(1e-3 * u**3), "through": lambda u: facing(2e-6 * (u - 0.5)),
+    "open": lambda u: opening(0.5 * u**3), "away": lambda u: facing(0.02 * u, 0.01 * u, 0.3 * u),
     "slide": lambda u: facing(1e-5, 0.004 * u + 5e-4),
-}
+}  # fmt: skip
 
 
 @pytest.mark.laws
@@ -155,21 +154,11 @@ def test_work_along_a_path_is_the_energys_difference(bound, path):
     assert work == pytest.approx(lost, abs=0.1 * bound * CONTACT_ENERGY + 2e-6 * abs(lost))
 
 
-def test_torque_beyond_a_stop_is_what_it_is_at_the_stop():
-    rng = np.random.default_rng(65)
-    chain = Chain(Scene(sequence=random_sequence(rng, 2), magnets=Magnets(inset=0.0)))
-    at = chain.forces([0.0, np.pi / 2])[1]
-    for past in (1e-6, 1e-3, 0.3):
-        assert chain.forces([0.0, np.pi / 2 + past])[1] == at
-        rise = chain.energy([0.0, np.pi / 2 + past]) - chain.energy([0.0, np.pi / 2])
-        assert rise == pytest.approx(-at * past, rel=1e-6)
-
-
 @pytest.mark.parametrize("bound", [1e-2, 1e-3, 1e-5])
 def test_a_chain_of_flush_magnets_folds_and_keeps_its_energy(bound):
     sequence = ("SNNS", "NNSN", "SSSN", "NNNS", "SSSS", "NNSN")
-    casing, magnets = mf.Casing(side=0.01, mass=0.0021), Magnets(accuracy=bound, **BLOCK)
-    scene = Scene(sequence=sequence, casing=casing, magnets=magnets)
+    casing, magnets = mf.Casing(side=0.01, mass=0.0021), mf.Magnets(accuracy=bound, **BLOCK)
+    scene = mf.Scene(sequence=sequence, casing=casing, magnets=magnets)
     left, session = imbalance(scene.replace(friction=0.0).draw(np.random.default_rng(0)))
     assert session.fold().status == "folded"
     assert left <= 1e-4

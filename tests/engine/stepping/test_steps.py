@@ -6,35 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_bench.laws.along_folds import SteppedSession, follow
-from magfold_bench.laws.dense import look_inside
+from magfold_bench.laws.along_folds import SteppedSession
 from magfold_bench.laws.random_scenes import random_scene
 from magfold_env.designer.annealing import sequence_of_signs, stable_signs
 from magfold_env.engine.chain import articulated, tube
 from magfold_env.engine.stepping import chebyshev, stages
 from magfold_env.engine.workspace import new_state, new_work
 from magfold_env.ensembles.releases import generator, release
-from magfold_env.fold import FoldStatus
-from magfold_env.scene import Casing, Scene
 from magfold_env.simulation.pack import pack
-from magfold_env.simulation.simulate import simulate
 from tests.engine import reference
-
-DEEPEST = 1e-3  # share of the side
-
-
-MANY = (pytest.param(seed, marks=pytest.mark.slow) for seed in range(100, 150))
-
-
-@pytest.mark.parametrize("seed", [3, 8, 10, 13, 14, *MANY])
-def test_every_step_keeps_its_limits_and_the_fold_goes_through(seed):
-    scene = random_scene(seed)
-    motion, session = follow(scene)
-    assert motion.finite, session.message
-    assert session.status is not FoldStatus.FAILED, session.message
-    inside, _ = look_inside(scene)
-    assert max(inside.casings, inside.solids) <= DEEPEST
-    assert inside.past_stop <= scene.solver.tolerance
 
 
 @pytest.mark.parametrize("seed", [1, 8, 10, 14])
@@ -43,7 +23,7 @@ def test_looking_at_every_step_changes_no_bit(seed):
     times = []
     session = SteppedSession(scene, lambda s: times.append(s.time))
     session.settle()
-    fold, other = session.fold(), simulate(scene)
+    fold, other = session.fold(), mf.simulate(scene)
     assert (fold.angles == other.angles).all()
     assert (fold.base == other.base).all()
     assert (fold.time, fold.steps, fold.message) == (other.time, other.steps, other.message)
@@ -55,14 +35,14 @@ def test_looking_at_every_step_changes_no_bit(seed):
 def test_a_second_of_simulated_time_has_a_work_cap_of_its_own():
     tube = {"mount": "tube", "feed": {"speed": 0.02}}
     scene = random_scene(14).replace(friction=0.35, start_angles=None, **tube)
-    whole = simulate(scene)
+    whole = mf.simulate(scene)
     assert whole.time > 3.0
     busiest = whole.steps / whole.time
-    capped = simulate(scene.replace(solver={"max_steps_per_second": int(busiest)}))
-    assert capped.status is FoldStatus.UNSETTLED
+    capped = mf.simulate(scene.replace(solver={"max_steps_per_second": int(busiest)}))
+    assert capped.status is mf.FoldStatus.UNSETTLED
     assert f"{int(busiest)} steps a second are the limit" in capped.message
     assert capped.steps < whole.steps
-    roomy = simulate(scene.replace(solver={"max_steps_per_second": whole.steps}))
+    roomy = mf.simulate(scene.replace(solver={"max_steps_per_second": whole.steps}))
     assert (roomy.status, roomy.steps) == (whole.status, whole.steps)
 
 
@@ -70,7 +50,7 @@ def test_a_second_of_simulated_time_has_a_work_cap_of_its_own():
 def test_errors_are_measured_by_the_kinetic_energy(seed, n):
     rng = np.random.default_rng(seed)
     masses = (10.0 ** rng.uniform(-6.0, 0.0, n)).tolist()
-    scene = Scene(sequence=("NNSS",) * n, casing=Casing(mass=tuple(masses)), friction=0.0)
+    scene = mf.Scene(sequence=("NNSS",) * n, casing=mf.Casing(mass=tuple(masses)), friction=0.0)
     model = pack(scene)
     state, work = new_state(model, rng.uniform(-3.0, 3.0, n)), new_work(model)
     work.stages.new_v[:] = rng.normal(0.0, 50.0, n + 2)
@@ -86,12 +66,10 @@ def test_errors_are_measured_by_the_kinetic_energy(seed, n):
     assert stages.kinetic_error(0, model, work) == pytest.approx(expected, rel=1e-6)
 
 
-SLIDING = Scene(
-    sequence=("NNSS", "SSNN", "NNNS", "NSSS", "NSNS", "NNSS"),
-    mount="tube",
-    friction=0.35,
+SLIDING = mf.Scene(
+    sequence=("NNSS", "SSNN", "NNNS", "NSSS", "NSNS", "NNSS"), mount="tube", friction=0.35,
     start_angle_spread=0.03,
-)
+)  # fmt: skip
 
 
 def growth(stages: int, z: np.ndarray) -> np.ndarray:

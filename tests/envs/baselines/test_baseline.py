@@ -1,4 +1,5 @@
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -52,15 +53,12 @@ def test_shipped_designs_are_the_minimisers() -> None:
 
 
 @pytest.mark.medium
-@pytest.mark.parametrize(
-    ("target", "randomisation"),
-    [
-        ("LRLLL", "none"),
-        ("RLRLR", "none"),
-        ("RLRLR", "nominal"),
-        pytest.param("LRLLL", "nominal", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize(("target", "randomisation"), [
+    ("LRLLL", "none"),
+    ("RLRLR", "none"),
+    ("RLRLR", "nominal"),
+    pytest.param("LRLLL", "nominal", marks=pytest.mark.slow),
+])  # fmt: skip
 def test_shipped_numbers_can_be_recomputed(target: str, randomisation: Randomisation) -> None:
     env = TubeFeedEnv(randomisation=randomisation)
     shipped = env.baseline_of(target)
@@ -70,9 +68,8 @@ def test_shipped_numbers_can_be_recomputed(target: str, randomisation: Randomisa
 @pytest.mark.medium
 def test_the_baseline_is_the_mean_score_at_the_best_speed() -> None:
     scene, target = scene_of(3), "LR"
-    sequence = designs(scene)[target]
-    assert sequence is not None
-    baseline = evaluate_design(scene, target, sequence)
+    sequence: Any = designs(scene)[target]
+    baseline: Any = evaluate_design(scene, target, sequence)
 
     def mean(speed: float, stream: str, draws: int) -> float:
         fed = scene.replace(sequence=sequence, feed={"speed": speed})
@@ -81,7 +78,6 @@ def test_the_baseline_is_the_mean_score_at_the_best_speed() -> None:
 
     selection = [mean(speed, "selection", SELECTION_DRAWS) for speed in CANDIDATE_SPEEDS]
     assert baseline.speed == CANDIDATE_SPEEDS[int(np.argmax(selection))]
-    assert baseline.speed is not None
     assert baseline.score == mean(baseline.speed, "scoring", SCORING_DRAWS)
 
 
@@ -96,9 +92,7 @@ def test_without_a_design_the_baseline_is_flagged_and_zero() -> None:
     assert baseline.score == 0.0
 
 
-def test_a_missing_baseline_is_computed_once_and_kept(
-    cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_missing_baseline_is_computed_once_and_kept(cache, monkeypatch):
     scene = scene_of(3, "none")
     computed = BaselineStore(scene).get("LL")
     (file,) = [path for path in cache.rglob("*") if path.is_file()]
@@ -124,12 +118,9 @@ def test_the_key_covers_the_physics_and_leaves_out_what_the_agent_chooses() -> N
     assert baseline_key(scene.replace(sequence=("SSSS",) * 6, feed={"speed": 0.3})) == key
     assert baseline_key(scene.replace(field={"uniform": (0.0, 0.0)})) == key
     others = [
-        scene.replace(friction=0.3),
-        scene.replace(field={"uniform": (1e-3, 0.0)}),
+        scene.replace(friction=0.3), scene.replace(field={"uniform": (1e-3, 0.0)}),
         scene.replace(magnets={"remanence": (0.6, 0.6, 0.6, 0.7)}),
-        scene.replace(spreads={"mass": 0.1}),
-        scene.replace(feed={"direction": "backward"}),
-        scene.replace(start_angle_spread=0.01),
-        scene_of(5),
-    ]
+        scene.replace(spreads={"mass": 0.1}), scene.replace(feed={"direction": "backward"}),
+        scene.replace(start_angle_spread=0.01), scene_of(5),
+    ]  # fmt: skip
     assert len({key, *map(baseline_key, others)}) == 1 + len(others)

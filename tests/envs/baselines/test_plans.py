@@ -44,9 +44,7 @@ def test_those_of_shipped_tasks_are_shipped(env_id: str, tmp_path: Any, monkeypa
 
 @pytest.mark.medium
 @pytest.mark.parametrize("env_id", TRACKS)
-def test_one_that_is_computed_is_what_its_schedule_scores(
-    env_id: str, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_that_is_computed_is_what_its_schedule_scores(env_id, tmp_path, monkeypatch):
     monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
     for store in (constant_speed.TaskStore, three_speeds.ThreeSpeedStore):
         monkeypatch.setattr(store, "draws", (3, 4))

@@ -200,8 +200,7 @@ def test_a_window_keeps_the_size_it_is_given() -> None:
     assert env.viewer.window.size == (800, 600)
     pygame.display.set_mode((640, 420), pygame.RESIZABLE)
     env.render()
-    screen = pygame.display.get_surface()
-    assert screen is not None
+    screen: Any = pygame.display.get_surface()
     assert env.viewer.window.size == screen.get_size() == (640, 420)
     assert np.ptp(pygame.surfarray.array3d(screen)) > 0
     env.close()

@@ -23,11 +23,9 @@ SIDE = 0.0125
 
 def random_state(rng: np.random.Generator, n: int, scale: float = 1.0) -> ChainState:
     return ChainState(
-        angles=scale * rng.normal(size=n),
-        rates=100 * scale * rng.normal(size=n),
-        base=scale * rng.normal(size=2),
-        base_velocity=scale * rng.normal(size=2),
-    )
+        angles=scale * rng.normal(size=n), rates=100 * scale * rng.normal(size=n),
+        base=scale * rng.normal(size=2), base_velocity=scale * rng.normal(size=2),
+    )  # fmt: skip
 
 
 def seen(layout: Layout, state: ChainState, arrays: ChainArrays, *words: str) -> np.ndarray:
@@ -63,11 +61,9 @@ def test_velocities_are_the_derivatives_of_the_centres() -> None:
 
     def moved(sign: int) -> np.ndarray:
         return ChainState(
-            state.angles + sign * step * state.rates,
-            state.rates,
-            state.base + sign * step * state.base_velocity,
-            state.base_velocity,
-        ).centres(SIDE)
+            state.angles + sign * step * state.rates, state.rates,
+            state.base + sign * step * state.base_velocity, state.base_velocity,
+        ).centres(SIDE)  # fmt: skip
 
     numeric = (moved(1) - moved(-1)) / (2 * step)
     np.testing.assert_allclose(state.velocities(SIDE), numeric, rtol=1e-6, atol=1e-7)
@@ -123,7 +119,7 @@ def framed(layout: Layout, state: ChainState, arrays: ChainArrays, noise: Any) -
     }
 
 
-def test_a_camera_sees_what_is_free_and_outside() -> None:
+def test_a_camera_sees_what_is_free_and_outside_and_no_motion() -> None:
     layout, arrays = camera_layout(4, SIDE, {}, {}), ChainArrays.empty(1, 4)
     pitch = np.sqrt(2.0) * SIDE
     # Fed backward: component 4 leads, component 1 is held, 2 was drawn in again and is free.
@@ -143,9 +139,6 @@ def test_a_camera_sees_what_is_free_and_outside() -> None:
     centres = state.centres(SIDE) + 3e-4 * noise.reshape(4, 3)[:, 1:]
     shown = centres / (4 * pitch) / (1.0 + np.abs(centres / (4 * pitch)))
     np.testing.assert_allclose(seen["position"][4:], shown[2:].ravel())
-
-
-def test_a_camera_sees_no_motion() -> None:
     layout = camera_layout(3, SIDE, {}, {})
     rng, noise = np.random.default_rng(1), np.zeros(9)
     still = ChainState(rng.normal(size=3), np.zeros(3), np.array([0.1, 0.0]), np.zeros(2))

@@ -15,27 +15,26 @@ from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.shapes import folded_words, mirror
 
 
-@pytest.mark.parametrize(
-    ("targets", "named"),
-    [
-        (["LRLL"], "'LRLL'"),  # a letter short
-        (["LRSLL"], "'LRSLL'"),  # not fully folded
-        (["LLLLL"], "'LLLLL'"),  # overlaps
-        (["LRLLX"], "'LRLLX'"),
-        ("LRLLL", "'LRLLL'"),  # a word, not a list of words
-        ([], r"\[\]"),
-    ],
-)
+@pytest.mark.parametrize(("targets", "named"), [
+    (["LRLL"], "'LRLL'"),  # a letter short
+    (["LRSLL"], "'LRSLL'"),  # not fully folded
+    (["LLLLL"], "'LLLLL'"),  # overlaps
+    (["LRLLX"], "'LRLLX'"),
+    ("LRLLL", "'LRLLL'"),  # a word, not a list of words
+    ([], r"\[\]"),
+])  # fmt: skip
 def test_wrong_targets_are_named(targets: list[str], named: str) -> None:
     with pytest.raises(ValueError, match=rf"targets: {named} is not allowed; must be"):
         resolve_targets(targets, 6)
 
 
-def test_a_wrong_option_is_named_with_what_is_allowed() -> None:
+def test_wrong_options_and_suites_are_named_with_what_is_allowed() -> None:
     with pytest.raises(ValueError, match=r"options\['target'\]: 'LLRRL' .* one of LRLLL, LRLRL"):
         pick_target("LLRRL", ("LRLLL", "LRLRL"))
     with pytest.raises(ValueError, match=r"one of LRLLL, LRLRL; did you mean LRLRL\?$"):
         pick_target("lrlrl", ("LRLLL", "LRLRL"))
+    with pytest.raises(ValueError, match="targets: 'LRLLL' is not allowed; must be a list of fold"):
+        TubeFeedEnv(targets="LRLLL")
 
 
 def test_targets_are_all_words_or_a_list_in_its_order_which_long_chains_need() -> None:
@@ -66,11 +65,6 @@ def test_the_shipped_suite_is_the_default_by_another_name(make: Any) -> None:
     assert suite.targets == default.targets
     for target in ("LRLLL", "RRRLR"):
         assert suite.baseline_of(target) == default.baseline_of(target)
-
-
-def test_a_suite_that_does_not_exist_is_named() -> None:
-    with pytest.raises(ValueError, match="targets: 'LRLLL' is not allowed; must be a list of fold"):
-        TubeFeedEnv(targets="LRLLL")
 
 
 @pytest.mark.parametrize("direction", ["forward", "backward"])
