@@ -117,7 +117,8 @@ def test_steps_on_the_way_are_all_worth_the_same_without_shaping(env_id: str) ->
         ({"match": "cells"}, "match: 'cells' is not allowed; must be one of word, outline"),
         ({"randomisation": "wild"}, "randomisation: 'wild' is not allowed; must be one of none"),
         ({"render_mode": "video"}, "render_mode: 'video' is not allowed; must be one of None, hum"),
-        ({"target": "LRLLL"}, "target: unknown option, must be one of scene, "),
+        ({"target": "LRLLL"}, "unexpected keyword argument 'target'; must be one of scene, "),
+        ({"randomization": "none"}, "must be one of .*; did you mean randomisation"),
         ({"scene": "tube-fed"}, "tube-fed: no such scene"),
         ({"scene": "missing.yaml"}, "missing.yaml: no such file"),
         ({"scene": "pendulum-3"}, "scene.mount: 'pinned' is not allowed; must be 'tube'"),
@@ -129,6 +130,16 @@ def test_wrong_options_are_named(env_id: str, options: dict, message: str) -> No
         make = getattr(__import__(module, fromlist=[name]), name)
         with pytest.raises(ValueError, match=message):
             make(**options)
+
+
+@every_id
+def test_libraries_find_out_that_an_option_is_unknown(env_id: str) -> None:
+    """Some try keywords of others' environments, and look for Python's error in these words."""
+    wanted = "got an unexpected keyword argument 'frameskip'; must be one of scene, "
+    for make in (gymnasium.make, gymnasium.make_vec):
+        with pytest.raises(TypeError, match=wanted) as caught:
+            make(env_id, frameskip=4)
+        assert isinstance(caught.value, ValueError)
 
 
 @pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
