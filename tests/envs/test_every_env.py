@@ -8,7 +8,8 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
-from gymnasium.wrappers import TimeAwareObservation
+from gymnasium.wrappers import RescaleAction, TimeAwareObservation
+from gymnasium.wrappers import vector as vector_wrappers
 
 import magfold_env
 from magfold_env.engine.compile.jit import numba_config
@@ -222,6 +223,18 @@ def test_a_limit_from_outside_is_part_of_a_state() -> None:
         env.set_state(state)
     with pytest.raises(ValueError, match="max_episode_steps: 0 is not allowed; must be at least 1"):
         gymnasium.make_vec("MagFold/UnknownFloor-v0", max_episode_steps=0)
+
+
+def test_rescaled_actions_may_reach_the_bounds() -> None:
+    bounds = np.array([[-0.5], [0.2]], dtype=np.float32)
+    one = RescaleAction(gymnasium.make("MagFold/UnknownFloor-v0"), *bounds)
+    envs = gymnasium.make_vec("MagFold/UnknownFloor-v0", num_envs=2)
+    many = vector_wrappers.RescaleAction(envs, *bounds)
+    one.reset(seed=0)
+    many.reset(seed=0)
+    assert one.func(bounds[1]) > 1.0  # by rounding
+    one.step(bounds[1])
+    many.step(np.stack([bounds[1]] * 2))
 
 
 @pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")
