@@ -42,16 +42,17 @@ LESS = {
     "agents.baselines": ["--budget=1"], "agents.evaluate": ["--draws=1"],
     "agents.train": ["--timesteps=1", "--set=validation_episodes=26", "--set=pretraining=[]"],
 }  # fmt: skip
+LIBRARIES = snippets.ROOT / "docs" / "libraries.md"
 PLACEHOLDERS = {"COMMAND": "fold", "NAME": "design", "SEED": "1"}
 
 
-def pages_with(language: str) -> list[Any]:
-    found = [page for page in snippets.PAGES if snippets.blocks(page, language)]
+def pages_with(language: str, but: Path | None = None) -> list[Any]:
+    found = [page for page in snippets.PAGES if page != but and snippets.blocks(page, language)]
     return [pytest.param(page, id=str(page.relative_to(snippets.ROOT))) for page in found]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", pages_with("python"))
+@pytest.mark.parametrize("page", pages_with("python", but=LIBRARIES))
 def test_lines_of_python_run_and_print_what_they_say(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
@@ -66,6 +67,22 @@ def test_lines_of_python_run_and_print_what_they_say(page, tmp_path, monkeypatch
             if code.startswith("print("):
                 for number in re.findall(r"\d+\.\d+|\d+(?= %)", comment):
                     assert number in printed.getvalue(), f"{code}: {printed.getvalue()}"
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")  # of others
+@pytest.mark.parametrize("library", ["torch", "skrl", "torchrl", "tianshou"])
+def test_other_libraries_train(
+    library: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip(library)
+    monkeypatch.chdir(tmp_path)
+    first, *others = snippets.blocks(LIBRARIES, "python")
+    space: dict[str, Any] = {}
+    exec(first, space)
+    exec(next(block for block in others if f"{library}." in block), space)
+    if library in ("torch", "tianshou"):  # the others' programs leave no score of a learner
+        assert space["score"] > 0.9
 
 
 @pytest.mark.parametrize("page", pages_with("yaml"))

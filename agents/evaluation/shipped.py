@@ -1,22 +1,27 @@
 """Trained policies of the project, and the cards with their results.
 
-`load_shipped("ppo-tube-feed")` loads one; in `agents.evaluate`, the name means the policies of all
-its seeds. A set of policies in ``configs/policies`` consists of a file for each seed and a JSON
-card with their training, checksums and results.
+`load_shipped("ppo-tube-feed")` loads one, and so does `load_shipped(env)`; in `agents.evaluate`,
+the name means the policies of all its seeds. A set of policies in ``configs/policies`` consists of
+a file for each seed and a JSON card with their training, checksums and results.
 """
 
 import json
 from pathlib import Path
 from typing import Any, Self
 
+import gymnasium
 import torch
 from pydantic import ValidationError
 
 from agents.evaluation import policies
+from agents.settings import EnvSettings
 from agents.training import policy_files
 from agents.training.folder import RunInfo, file_digest
+from magfold_env.envs import ENTRY_POINTS
+from magfold_env.envs.tasks.world import RewardOptions
 from magfold_env.files import write_text
 from magfold_env.scene.base import FrozenModel
+from magfold_env.scoring import policy_file
 from magfold_env.scoring.results import Results, Row, View, one_line_lists
 
 
@@ -51,6 +56,11 @@ class Card(FrozenModel):
     def of(self, view: View) -> list[Results]:
         """Return the results of one of these commands."""
         return [each for each in self.results if each.view == view]
+
+    @property
+    def env(self) -> EnvSettings:
+        """The environment of the training."""
+        return EnvSettings.model_validate(self.settings["env"])
 
     def numbers(self, row: Row) -> list[int]:
         """Return the indices, from 0, of the policies of a row.
@@ -106,16 +116,56 @@ def shipped_files(name: str) -> list[Path]:
     return [policies.policies_dir() / policy.file for policy in shipped_card(name).policies]
 
 
-def load_shipped(name: str, number: int = 0) -> policy_files.SavedPolicy:
+def load_shipped(
+    name: str | gymnasium.Env[Any, Any] | gymnasium.vector.VectorEnv[Any, Any, Any], number: int = 0
+) -> policy_files.SavedPolicy:
     """Load a policy of the project: one seed of a set such as ``ppo-tube-feed``.
+
+    Parameters
+    ----------
+    name : str or environment
+        Name of the set, or an environment or vector whose id and spaces are those of one set alone.
+    number : int
+        Number of the seed, from 0.
 
     Raises
     ------
     ValueError
-        If there is no such policy, or its file is damaged.
+        If there is no such policy, or its file is damaged; if not exactly one set fits an
+        environment.
     """
-    files = shipped_files(name)
+    files = shipped_files(name if isinstance(name, str) else _fitting(name.unwrapped))
     if not 0 <= number < len(files):
         raise ValueError(f"number: {number} is not allowed; must be 0 to {len(files) - 1}")
     torch.set_num_threads(1)
     return policy_files.load(files[number])
+
+
+def _fitting(env: Any) -> str:
+    """Return the name of the set of policies that fits an environment or a vector."""
+    one = getattr(env, "template", env)
+    place = f"{type(one).__module__}:{type(one).__name__}"
+    ids = [env_id for env_id, entry_point in ENTRY_POINTS.items() if entry_point == place]
+    cards = [shipped_card(name) for name in policies.shipped_names()]
+    trained = [card for card in cards if card.env.id in ids]
+    spaces = one.observation_space, one.action_space
+    fitting = [card.name for card in trained if _spaces(card) == spaces]
+    if len(fitting) == 1:
+        return fitting[0]
+    wanted = fitting or [f"{_made(card.env)} for {card.name}" for card in trained]
+    allowed = " or ".join(wanted) or f"one of {', '.join(card.name for card in cards)}"
+    raise ValueError(f"name: {env} is not allowed; must be {allowed}")
+
+
+def _spaces(card: Card) -> tuple[Any, Any]:
+    """Return the spaces of single observations and of actions."""
+    own = policy_file.read(policies.policies_dir() / card.policies[0].file).settings
+    return own.observations.space(), own.actions.space()
+
+
+def _made(env: EnvSettings) -> str:
+    """Return the call that makes an environment, with the options that may change its spaces."""
+    aside = {"id", "randomisation", *RewardOptions.__annotations__}
+    given = env.model_dump(exclude=aside, exclude_none=True)
+    told = [repr(env.id), *(f"{key}={value!r}" for key, value in given.items())]
+    return f"gymnasium.make({', '.join(told)})"

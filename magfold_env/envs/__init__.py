@@ -32,7 +32,7 @@ def register_envs() -> None:
     """Register every environment id with Gymnasium; a second call changes nothing."""
     for env_id, entry_point in ENTRY_POINTS.items():
         if env_id not in gymnasium.registry:
-            # The horizon is part of the task, so no TimeLimit is added.
+            # Horizons are part of the tasks and depend on options; see `chain_env.Limited`.
             gymnasium.register(  # pyright: ignore[reportUnknownMemberType]
                 id=env_id,
                 entry_point=entry_point,

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.envs.chains.arrays import HELD, Bools, Floats, Ints
+from magfold_env.envs.chains.arrays import HELD, OPENED, Bools, Floats, Ints
 from magfold_env.envs.episodes import Columns, Lines
 from magfold_env.envs.spaces.actions import AHEAD, PULL, TrayChoice, TrayTable
 from magfold_env.envs.spaces.observation import Layout
@@ -145,11 +145,13 @@ class AnchorEpisodes(TrayEpisodes):
         size = self.sizes[self.numbers[rows]]
         self.speeds[rows] = 0.0
         self._took[rows] = self.times(rows) - began
-        left = rows[leaves & ~self.terminated[rows]]
+        left = leaves & ~self.terminated[rows]
         score = np.where(turned.all(axis=1), 0.5 + 0.5 * borne, 0.5 * turned.mean(axis=1))
-        self.scores[rows] = np.where(leaves & ~self.terminated[rows], score, 0.0)
+        self.scores[rows] = np.where(left, score, 0.0)
         self._measure(rows, borne * size)
-        self.chains.stop(left, "left", HELD)
+        kept = borne == 1.0
+        self.chains.stop(rows[left & kept], "left: no folded joint opened", HELD)
+        self.chains.stop(rows[left & ~kept], "left: a folded joint opened", OPENED)
         self._stop_late(rows)
 
     def _bear(self, rows: Ints, turned: Bools) -> Floats:
@@ -187,9 +189,10 @@ class AnchorEnv(TrayEnv):
     its ±90° by more than 0.05 rad. An agent may *test* at any time. When all components have been
     fed, the next step that feeds *leaves* the chain, which is then pulled for the last time.
 
-    **End**: when the chain is left (status ``held``); when the drive, limited to 10 N, has slipped
-    for 0.1 s (``jammed``); after 10 s of simulated time (``unsettled``); or when the simulation
-    breaks down. Each of these terminates the episode.
+    **End**: when the chain is left, with the status ``held`` if every joint that is within 0.05 rad
+    of ±90° stays there under the whole pull, and ``opened`` if one does not; when the drive,
+    limited to 10 N, has slipped for 0.1 s (``jammed``); after 10 s of simulated time
+    (``unsettled``); or when the simulation breaks down. Each of these terminates the episode.
 
     **Action**: ``MultiDiscrete([parts, 8, speeds, 3])``: the last number is 0 to feed or leave, 1
     to draw back, and 2 to test. A test ignores the other numbers.

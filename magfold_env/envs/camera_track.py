@@ -189,13 +189,11 @@ class FeedEpisodes(CameraEpisodes):
     horizon: ClassVar[int]
     """Number of steps allowed in an episode."""
 
-    kept = (*CameraEpisodes.kept, "steps", "driven")
+    kept = (*CameraEpisodes.kept, "driven")
 
     def allocate(self) -> None:
         """Allocate the arrays of the episodes."""
         super().allocate()
-        self.steps: Ints = np.zeros(self.count, dtype=np.int64)
-        """Number of steps taken in each episode, (m,)."""
         self.driven: Floats = np.zeros((self.count, self.horizon))
         """Feed speeds in each step [m/s]."""
         self._length = self.n * self.world.scene.casing.diagonal
@@ -242,7 +240,6 @@ class FeedEpisodes(CameraEpisodes):
 
     def prepare(self, rows: Ints) -> None:
         """Set the magnets of chains in their tubes."""
-        self.steps[rows] = 0
         for row in rows.tolist():
             sequence = self.world.tasks[int(self.numbers[row])].sequence
             signs = np.array([[signs_of(faces) for faces in sequence]])
@@ -253,8 +250,7 @@ class FeedEpisodes(CameraEpisodes):
         before = self.speeds[rows]
         speeds = before + np.clip(choice[0] - before, -STEEPEST, STEEPEST)
         self.speeds[rows], self._took[rows] = speeds, INTERVAL
-        self.driven[rows, self.steps[rows]] = speeds
-        self.steps[rows] += 1
+        self.driven[rows, self.steps[rows] - 1] = speeds
         self._measure(rows, self.chains.push(rows, speeds, INTERVAL))
         self._stop_late(rows)
 
@@ -368,6 +364,11 @@ class FeedTrackEnv(CameraTrackEnv):
     """
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 50}  # noqa: RUF012
+
+    @property
+    def horizon(self) -> int:
+        """Number of steps allowed in an episode."""
+        return cast("type[FeedEpisodes]", self.make_episodes).horizon
 
     @property
     def history(self) -> tuple[float, ...]:

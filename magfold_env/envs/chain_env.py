@@ -2,11 +2,13 @@
 
 import copy
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, cast
 
 import gymnasium
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
 from magfold_env.envs.episodes import Columns, Episodes, EpisodesState
@@ -25,7 +27,28 @@ ObsType = TypeVar("ObsType")
 _ROW = np.array([0])
 
 
-class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
+class Limited:
+    """What has a limit of its own on the number of steps, which depends on its options."""
+
+    max_episode_steps: int | None
+    """The limit for `spec`, if there is one."""
+    _spec: EnvSpec | None = None
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """How the environment was made; its ``max_episode_steps`` is the environment's own."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        if spec is not None and spec.max_episode_steps is None:
+            spec = replace(spec, max_episode_steps=self.max_episode_steps)
+        self._spec = spec
+
+
+class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec is a property)
+    Limited, gymnasium.Env[ObsType, Any], Generic[ObsType]
+):
     """One chain in a world; subclasses define the actions and the goal.
 
     Parameters
@@ -53,6 +76,8 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
         self.viewer = Viewer(render_mode, self.metadata["render_fps"])
         self.action_space = world.actions.space
         self.observation_space: gymnasium.Space[Any] = self.layout.space
+        # One more, because a `TimeLimit` of the horizon would call the task's end a truncation.
+        self.max_episode_steps = None if self.horizon is None else self.horizon + 1
         self._made: Episodes[ObsType] | None = None
         # The initial state of the episode, if known, and the actions since.
         self._began: tuple[Mapping[str, Any], Sequence[int] | None] | None = None
@@ -77,6 +102,11 @@ class ChainEnv(gymnasium.Env[ObsType, Any], Generic[ObsType]):
     def state(self) -> ChainState:
         """The complete state of the chain, including what observations hide."""
         return self._running().state(0)
+
+    @property
+    def horizon(self) -> int | None:
+        """Number of steps after which an episode has always ended; None if nothing sets it."""
+        return None
 
     @property
     def episodes(self) -> Episodes[ObsType]:

@@ -69,7 +69,7 @@ class Episodes(Generic[ObsType]):
     and the frames recorded per simulated second [1/s], for a single chain.
     """
 
-    kept: tuple[str, ...] = ("numbers", "_potentials")
+    kept: tuple[str, ...] = ("numbers", "steps", "_potentials")
     """Names of the arrays that are part of the state, with one entry per episode."""
 
     has_true_strengths: ClassVar[bool] = True
@@ -118,6 +118,8 @@ class Episodes(Generic[ObsType]):
         self.goals = Goals(self.world.words, self.world.match, self.count)
         self.numbers: Ints = np.zeros(self.count, dtype=np.int64)
         """Numbers of the targets, or tasks, of the episodes, (m,)."""
+        self.steps: Ints = np.zeros(self.count, dtype=np.int64)
+        """Number of steps taken in each episode, (m,)."""
         self.baseline: Floats = np.zeros(self.count)
         """Scores of the baselines, (m,); 0 if the reward uses none."""
         self._missing: Bools = np.zeros(self.count, dtype=np.bool_)
@@ -216,6 +218,7 @@ class Episodes(Generic[ObsType]):
         if given is not None:
             self.numbers[rows] = np.asarray(given)[rows]
         self._set_targets(rows)
+        self.steps[rows] = 0
         self.reset_rows(rows)
         if not self._all_begun:
             self._begun[rows] = True
@@ -230,6 +233,7 @@ class Episodes(Generic[ObsType]):
         """
         if not len(rows):
             return np.zeros(0), {}
+        self.steps[rows] += 1
         self.act(rows, choice)
         rewards = self.step_rewards(rows)
         ended = self.arrays.status[rows]

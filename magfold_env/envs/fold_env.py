@@ -105,6 +105,11 @@ class FoldEnv(ChainEnv[ObsType]):
         super().__init__(self.task, render_mode)
 
     @property
+    def horizon(self) -> int:
+        """Number of steps of an episode."""
+        return self.scene.n // self.actions.components
+
+    @property
     def targets(self) -> tuple[str, ...]:
         """The words that `reset` draws from."""
         return self.task.words

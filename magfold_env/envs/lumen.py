@@ -10,7 +10,7 @@ from magfold_env.envs.vector_env import ChainVectorEnv
 class LumenEnv(FeedTrackEnv):
     """Feed a chain into a chamber of unknown width and position so that it folds into a target.
 
-    Action, observation, ends, reward, info and options are those of
+    Action (x requests ``0.6 x |x|`` m/s), observation, ends, reward, info and options are those of
     `magfold_env.envs.unknown_floor.UnknownFloorEnv`. The tube opens into a chamber. Besides the
     floor and the magnets, `reset` draws and hides the width of the chamber and its offset from the
     tube's axis. An agent feels the walls by the force that the feed needs, and sees where

@@ -114,8 +114,9 @@ class ReprogramEpisodes(FeedEpisodes):
 class ReprogramEnv(FeedTrackEnv):
     """Fold a chain into a word, draw it in, and fold it into another, on an unknown floor.
 
-    Action, camera, noise, options and the hidden draws of friction, magnets and hinges are those of
-    `magfold_env.envs.unknown_floor.UnknownFloorEnv`. The drive makes the requested speed.
+    Action (x requests ``0.6 x |x|`` m/s), camera, noise, options and the hidden draws of friction,
+    magnets and hinges are those of `magfold_env.envs.unknown_floor.UnknownFloorEnv`. The drive
+    makes the requested speed.
 
     **Stages.** (0) The first word is reached when all its joints, the one at the held component
     included, are within 0.05 rad for 0.1 s (5 steps) while the tube holds the last component and no

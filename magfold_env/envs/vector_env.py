@@ -15,7 +15,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, iterate
 from numpy.typing import NDArray
 
-from magfold_env.envs.chain_env import ChainEnv
+from magfold_env.envs.chain_env import ChainEnv, Limited
 from magfold_env.envs.chains.arrays import Bools, Floats, Ints
 from magfold_env.envs.episodes import Columns, Episodes, EpisodesState
 from magfold_env.envs.pictures.snapshots import snapshot_of
@@ -29,7 +29,9 @@ ObsType = TypeVar("ObsType")
 Infos = dict[str, Any]
 
 
-class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
+class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as in ChainEnv)
+    Limited, VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]
+):
     """Many chains, each in an episode of its own.
 
     Parameters
@@ -41,6 +43,9 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
     threads : int, optional
         Number of threads that simulate; by default, one per core that the process may use. Results
         do not depend on it.
+    max_episode_steps : int, optional
+        Number of steps after which episodes are truncated, as by `gymnasium.wrappers.TimeLimit`; by
+        default, and with −1, only the task ends them.
     **options
         Options of the single environment.
 
@@ -66,6 +71,7 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         *,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         threads: int | None = None,
+        max_episode_steps: int | None = None,
         **options: Any,
     ) -> None:
         checks.whole("num_envs", num_envs, 1)
@@ -79,6 +85,12 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         self.autoreset_mode = AutoresetMode(mode)
         threads = checks.threads_of(threads)
         one = self.single(**options)
+        own = max_episode_steps in (None, -1)
+        self.max_episode_steps = (
+            one.max_episode_steps
+            if own
+            else checks.whole("max_episode_steps", max_episode_steps, 1)
+        )
         self.template: Any = one
         """A single environment with the same options, in which nothing happens."""
         self.num_envs = num_envs
@@ -136,7 +148,7 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         episodes = self.episodes
         choice = self.template.world.actions.read(actions, self.num_envs)
         episodes.check_begun()
-        over = episodes.terminated
+        over = episodes.terminated | self._truncated
         if self.autoreset_mode == AutoresetMode.DISABLED and over.any():
             raise gymnasium.error.ResetNeeded(
                 f"the episodes of environments {np.flatnonzero(over).tolist()} are over; "
@@ -148,17 +160,18 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
             choice = tuple(part[rows] for part in choice)
         rewards = np.zeros(self.num_envs)
         rewards[rows], ends = episodes.step(rows, choice)
-        terminated = episodes.terminated & ~over
+        terminated, truncated = episodes.terminated & ~over, self._truncated & ~over
+        ended = terminated | truncated
         infos: Infos = {}
-        if self.autoreset_mode == AutoresetMode.SAME_STEP and terminated.any():
-            infos = self._final(terminated, ends)
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and ended.any():
+            infos = self._final(ended, terminated, ends)
             ends = {}
-            episodes.begin(np.flatnonzero(terminated))
+            episodes.begin(np.flatnonzero(ended))
         elif over.any():
             episodes.begin(np.flatnonzero(over))
         infos |= self._spread(episodes.rows, episodes.infos(episodes.rows))
         infos |= self._spread(np.flatnonzero(terminated), ends)
-        return episodes.observe(), rewards, terminated, np.zeros_like(terminated), infos
+        return episodes.observe(), rewards, terminated, truncated, infos
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Return the masks of all environments, (m, …); see the single one's ``action_masks``."""
@@ -198,14 +211,20 @@ class ChainVectorEnv(VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]):
         self.episodes.close()
         self.template.close()
 
-    def _final(self, ended: Bools, ends: Columns) -> Infos:
+    @property
+    def _truncated(self) -> Bools:
+        """Which episodes have reached the limit from outside, (m,)."""
+        return self.episodes.steps >= (self.max_episode_steps or np.inf)
+
+    def _final(self, ended: Bools, terminated: Bools, ends: Columns) -> Infos:
         """Return the last observations and infos of episodes that are replaced in this step."""
         final = np.full(self.num_envs, None, dtype=object)
         observations = list(iterate(cast("Any", self).observation_space, self.episodes.observe()))
         rows = np.flatnonzero(ended)
         for row in rows.tolist():
             final[row] = observations[row]
-        infos = self._spread(rows, self.episodes.infos(rows)) | self._spread(rows, ends)
+        infos = self._spread(rows, self.episodes.infos(rows))
+        infos |= self._spread(np.flatnonzero(terminated), ends)
         return {
             "final_obs": final,
             "_final_obs": ended.copy(),

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -54,6 +55,49 @@ def differing_in_admission(name: str, results: Results, count: int) -> int:
 
 def test_there_are_policies() -> None:
     assert "ppo-tube-feed" in shipped_names()
+
+
+@pytest.mark.parametrize(
+    ("name", "env_id", "options"),
+    [
+        ("ppo-tube-feed", "MagFold/TubeFeed-v0", {"randomisation": "none"}),
+        ("ppo-floor-8", "MagFold/TubeFeed-v0", {"components": 8}),
+        ("ppo-lumen", "MagFold/Lumen-v0", {"actions": "discrete"}),
+        ("ppo-unknown-floor", "MagFold/UnknownFloor-v0", {"actions": "discrete"}),
+        ("ppo-anchor", "MagFold/Anchor-v0", {}),
+    ],
+)
+def test_an_environment_stands_for_the_policies_that_fit_it(
+    name: str, env_id: str, options: dict[str, Any]
+) -> None:
+    wanted = load_shipped(name, 1).policy.state_dict()
+    for make in (gymnasium.make, gymnasium.make_vec):
+        found = load_shipped(make(env_id, **options), 1).policy.state_dict()
+        assert all((found[key] == value).all() for key, value in wanted.items())
+
+
+@pytest.mark.parametrize(
+    ("env_id", "options", "wanted"),
+    [
+        (
+            "MagFold/UnknownFloor-v0",
+            {},
+            r"gymnasium.make\(.*-v0', actions='discrete'\) for ppo-unknown-floor$",
+        ),
+        (
+            "MagFold/TubeFeed-v0",
+            {"components": 7},
+            r"=8\) for ppo-floor-8 or .* for ppo-tube-feed$",
+        ),
+        ("MagFold/Tray-v0", {}, "one of ppo-anchor, ppo-floor-8, "),
+        ("CartPole-v1", {}, "one of ppo-anchor, ppo-floor-8, "),
+    ],
+)
+def test_an_environment_that_no_policies_fit_is_named(
+    env_id: str, options: dict[str, Any], wanted: str
+) -> None:
+    with pytest.raises(ValueError, match=f"name: .*{env_id}.* is not allowed; must be .*{wanted}"):
+        load_shipped(gymnasium.make(env_id, **options))
 
 
 @pytest.mark.parametrize("name", shipped_names())

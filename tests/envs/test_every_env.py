@@ -8,6 +8,8 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
+from gymnasium.wrappers import RescaleAction, TimeAwareObservation
+from gymnasium.wrappers import vector as vector_wrappers
 
 import magfold_env
 from magfold_env.engine.compile.jit import numba_config
@@ -15,7 +17,7 @@ from magfold_env.envs import ENTRY_POINTS, VECTOR_ENTRY_POINTS, register_envs
 from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.scoring.track import TRACKS
 from tests.envs import contract
-from tests.envs.vectors import kinds_of
+from tests.envs.vectors import alike, kinds_of
 
 MOST_FILES = 8
 """Files of Python that the step of an environment runs at most."""
@@ -107,7 +109,8 @@ def test_steps_on_the_way_are_all_worth_the_same_without_shaping(env_id: str) ->
     ({"match": "cells"}, "match: 'cells' is not allowed; must be one of word, outline"),
     ({"randomisation": "wild"}, "randomisation: 'wild' is not allowed; must be one of none"),
     ({"render_mode": "video"}, "render_mode: 'video' is not allowed; must be one of None, hum"),
-    ({"target": "LRLLL"}, "target: unknown option, must be one of scene, "),
+    ({"target": "LRLLL"}, "unexpected keyword argument 'target'; must be one of scene, "),
+    ({"randomization": "none"}, "must be one of .*; did you mean randomisation"),
     ({"scene": "tube-fed"}, "tube-fed: no such scene"),
     ({"scene": "missing.yaml"}, "missing.yaml: no such file"),
     ({"scene": "pendulum-3"}, "scene.mount: 'pinned' is not allowed; must be 'tube'"),
@@ -126,6 +129,109 @@ def test_registering_again_changes_nothing() -> None:
     for env_id, spec in zip(ENTRY_POINTS, specs, strict=True):
         assert gymnasium.spec(env_id) is spec
         assert spec.max_episode_steps is None
+
+
+@every_id
+def test_libraries_find_out_that_an_option_is_unknown(env_id: str) -> None:
+    """Some try keywords of others' environments, and look for Python's error in these words."""
+    wanted = "got an unexpected keyword argument 'frameskip'; must be one of scene, "
+    for make in (gymnasium.make, gymnasium.make_vec):
+        with pytest.raises(TypeError, match=wanted) as caught:
+            make(env_id, frameskip=4)
+        assert isinstance(caught.value, ValueError)
+
+
+HORIZONS: dict[str, Any] = {
+    "MagFold/TubeFeed-v0": 6,
+    "MagFold/SequenceDesign-v0": 1,
+    "MagFold/TubeFeedGoal-v0": 6,
+    "MagFold/UnknownFloor-v0": 250,
+    "MagFold/Reprogram-v0": 500,
+    "MagFold/Lumen-v0": 250,
+}
+"""Numbers of steps by default; the others have a limit of simulated time alone."""
+
+
+def limit_of(env: Any) -> int | None:
+    """Return the limit in the spec of an environment or a vector."""
+    return env.spec.max_episode_steps
+
+
+@every_id
+def test_a_spec_has_a_limit_that_no_episode_reaches(env_id: str) -> None:
+    horizon = HORIZONS.get(env_id)
+    env: Any = gymnasium.make(env_id)
+    envs: Any = gymnasium.make_vec(env_id, num_envs=2)
+    assert env.unwrapped.horizon == envs.template.horizon == horizon
+    again = gymnasium.make(env.spec), gymnasium.make_vec(env.spec, num_envs=2)
+    for each in (env, envs, *again):
+        assert limit_of(each) == (None if horizon is None else horizon + 1)
+    for each in (gymnasium.make, gymnasium.make_vec):
+        assert limit_of(each(env_id, max_episode_steps=9)) == 9
+
+
+@pytest.mark.parametrize(
+    ("env_id", "options", "horizon"),
+    [
+        *((env_id, {}, horizon) for env_id, horizon in HORIZONS.items()),
+        ("MagFold/TubeFeed-v0", {"components": 8}, 8),
+        ("MagFold/SequenceDesign-v0", {"components": 8}, 1),
+    ],
+)
+def test_the_end_of_a_task_is_no_truncation(
+    env_id: str, options: dict[str, Any], horizon: int
+) -> None:
+    spec: Any = gymnasium.make(env_id, **options).spec
+    env = TimeAwareObservation(gymnasium.make(spec), flatten=False)
+    envs = gymnasium.make_vec(spec, num_envs=1)
+    space: Any = env.action_space
+    still = np.zeros(space.shape, space.dtype)
+    env.reset(seed=0)
+    envs.reset(seed=0)
+    for step in range(1, horizon + 1):
+        observation, _, terminated, truncated, _ = env.step(still)
+        assert (terminated, truncated) == (step == horizon, False)
+        assert observation["time"] == step
+        assert observation in env.observation_space
+        _, _, terminated, truncated, _ = envs.step(still[None])
+        assert (terminated[0], truncated[0]) == (step == horizon, False)
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+@pytest.mark.parametrize("limit", [1, 3, -1])
+def test_a_limit_from_outside_truncates_many_as_single_ones(
+    mode: AutoresetMode, limit: int
+) -> None:
+    for components in (2, 3):  # the task ends before the limit, or with it
+        options = {"fidelity": "quasistatic", "components": components}
+        assert alike("MagFold/TubeFeed-v0", 3, mode, 9, max_episode_steps=limit, **options)
+    assert alike("MagFold/Tray-v0", 2, mode, 9, max_episode_steps=limit)
+
+
+def test_a_limit_from_outside_is_part_of_a_state() -> None:
+    env: Any = gymnasium.make_vec("MagFold/UnknownFloor-v0", num_envs=2, max_episode_steps=3)
+    env.reset(seed=0)
+    still = np.zeros((2, 1), dtype=np.float32)
+    env.step(still)
+    state = env.get_state()
+    for _ in range(2):
+        assert not env.step(still)[3].any()
+        assert env.step(still)[3].all()
+        env.set_state(state)
+    with pytest.raises(ValueError, match="max_episode_steps: 0 is not allowed; must be at least 1"):
+        gymnasium.make_vec("MagFold/UnknownFloor-v0", max_episode_steps=0)
+
+
+def test_rescaled_actions_may_reach_the_bounds() -> None:
+    bounds = np.array([[-0.5], [0.2]], dtype=np.float32)
+    one = RescaleAction(gymnasium.make("MagFold/UnknownFloor-v0"), *bounds)
+    envs = gymnasium.make_vec("MagFold/UnknownFloor-v0", num_envs=2)
+    many = vector_wrappers.RescaleAction(envs, *bounds)
+    one.reset(seed=0)
+    many.reset(seed=0)
+    assert one.func(bounds[1]) > 1.0  # by rounding
+    one.step(bounds[1])
+    many.step(np.stack([bounds[1]] * 2))
 
 
 @pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="nothing is compiled")

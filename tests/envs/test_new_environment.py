@@ -125,5 +125,5 @@ def test_it_can_be_shaped() -> None:
 
 
 def test_wrong_options_are_named() -> None:
-    with pytest.raises(ValueError, match="speed: unknown option, must be one of scene, random"):
+    with pytest.raises(ValueError, match="argument 'speed'; must be one of scene, random"):
         gymnasium.make(SPAN, speed=3)

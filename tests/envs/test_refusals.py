@@ -75,7 +75,7 @@ def many(**options: Any) -> Any:
     (many, {"threads": 0}, "threads: 0 is not allowed; must be at least 1"),
     (many, {"render_mode": "human"}, "render_mode: 'human' .*with many environments"),
     (many, {"render_mode": "rgb_array_list"}, "render_mode: 'rgb_array_list' .*with many"),
-    (many, {"speed": 3}, "speed: unknown option, must be one of scene, match"),
+    (many, {"speed": 3}, "argument 'speed'; must be one of scene, match"),
 ])  # fmt: skip
 def test_wrong_options_are_named(make: Any, options: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):

@@ -21,10 +21,12 @@ STATUSES = (
     FoldStatus.FAILED,
     FoldStatus.JAMMED,
     FoldStatus.HELD,
+    "opened",
 )
-"""Meanings of the numbers in `ChainArrays.status`; 0 is a running chain."""
+"""Meanings of the numbers in `ChainArrays.status`; 0 is a running chain. The last is that of chains
+whose folds gave way to a pull, which no simulation of a scene has."""
 
-FOLDED, MISFOLDED, UNSETTLED, FAILED, JAMMED, HELD = range(1, len(STATUSES))
+FOLDED, MISFOLDED, UNSETTLED, FAILED, JAMMED, HELD, OPENED = range(1, len(STATUSES))
 
 
 @by_pointer

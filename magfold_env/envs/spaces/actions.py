@@ -359,9 +359,12 @@ def _level(speeds: Floats, speed: float) -> int:
 class SpeedTable(Actions):
     """Actions that choose the speed of a two-way feed, including standstill.
 
-    ``box``: one number x from −1 to 1, for the speed 0.6 m/s · x |x|, or standstill where that is
-    slower than `DEAD_BAND`. ``discrete``: a number among the speeds of the table, ascending from
-    −0.6 m/s; ``levels`` is standstill. ``multidiscrete``: the same as a list of one.
+    ``box``: one number x from −1 to 1, for the speed v = 0.6 m/s · x |x|, or standstill where that
+    is slower than `DEAD_BAND`, 0.025 m/s. ``discrete``: a number among the speeds of the table,
+    ascending from −0.6 m/s; ``levels`` is standstill. ``multidiscrete``: the same as a list of one.
+
+    `encode` returns the action for v. As a ``box`` it is x = ±√(|v| / 0.6 m/s): 0.447 for 0.12 m/s,
+    not 0.2, which stands still.
     """
 
     levels: int
@@ -388,7 +391,7 @@ class SpeedTable(Actions):
         return np.concatenate([-ahead[::-1], [0.0], ahead])
 
     def encode(self, speed: float) -> Any:
-        """Return the action nearest to a speed [m/s]."""
+        """Return the action for a speed [m/s], or for the nearest speed that can be requested."""
         return self.write((np.array([speed]),))[0]
 
     def write(self, choice: tuple[Floats]) -> Any:

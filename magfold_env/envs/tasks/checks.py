@@ -11,9 +11,24 @@ from typing import Any, TypeVar, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from magfold_env.scene.errors import Problem, is_number, refuse, unless_one_of, unless_whole
+from magfold_env.scene.errors import (
+    Problem,
+    is_number,
+    nearest,
+    refuse,
+    unless_one_of,
+    unless_whole,
+)
 
 T = TypeVar("T")
+
+
+class UnknownOptionError(TypeError, ValueError):
+    """An option that an environment does not have.
+
+    It is a `TypeError` with Python's own wording, by which libraries find out what an environment
+    accepts, and like all errors of wrong options a `ValueError`.
+    """
 
 
 def require(right: bool, key: str, value: object, allowed: str) -> None:
@@ -46,7 +61,10 @@ def refuse_unknown(options: Mapping[str, Any], known: type) -> None:
     names = ("scene", *known.__annotations__, "render_mode")
     unknown = sorted(set(options) - set(names))
     if unknown:
-        raise ValueError(f"{unknown[0]}: unknown option, must be one of {', '.join(names)}")
+        raise UnknownOptionError(
+            f"got an unexpected keyword argument {unknown[0]!r}; must be one of "
+            f"{', '.join(names)}{nearest(unknown[0], names)}"
+        )
 
 
 def threads_of(threads: int | None) -> int:

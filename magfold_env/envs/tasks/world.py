@@ -100,8 +100,9 @@ class SharedOptions(TypedDict, total=False):
     actions: ActionKind
     """How actions are written. ``multidiscrete``: whole numbers, such as patterns of magnets and
     speed level. ``discrete``: these as one number, up to a million. ``box``: numbers from −1 to 1,
-    four a component, above 0 is N, and the speed. The default is ``box`` where the agent sets only
-    the speed, else ``multidiscrete``; trays have no ``box``."""
+    four a component, above 0 is N, and the speed on a log scale; where the agent sets only the
+    speed, x for 0.6 x² m/s with the sign of x. The default is ``box`` there, else
+    ``multidiscrete``; trays have no ``box``."""
 
 
 class RewardOptions(TypedDict, total=False):

@@ -170,6 +170,14 @@ def test_the_feed_speed_reaches_as_far_back_as_ahead(kind: ActionKind) -> None:
     np.testing.assert_allclose(read, (table.speeds,), rtol=1e-6)
 
 
+def test_numbers_request_speeds_by_their_squares() -> None:
+    table = SpeedTable(5)
+    for number, speed in ((0.25, 0.0375), (-0.4, -0.096), (0.7, 0.294), (0.2, 0.0)):
+        assert speed_of(table, [number]) == pytest.approx(speed)
+    assert table.encode(0.12) == pytest.approx([0.447], abs=5e-4)
+    assert table.encode(-0.096) == pytest.approx([-0.4])
+
+
 def test_a_feed_that_hardly_moves_stands_still() -> None:
     table = SpeedTable(5)
     edge = np.sqrt(DEAD_BAND / FASTEST)
