@@ -1,14 +1,15 @@
 """`simulate`: where the paper's sequences settle, repeatability, recording."""
 
 from collections import Counter
+from typing import Any
 
 import numpy as np
 import pytest
 
 from magfold_env.fold import Fold, FoldStatus
-from magfold_env.scene import Scene, load_scene
+from magfold_env.scene import Scene, SceneError, load_scene
 from magfold_env.simulation.session import Session
-from magfold_env.simulation.simulate import simulate
+from magfold_env.simulation.simulate import energy, simulate
 
 TUBE = {"mount": "tube", "feed": {"direction": "backward", "speed": 0.05}}
 PAPER = {"mount": "pinned", "solver": {"method": "paper", "time_step": 1e-4}, "duration": 0.05}
@@ -101,3 +102,9 @@ def test_a_chain_on_which_only_gravity_acts_moves_as_others_do():
     short, general = simulate(swinging), simulate(swinging.replace(friction=1e-12))
     assert short.evaluations == general.evaluations
     assert short.angles == pytest.approx(general.angles, abs=1e-8)
+
+
+@pytest.mark.parametrize("wrong", [[10**400] * 3, [1j] * 3, ["0.1"] * 3, [[0.1], [0.1, 0.2]]])
+def test_what_are_no_headings_is_refused(wrong: Any) -> None:
+    with pytest.raises(SceneError, match=r"^angles: \[.* is not allowed; must be 3 numbers$"):
+        energy(load_scene("pendulum-3"), wrong)
