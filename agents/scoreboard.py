@@ -14,7 +14,7 @@ from agents.admission.players import FORWARD, ORACLE, RANDOM
 from agents.commands import reported_errors, run_command
 from agents.evaluation.intervals import Estimate
 from magfold_env.files import write_text
-from magfold_env.scene import Problem
+from magfold_env.scene import Problem, SceneError
 from magfold_env.scoring.results import Results
 from magfold_env.scoring.track import TRACKS
 
@@ -36,11 +36,14 @@ def page(folder: Path) -> str:
     Raises
     ------
     ValueError
-        If a file is not understood, or is a track's second admission.
+        If there is no file, or one is not understood or is a track's second admission.
     """
+    files = sorted(folder.glob("*.json"))
+    if not files:
+        raise SceneError([Problem("scores", str(folder), "must be a folder with results (.json)")])
     admitted: dict[str, Results] = {}
     submitted: dict[str, list[Results]] = {name: [] for name in TRACKS}
-    for path in sorted(folder.glob("*.json")):
+    for path in files:
         results = Results.read(path, "score", "admission")
         name, admission = results.id, results.view == "admission"
         if name not in TRACKS or (admission and name in admitted):

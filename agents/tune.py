@@ -25,7 +25,7 @@ from agents.training.folder import RunInfo
 from magfold_env.checkpoint import difference
 from magfold_env.cli import options
 from magfold_env.files import physics_digest
-from magfold_env.scene import Problem, SceneError, io
+from magfold_env.scene import Problem, SceneError, errors, io
 
 HEARTBEAT = 60
 """Interval of a trial's heartbeat [s]; after twice that time without one, it is resumed."""
@@ -173,9 +173,16 @@ def search_here(
 
     The trials' runs are in `output`, and so is the database of the study, ``study.db``, unless
     `storage` is the SQLAlchemy address of another one. No new trial begins after `minutes`.
+
+    Raises
+    ------
+    ValueError
+        If `minutes` is not above 0, or the database cannot be opened or has another search.
     """
     import optuna  # noqa: PLC0415
+    import sqlalchemy.exc  # noqa: PLC0415 (a dependency of Optuna)
 
+    errors.refuse([] if minutes is None else errors.unless_positive("minutes", minutes))
     settings = search.settings
     output.mkdir(parents=True, exist_ok=True)
     storage = storage or f"sqlite:///{output / 'study.db'}"
@@ -183,12 +190,15 @@ def search_here(
     with FileLock(output / "study.lock"), warnings.catch_warnings():
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         again = optuna.storages.RetryHeartbeatStaleTrialCallback()
-        study = make_study(
-            search,
-            optuna.storages.RDBStorage(
+        try:
+            database = optuna.storages.RDBStorage(
                 storage, heartbeat_interval=HEARTBEAT, heartbeat_stale_trial_callback=again
-            ),
-        )
+            )
+        except (sqlalchemy.exc.SQLAlchemyError, ImportError) as error:
+            why = str(error).partition("\n")[0]
+            allowed = f"must be the SQLAlchemy address of a database that can be opened; {why}"
+            raise SettingsError(str(Problem("storage", storage, allowed))) from None
+        study = make_study(search, database)
 
     def objective(trial: optuna.Trial) -> float:
         def watch(validation: int, result: dict[str, float]) -> None:

@@ -4,7 +4,7 @@ import ast
 import hashlib
 import json
 import os
-import tempfile
+import uuid
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from functools import cache
@@ -77,27 +77,31 @@ def a_path(key: str, value: str | os.PathLike[str]) -> Path:
 def replacing(path: str | Path) -> Generator[Path]:
     """Yield a temporary name beside `path` and move the file into place on success.
 
-    The folder must exist. The temporary name keeps the suffix; an OSError names `path`.
+    The folder must exist. The temporary name keeps the suffix; an OSError names `path`. What is
+    not a file, such as ``/dev/stdout``, is written to and not replaced.
     """
     path = a_path("path", path)
     if not path.parent.is_dir():
         raise FileNotFoundError(f"{path}: the folder {path.parent} does not exist")
-    handle, name = tempfile.mkstemp(prefix=".", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
+    replaced = path.is_file() or not path.exists()
+    name = path.with_name(f".{uuid.uuid4().hex[:16]}{path.suffix}") if replaced else path
     try:
-        yield temporary
-        # mkstemp makes private files; give the result the mode that open() would give it.
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(0o666 & ~mask)
-        temporary.replace(path)
+        if replaced:
+            name.touch(exist_ok=False)
+        yield name
+        if replaced:
+            with name.open("rb+") as written:
+                os.fsync(written.fileno())  # a power cut would leave the new name on an empty file
+            name.replace(path)
     except OSError as error:
-        if error.errno is not None:  # an error on a full disk has no file name
-            error.filename = error.filename or str(path)
+        named = error.filename, error.filename2
+        # An error on a full disk has no file name.
+        if error.errno is not None and (named == (None, None) or str(name) in map(str, named)):
+            raise OSError(error.errno, error.strerror, str(path)) from None
         raise
     finally:
-        temporary.unlink(missing_ok=True)
+        if replaced:
+            name.unlink(missing_ok=True)
 
 
 def write_text(path: str | Path, text: str) -> None:

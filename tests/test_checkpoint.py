@@ -2,6 +2,7 @@
 
 import errno
 import os
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -12,13 +13,14 @@ from collections.abc import Callable, Generator
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
 from magfold_env import checkpoint
 from magfold_env.checkpoint import FILE, Checkpoint, CheckpointError
-from magfold_env.files import write_text
+from magfold_env.files import replacing, write_text
 from tests.command_line import python
 from tests.killed import records_in
 
@@ -273,3 +275,24 @@ def test_no_file_has_its_name_before_it_is_whole(tmp_path, monkeypatch):
     with pytest.raises(OSError, match=rf"{os.strerror(errno.ENOSPC)}: '.*state\.json'"):
         write_text(path, "new")
     assert [each.read_text() for each in tmp_path.iterdir()] == ["old"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs Linux")
+def test_a_write_that_fails_names_the_file_that_was_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(path: Path) -> None:
+        with pytest.raises(OSError, match=f"'{path}'$"), replacing(path) as temporary:
+            shutil.copyfile(source, temporary)
+
+    source, device = tmp_path / "source", tmp_path / "state.json"
+    source.write_text("new" * 10_000)
+    fails(Path("/proc/state.json"))
+    device.symlink_to("/dev/full")
+    fails(device)
+    assert device.is_char_device()
+    device.unlink()
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    monkeypatch.setattr(os, "fsync", Mock(side_effect=full))
+    fails(tmp_path / "state.json")
+    assert list(tmp_path.iterdir()) == [source]

@@ -1,1 +1,14 @@
-"""The command line: `app`, and one module per command."""
+"""The command line: `main` runs it, `app` contains it, and each command has a module."""
+
+import sys
+
+
+def main() -> None:
+    """Run the command `magfold`; Ctrl-C ends it quietly with exit code 130, imports included."""
+    try:
+        from magfold_env.cli.app import app  # noqa: PLC0415 - takes a second
+
+        app()
+    except KeyboardInterrupt:
+        sys.stderr.write("interrupted\n")
+        sys.exit(130)

@@ -82,7 +82,12 @@ def changed_scene(
     """
     if mode is not None:
         scene = releases.release(scene, cast("Any", mode))
-    widths = dict(_named_width(text) for text in spreads or [])
+    widths: dict[str, float] = {}
+    for text in spreads or []:
+        name, width = _named_width(text)
+        if name in widths:
+            raise SceneError([Problem("--spread", text, f"must not name {name} a second time")])
+        widths[name] = width
     feed = {"direction": direction, "speed": speed}
     asked = {"mount": mount, "friction": friction, "feed": _given(feed) or None}
     changes = _given(asked)

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from magfold_env.cli import options
+from magfold_env.files import replacing
 from magfold_env.scene import Scene, load_scene
 
 
@@ -39,7 +40,9 @@ def lab(
         page = build.page()
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
-            page = Path(shutil.copy(page, out / build.PAGE))
+            source, page = page, out / build.PAGE
+            with replacing(page) as temporary:
+                shutil.copyfile(source, temporary)
             options.say_written(page)
             if link:
                 typer.echo(f"open {page.absolute().as_uri()}{link}")

@@ -24,6 +24,7 @@ from rich.table import Table
 from magfold_env.engine.compile import jit
 from magfold_env.files import pip_install
 from magfold_env.scene import SceneError
+from magfold_env.scene.errors import shortened
 
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
 Mode = Annotated[str, typer.Option(help="free, forward or backward.")]
@@ -70,6 +71,7 @@ PICTURES = ("--gif", "--png", "--sheet")
 STUBBORN = 3.0  # [s] time allowed for a compiler to stop
 FILE_WIDTH = 150  # of wide tables that are not written to a terminal
 WIDEST = 10_000  # of any table
+LONGEST = 4_000  # of a message; beyond, it quotes more than anyone reads
 
 
 def application(**settings: Any) -> typer.Typer:
@@ -121,7 +123,7 @@ def errors_in_one_line(
         lines = told.splitlines()
         several = isinstance(error, SceneError) and len(error.problems) > 1
         for line in lines if several else ("; ".join(lines),):
-            typer.echo(f"error: {line}", err=True)
+            typer.echo(f"error: {shortened(line, LONGEST)}", err=True)
         raise typer.Exit(code) from None
 
 

@@ -33,7 +33,7 @@ def score(
             f"{10 * TASKS} episodes say little of each.",
         ),
     ] = None,
-    minutes: Annotated[float, typer.Option(min=0.0, help="The most it may take.")] = MINUTES,
+    minutes: Annotated[float, typer.Option(help="The most it may take.")] = MINUTES,
     json: options.Json = None,
 ) -> None:
     """Play a policy on draws that it cannot know, or actions on those they were chosen for.

@@ -42,6 +42,26 @@ _SIDE_BY_SIDE = 8  # most scenes in a batch, half of the geometries whose tables
 MOST_SHOWN = 3  # outcomes shown in one line
 
 
+class Shares(dict[K, Share]):
+    """Shares by what they are of; what did not occur has a share of 0, as in a `Counter`.
+
+    Parameters
+    ----------
+    shares
+        Those of what occurred.
+    missing
+        Called for the share of anything else, which it may refuse.
+    """
+
+    def __init__(self, shares: Mapping[K, Share], missing: Callable[[K], Share]) -> None:
+        super().__init__(shares)
+        self._missing = missing
+
+    def __missing__(self, key: K) -> Share:
+        """Return the share of what did not occur."""
+        return self._missing(key)
+
+
 class Run(NamedTuple):
     """The stored values of a fold."""
 
@@ -138,23 +158,29 @@ class Ensemble:
     # --- probabilities -----------------------------------------------------------------------
 
     @cached_property
-    def words(self) -> dict[str, Share]:
-        """The probability of every word that occurred, most frequent first.
+    def words(self) -> Shares[str]:
+        """The probability of every word that occurred, most frequent first; others have 0.
 
-        Every run counts by its nearest word, even if it misfolded; `outcomes` separates them.
+        Every run counts by its nearest word, even if it misfolded; `outcomes` separates them. What
+        is not one of the chain's words raises a ValueError.
         """
-        return _shares(self.word.tolist())
+        return Shares(_shares(self.word.tolist()), self.probability)
 
     @cached_property
-    def statuses(self) -> dict[FoldStatus, Share]:
-        """The probability of every status that occurred, most frequent first."""
-        return _shares([FoldStatus(status) for status in self.status.tolist()])
+    def statuses(self) -> Shares[FoldStatus]:
+        """The probability of every status that occurred, most frequent first; others have 0."""
+        found = _shares([FoldStatus(status) for status in self.status.tolist()])
+        return Shares(found, partial(self.probability, None))
 
     @cached_property
-    def outcomes(self) -> dict[tuple[str, FoldStatus], Share]:
-        """The probability of every pair of word and status that occurred, most frequent first."""
+    def outcomes(self) -> Shares[tuple[str, FoldStatus]]:
+        """The probability of every pair of word and status that occurred, most frequent first.
+
+        Other pairs have 0.
+        """
         statuses = [FoldStatus(status) for status in self.status.tolist()]
-        return _shares(list(zip(self.word.tolist(), statuses, strict=True)))
+        found = _shares(list(zip(self.word.tolist(), statuses, strict=True)))
+        return Shares(found, lambda pair: self.probability(*pair))
 
     def probability(self, word: str | None = None, status: str | None = None) -> Share:
         """Return the probability of a word, of a status, or of both together.

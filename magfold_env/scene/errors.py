@@ -18,10 +18,19 @@ class Problem(NamedTuple):
     allowed: str
 
     def __str__(self) -> str:
-        subject = f"{self.key}: " if self.key else ""
-        # Arrays are shown in lines.
-        value = re.sub(r"\n\s*", " ", repr(self.value))
-        return f"{subject}{value} is not allowed; {self.allowed}"
+        subject = f"{shortened(self.key)}: " if self.key else ""
+        return f"{subject}{quoted(self.value)} is not allowed; {self.allowed}"
+
+
+def quoted(value: object) -> str:
+    """Return a value as messages show it: on one line, without the middle of a long one."""
+    return shortened(re.sub(r"\n\s*", " ", repr(value)))  # arrays are shown in lines
+
+
+def shortened(text: str, most: int = 400) -> str:
+    """Return a text without the middle if it is much longer than ``most`` characters."""
+    half = most // 2
+    return text if len(text) <= most else f"{text[:half]} … {text[-half:]}"
 
 
 class SceneError(ValueError):

@@ -1,6 +1,7 @@
 """Scenes as YAML files: the shipped ones by name, any other by path."""
 
 import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -8,7 +9,7 @@ import yaml
 
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene.base import FrozenModel
-from magfold_env.scene.errors import SceneError, nearest, refuse, unless_a
+from magfold_env.scene.errors import SceneError, nearest, quoted, refuse, shortened, unless_a
 from magfold_env.scene.scene import Scene, unless_a_scene
 
 ModelType = TypeVar("ModelType", bound=FrozenModel)
@@ -16,17 +17,31 @@ ModelType = TypeVar("ModelType", bound=FrozenModel)
 _SUFFIXES = (".yaml", ".yml")
 
 
-class _Loader(yaml.SafeLoader):
-    """Safe YAML in which 1e-3 is a number, keys are unique text, and there are no aliases.
+_NUMBERS = {
+    "tag:yaml.org,2002:int": r"[-+]?(?:0|[1-9][0-9_]*)",
+    "tag:yaml.org,2002:float": r"[-+]?(?:[0-9][0-9_]*(?:\.[0-9_]*)?|\.[0-9][0-9_]*)"
+    r"(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)",
+}
 
-    Aliases of aliases let a file of a kilobyte expand beyond any memory.
+
+class _Loader(yaml.SafeLoader):
+    """Safe YAML with decimal numbers, in which keys are unique text and there are no aliases.
+
+    YAML 1.1, which PyYAML follows, takes 1e-3 for text, 1:30 for 90 and 010 for 8. Aliases of
+    aliases let a file of a kilobyte expand beyond any memory.
     """
+
+    yaml_implicit_resolvers = {  # noqa: RUF012 - as PyYAML has it
+        first: [each for each in found if each[0] not in _NUMBERS]
+        for first, found in yaml.SafeLoader.yaml_implicit_resolvers.items()
+    }
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         own = cast("Any", self)
         if own.check_event(yaml.AliasEvent):
             event = own.peek_event()
-            told = f"the alias *{event.anchor} is not allowed; must be what it stands for, in full"
+            alias = shortened(event.anchor)
+            told = f"the alias *{alias} is not allowed; must be what it stands for, in full"
             raise yaml.MarkedYAMLError(problem=told, problem_mark=event.start_mark)
         return super().compose_node(parent, index)
 
@@ -37,18 +52,15 @@ class _Loader(yaml.SafeLoader):
             if not isinstance(key, str) or key in seen:
                 wrong = "is given twice" if isinstance(key, str) else "is not text"
                 raise yaml.constructor.ConstructorError(
-                    None, None, f"the key {key!r} {wrong}", key_node.start_mark
+                    None, None, f"the key {quoted(key)} {wrong}", key_node.start_mark
                 )
             seen.add(key)
         return super().construct_mapping(node, deep)
 
 
-# YAML 1.1, which PyYAML follows, takes 1e-3 and 1e5 for strings.
-cast("Any", _Loader).add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"^[-+]?(?:\d+\.?\d*|\.\d+)[eE][-+]?\d+$"),
-    list("-+.0123456789"),
-)
+for _tag, _form in _NUMBERS.items():
+    _pattern = re.compile(f"(?:{_form})$")
+    cast("Any", _Loader).add_implicit_resolver(_tag, _pattern, list("-+.0123456789"))
 
 
 def scene_names() -> list[str]:
@@ -117,11 +129,14 @@ def read_named(
     path = Path(name_or_path)
     if isinstance(name_or_path, str) and name_or_path in names:
         path = configs_dir() / folder / f"{name_or_path}.yaml"
-    if not path.is_file():
+    found = False
+    with suppress(OSError):  # such as a name that is too long
+        found = path.is_file()
+    if not found:
         named = isinstance(name_or_path, str) and path.suffix not in _SUFFIXES
         meant = nearest(str(name_or_path), names)
         missing = f"no such {what if named else 'file'}; shipped: {', '.join(names)}{meant}"
-        raise SceneError(f"{name_or_path}: {missing}")
+        raise SceneError(f"{shortened(str(name_or_path))}: {missing}")
     try:
         return kind(**read_mapping(path, what))
     except SceneError as error:
@@ -141,7 +156,7 @@ def read_mapping(path: Path, what: str) -> dict[str, Any]:
         told = str(error) if isinstance(error, SceneError) else f"cannot be read: {error}"
         raise SceneError(told, source=str(path)) from None
     if not isinstance(data, dict):
-        message = f"{data!r} is not a {what}; must be a mapping of keys"
+        message = f"{quoted(data)} is not a {what}; must be a mapping of keys"
         raise SceneError(message, source=str(path))
     return cast("dict[str, Any]", data)
 
@@ -159,5 +174,6 @@ def parse_yaml(text: str) -> object:
 def _describe(error: yaml.YAMLError) -> str:
     if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
         mark = error.problem_mark
-        return f"line {mark.line + 1}, column {mark.column + 1}: {error.problem}"
-    return f"not YAML: {error}"
+        where = f"line {mark.line + 1}, column {mark.column + 1}"
+        return f"{where}: {shortened(error.problem or '')}"
+    return f"not YAML: {shortened(str(error))}"

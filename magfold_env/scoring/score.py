@@ -17,7 +17,7 @@ from magfold_env.envs.episodes import Columns
 from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest
 from magfold_env.scene import Problem, SceneError
-from magfold_env.scene.errors import refuse
+from magfold_env.scene.errors import refuse, unless_positive, unless_whole
 from magfold_env.scoring import action_file
 from magfold_env.scoring.action_file import ActionFile
 from magfold_env.scoring.network import Actor
@@ -68,6 +68,10 @@ def score(
         If the file or an argument is not allowed, or it takes too long.
     """
     begun = time.monotonic()
+    wrong = unless_positive("minutes", minutes)
+    wrong += [] if seed is None else unless_whole("seed", seed, 0)
+    wrong += [] if episodes is None else unless_whole("episodes", episodes, 1)
+    refuse(wrong)
     entry: Actor | ActionFile
     if path.suffix == ".json":
         entry = action_file.read(path)
@@ -82,13 +86,14 @@ def score(
             allowed = f"must be one of {', '.join(TRACKS)}; {why}"
             raise SceneError([Problem("env", env_id, allowed)])
         entry = Actor.read(path)
-    seed = seed or 0
+    seed = 0 if seed is None else seed
+    episodes = EPISODES if episodes is None else episodes
     until = begun + 60.0 * minutes
     try:
         track = track_of(env_id, seed)
         if isinstance(entry, ActionFile):
             action_file.check(entry, track.single_actions.space)
-        run = _play(track, entry, episodes or EPISODES, until, tell)
+        run = _play(track, entry, episodes, until, tell)
     except TimeoutError:
         raise ValueError(f"{path}: takes longer than the {minutes:g} minutes allowed") from None
     except ValueError as error:

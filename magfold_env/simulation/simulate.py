@@ -4,6 +4,7 @@ import os
 import threading
 from collections.abc import Iterable, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -196,8 +197,10 @@ def checked(key: str, values: npt.ArrayLike, scene: Scene, *, stacked: bool = Fa
     errors.refuse(unless_a_scene(scene))
     n = scene.n
     try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
+        given: Any = np.asarray(values)
+        # NumPy would drop imaginary parts and read texts.
+        array = given.astype(np.float64, casting="unsafe" if given.dtype == object else "same_kind")
+    except (TypeError, ValueError, OverflowError):
         raise SceneError([Problem(key, values, f"must be {n} numbers")]) from None
     if array.shape[-1:] != (n,) or (array.ndim > 1 and not stacked):
         wanted = f"(..., {n})" if stacked else f"({n},)"

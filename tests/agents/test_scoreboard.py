@@ -7,6 +7,7 @@ import pytest
 from agents import scoreboard
 from magfold_env.scoring.results import Results, Row, Run, summed
 from tests.agents.training import call
+from tests.command_line import fails_in_one_line
 
 FLOOR, LUMEN = "MagFold/UnknownFloor-v0", "MagFold/Lumen-v0"
 RATES = {"random": 0.2, "always forward": 0.4, "open loop": 0.5, "oracle": 0.9}
@@ -85,6 +86,15 @@ def test_what_no_oracle_has_played_is_said(tmp_path: Path) -> None:
     row = dict(zip(scoreboard.COLUMNS, found[LUMEN][3], strict=True))
     assert row["failure floor"] == row["normalised"] == "no oracle yet"
     assert row["score"] == "0.900"
+
+
+@pytest.mark.parametrize("folder", ["no-such-folder", "."])
+def test_a_page_of_no_scores_is_not_written(folder: str, tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("old")
+    told = call("scoreboard", "--scores", tmp_path / folder, "--output", page)
+    fails_in_one_line(told, f"scores: '{tmp_path / folder}' is not allowed; must be a folder with")
+    assert page.read_text() == "old"
 
 
 def test_what_is_not_understood_is_named(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ from agents.training.run import DivergedError, train
 from agents.tune import folder_of, load_search, search_here
 from magfold_env.files import configs_dir
 from tests.agents.training import call, same_weights, tiny
+from tests.command_line import fails_in_one_line
 
 pytestmark = pytest.mark.train
 
@@ -213,6 +214,22 @@ def test_numbers_that_break_down_are_told_and_break_a_run_off(tmp_path, file, mo
 def test_wrong_searches_name_key_value_and_remedy(changes, message, file):
     with pytest.raises(SettingsError, match=message):
         load_search(changed(file, **changes))
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "message"),
+    [
+        ("--minutes", "nan", "minutes: nan is not allowed; must be greater than 0"),
+        ("--minutes", "-1", "minutes: -1.0 is not allowed; must be greater than 0"),
+        ("--storage", "sqlite:////no/such", "storage: 'sqlite:////no/such' is not allowed; must"),
+        ("--storage", "study.db", "storage: 'study.db' is not allowed; must be the SQLAlchemy ad"),
+        ("--storage", "oracle+none://x/y", "storage: 'oracle+none://x/y' is not allowed; must be"),
+    ],
+)
+def test_wrong_options_are_told_in_one_line(
+    option: str, value: str, message: str, file: Path, tmp_path: Path
+) -> None:
+    fails_in_one_line(call("tune", file, "--output", tmp_path / "out", option, value), message)
 
 
 def test_shipped_searches_are_valid_and_a_wrong_one_ends_the_command(file: Path) -> None:

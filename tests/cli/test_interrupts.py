@@ -5,12 +5,14 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 
 import pytest
 
 import magfold_env as mf
 
+ROOT = Path(__file__).parents[2]
 COMMAND = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)  # where tests run in the background
@@ -21,6 +23,33 @@ LONG = mf.Scene(sequence=("SNNS", "SNNN", "NNSN"), mount="tube", friction=0.2).r
     feed={"speed": 1e-6}
 )
 """Takes minutes: 0.001 mm/s."""
+
+
+# Import of what the command needs, in which Ctrl-C arrives.
+SLOW_IMPORT = """
+import sys
+
+class Interrupts:
+    def find_spec(self, name, *_):
+        if name == "magfold_env.cli.options":
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Interrupts())
+"""
+
+
+def test_ctrl_c_in_imports_ends_the_command_quietly(tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(SLOW_IMPORT)
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    module, _, name = settings["project"]["scripts"]["magfold"].partition(":")
+    done = subprocess.run(
+        [sys.executable, "-c", f"from {module} import {name}; {name}()", "scenes"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
 
 
 @pytest.mark.medium

@@ -51,3 +51,13 @@ def test_a_packed_page_of_other_sources_is_not_taken(page, tmp_path, monkeypatch
     assert build.page() == tmp_path / build.PAGE
     page.write_text(build.html(build._sources(), {}), "utf-8")
     assert build.page() == page
+
+
+@pytest.mark.medium
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs Linux")
+def test_a_full_disk_is_named_by_the_page_that_was_to_be_written(
+    page: Path, tmp_path: Path
+) -> None:
+    target = tmp_path / "index.html"
+    target.symlink_to("/dev/full")
+    fails_in_one_line(run("lab", "--out", tmp_path), f"error: {target}: No space left on device")

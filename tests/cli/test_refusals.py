@@ -25,6 +25,7 @@ REFUSED = [
     (f"ensemble {BASE} --spread speed=0.1", "--spread: 'speed=0.1' is not allowed; must be NAME="),
     (f"ensemble {BASE} --spread mass=much", "--spread: 'mass=much' is not allowed; must be NAME="),
     (f"ensemble {BASE} --spread mass=2", "spreads.mass: 2.0 is not allowed; must be less than 1"),
+    (f"ensemble {BASE} --spread mass=0.1 --spread mass=0.2", "'mass=0.2' is not allowed; must not"),
     (f"ensemble {BASE} --out pyproject.toml/x", "--out: 'pyproject.toml/x' is not allowed; pypro"),
     (f"sweep {BASE} --over friktion=0:1", "at friktion=0: friktion: 0 is not allowed; unknown key"),
     (f"sweep {BASE} --over friction", "--over: 'friction' is not allowed; must be KEY=LOW:HIGH, "),

@@ -33,7 +33,9 @@ def test_the_command_writes_what_it_shows(tmp_path: Path) -> None:
     ((), "env: None is not allowed; must be one of MagFold/UnknownFloor-v0"),
     (("--env", "MagFold/TubeFeed-v0"), "env: 'MagFold/TubeFeed-v0' is not allowed; must be"),
     (("--env", "MagFold/Reprogram-v0"), "mine.safetensors: policy: its spaces"),
-    (("--env", FLOOR, "--minutes", 0), "mine.safetensors: takes longer than the 0 minutes"),
+    (("--env", FLOOR, "--minutes", 1e-9), "mine.safetensors: takes longer than the 1e-09 min"),
+    (("--env", FLOOR, "--minutes", 0), "minutes: 0.0 is not allowed; must be greater than 0"),
+    (("--env", FLOOR, "--minutes", "nan"), "minutes: nan is not allowed; must be greater than"),
     (("--env", FLOOR, "--json", "none/score.json"), "its folder must exist"),
 ])  # fmt: skip
 def test_what_cannot_be_is_refused(options: Any, message: str, tmp_path: Path) -> None:

@@ -57,6 +57,18 @@ def test_any_word_and_status_has_a_probability() -> None:
         made.probability(status="gone")
 
 
+def test_what_did_not_occur_has_a_share_of_0() -> None:
+    made = made_of(ENDS)
+    never = share(0, 5)
+    assert made.words["RR"] == made.statuses[FAILED] == made.outcomes["RR", FOLDED] == never
+    assert made.outcomes["LL", MISFOLDED] == never
+    assert "RR" not in made.words
+    assert made.words.get("RR") is None
+    assert len(made.words) == 3
+    with pytest.raises(ValueError, match="'RRR'"):
+        _ = made.words["RRR"]
+
+
 @pytest.mark.parametrize("broken", [False, True])
 def test_a_written_ensemble_is_read_bit_for_bit(broken: bool, tmp_path: Path) -> None:
     made = made_of(ENDS, broken=broken)

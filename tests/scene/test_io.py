@@ -1,10 +1,12 @@
 """Scenes as files, and the scenes that are shipped."""
 
+import time
 from pathlib import Path
 
 import pytest
 
 import magfold_env as mf
+from magfold_env.scene.io import parse_yaml
 
 PAPER = {
     1: "NSNN NSSN SNSS NNNN SSNN SNSN",
@@ -71,6 +73,8 @@ def test_a_missing_file_is_named(tmp_path: Path, kind: type) -> None:
     ("sequence: [NSNS]\n? {a: b}\n: 1\n", r"line 2, column 3: the key {.a.: .b.} is not text"),
     ("sequence: !!python/object:os.system {}\n", r"line 1, column 11: could not determine a"),
     ("sequence: &a [NSNS]\nstart_angles: *a\n", r"line 2, column 15: the alias \*a is not al"),
+    ("sequence: [NSNS]\nfriction: 1:30\n", r"friction: '1:30' is not allowed; must be a valid"),
+    ("sequence: [NSNS]\nfriction: 0x1\n", r"friction: '0x1' is not allowed; must be a valid"),
     ("- NSNS\n", r"\['NSNS'\] is not a scene; must be a mapping"),
     ("", r"None is not a scene; must be a mapping"),
 ])  # fmt: skip
@@ -79,6 +83,38 @@ def test_a_wrong_file_is_named_with_the_place(tmp_path: Path, text: str, message
     with pytest.raises(mf.SceneError, match=message) as caught:
         mf.load_scene(path)
     assert all(line.startswith(f"{path}: ") for line in str(caught.value).splitlines())
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [("010", 10), ("1e-3", 1e-3), (".5", 0.5), ("5.", 5.0), ("-12.5E+1", -125.0), ("1_000", 1000)],
+)
+def test_numbers_are_decimal(text: str, number: float) -> None:
+    assert parse_yaml(text) == number
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sequence: [NSNS]\nfriction: " + "1:" * 100_000 + "1",
+        "sequence: [NSNS]\n? " + "k" * 10_000 + "\n: 1",
+        "sequence: [NSNS]\nfriction: *" + "a" * 10_000,
+        "[" + "NSNS, " * 1_000 + "]",
+        "? [" + "NSNS, " * 1_000 + "]\n: 1",
+    ],
+)
+def test_long_values_are_not_quoted_in_full(text: str, tmp_path: Path) -> None:
+    begun = time.perf_counter()
+    with pytest.raises(mf.SceneError) as caught:
+        mf.load_scene(_write(tmp_path, text))
+    assert len(str(caught.value)) < 1_000
+    assert time.perf_counter() - begun < 5.0
+
+
+def test_a_name_that_no_file_can_have_is_refused() -> None:
+    with pytest.raises(mf.SceneError, match="no such scene; shipped: ") as caught:
+        mf.load_scene("x" * 100_000)
+    assert len(str(caught.value)) < 2_000
 
 
 def test_a_file_that_is_not_text_is_an_error(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """What is handed in plays the environment as it is, and its result is a file that says how."""
 
 import json
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -88,6 +89,16 @@ def test_actions_replay_bit_for_bit(env_id: str, tmp_path: Path) -> None:
     found = score(tmp_path / "mine.json")
     assert ended(found, "actions") == ends
     assert (found.seed, found.id) == (5, env_id)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"minutes": math.nan}, {"minutes": 0.0}, {"episodes": 0}, {"seed": -1}, {"seed": 0.5}]
+)
+def test_wrong_arguments_are_named(wrong: dict[str, Any], tmp_path: Path) -> None:
+    policy = entered(tmp_path / "mine.safetensors", FLOOR)
+    (((key, value),)) = wrong.items()
+    with pytest.raises(ValueError, match=rf"^{key}: {value} is not allowed; must be "):
+        score(policy, FLOOR, **{"episodes": 1} | wrong)
 
 
 def test_seeds_draw_apart() -> None:

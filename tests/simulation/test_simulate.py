@@ -93,3 +93,9 @@ def test_a_chain_on_which_only_gravity_acts_moves_as_others_do():
     short, general = mf.simulate(swinging), mf.simulate(swinging.replace(friction=1e-12))
     assert short.evaluations == general.evaluations
     assert short.angles == pytest.approx(general.angles, abs=1e-8)
+
+
+@pytest.mark.parametrize("wrong", [[10**400] * 3, [1j] * 3, ["0.1"] * 3, [[0.1], [0.1, 0.2]]])
+def test_what_are_no_headings_is_refused(wrong: Any) -> None:
+    with pytest.raises(mf.SceneError, match=r"^angles: \[.* is not allowed; must be 3 numbers$"):
+        mf.energy(mf.load_scene("pendulum-3"), wrong)

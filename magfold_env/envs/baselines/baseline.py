@@ -12,14 +12,16 @@ import json
 import logging
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, replace
+from contextlib import suppress
+from dataclasses import asdict, dataclass
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 from zlib import crc32
 
 import numpy as np
 from platformdirs import user_cache_path
+from pydantic import Field, TypeAdapter
 
 from magfold_env.designer import gap_designs
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST
@@ -37,38 +39,47 @@ SELECTION_DRAWS = 16
 SCORING_DRAWS = 64
 
 
+_Share = Annotated[float, Field(ge=0.0, le=1.0)]
+_Speed = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+_Faces = Annotated[str, Field(pattern=r"^[NS-]{4}$")]
+
+
 @dataclass(frozen=True)
 class Baseline:
     """The energy minimiser's result for a target, or the best constant speed of a given chain."""
 
     target: str
     """The word, or several words in order, joined by hyphens."""
-    sequence: tuple[str, ...] | None
+    sequence: tuple[_Faces, ...] | None
     """The design or the given chain; None if there is no design."""
-    speed: float | None
+    speed: _Speed | None
     """Feed speed at which the chain scores best [m/s]."""
-    score: float
+    score: _Share
     """b, its mean score; 0 without a design."""
-    success: float
+    success: _Share
     """Share of the draws that ended in success; 0 without a design."""
     direction: str | None = None
     """Direction of feed of a given chain, where only the speed is free."""
-    later: tuple[float, ...] = ()
+    later: tuple[_Speed, ...] = ()
     """The speeds after `speed` of a chain that is pulled in and pushed out again [m/s]."""
-    tray: tuple[str, ...] = ()
+    tray: tuple[_Faces, ...] = ()
     """The components that `sequence` is taken from."""
 
     @property
     def name(self) -> str:
         """Key in the cache: the target, and the chain or tray if one is given."""
-        if self.direction is None or self.sequence is None:
+        parts = self.tray or self.sequence
+        if self.direction is None or parts is None:
             return self.target
-        return chain_name(self.tray or self.sequence, self.direction, self.target)
+        return chain_name(parts, self.direction, self.target)
 
     @property
     def flagged(self) -> bool:
         """Whether b is 0 because there is no design."""
         return self.sequence is None
+
+
+_STORED = TypeAdapter(Baseline)
 
 
 def chain_name(sequence: Iterable[str], direction: str, target: str) -> str:
@@ -165,12 +176,17 @@ class Store:
     def _cached(self, name: str) -> Baseline:
         """Return the baseline from the user's cache; compute and store a missing one."""
         path = cache_folder() / self.key / f"{name}.json"
-        if path.is_file():
-            return _from_dict(json.loads(path.read_text(encoding="utf-8")))
+        with suppress(OSError, ValueError):  # a damaged file is written again
+            found = _STORED.validate_json(path.read_bytes(), strict=True)
+            if found.name == name:
+                return found
         _log.info("computing the baseline of %s", name)
         baseline = self.compute(name)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_text(path, json.dumps(asdict(baseline)) + "\n")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_text(path, json.dumps(asdict(baseline)) + "\n")
+        except OSError as error:
+            _warn_once(f"{path.parent}: baselines are not kept: {error.strerror}")
         return baseline
 
 
@@ -246,13 +262,11 @@ def _shipped() -> dict[str, dict[str, Baseline]]:
     found: dict[str, dict[str, Baseline]] = {}
     for path in sorted(shipped_folder().glob("*.json")):
         content = json.loads(path.read_text(encoding="utf-8"))
-        rows = [_from_dict(row) for row in content["baselines"]]
+        rows = [_STORED.validate_python(row) for row in content["baselines"]]
         found[content["key"]] = {baseline.name: baseline for baseline in rows}
     return found
 
 
-def _from_dict(content: dict[str, Any]) -> Baseline:
-    """Return the baseline stored as `content`."""
-    sequence: list[str] | None = content.pop("sequence")
-    found = Baseline(sequence=None if sequence is None else tuple(sequence), **content)
-    return replace(found, later=tuple(found.later), tray=tuple(found.tray))
+@cache
+def _warn_once(message: str) -> None:
+    _log.warning(message)

@@ -76,7 +76,8 @@ class TaskStore(Store):
         number = self.names.index(name)
         candidates = self.candidates(number)
         if not candidates:
-            return unknown_baseline(self._world.tasks[number].aim)
+            task = self._world.tasks[number]
+            return replace(unknown_baseline(task.aim), direction=task.direction, tray=task.parts)
         best = max(candidates, key=lambda each: self._trial(number, each)["score"].mean())
         ends = self._trial(number, best, scoring=True)
         mean, success = float(ends["score"].mean()), float(ends["is_success"].mean())

@@ -1,3 +1,4 @@
+import json
 from pathlib import Path
 from typing import Any
 
@@ -102,8 +103,28 @@ def test_a_missing_baseline_is_computed_once_and_kept(cache, monkeypatch):
     def forbidden(*_arguments: object) -> None:
         raise AssertionError("computed again")
 
-    monkeypatch.setattr(baseline, "evaluate_design", forbidden)
-    assert BaselineStore(scene).get("LL") == computed
+    with monkeypatch.context() as patch:
+        patch.setattr(baseline, "evaluate_design", forbidden)
+        assert BaselineStore(scene).get("LL") == computed
+    whole = file.read_text()
+    other = {"target": "LR", "score": None, "success": 2.0, "speed": -0.1, "sequence": "NSNS"}
+    changed = (json.dumps({**json.loads(whole), key: value}) for key, value in other.items())
+    for wrong in ("", whole[:20], "[]", *changed):
+        file.write_text(wrong)
+        assert BaselineStore(scene).get("LL") == computed
+        assert file.read_text() == whole
+
+
+def test_a_baseline_that_cannot_be_kept_is_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    no_folder = tmp_path / "home"
+    no_folder.write_text("")
+    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: no_folder)
+    found = [BaselineStore(scene_of(3, "none")).get(word) for word in ("LL", "LR", "RR")]
+    assert [each.target for each in found] == ["LL", "LR", "RR"]
+    (told,) = [each.getMessage() for each in caplog.records if each.levelname == "WARNING"]
+    assert str(no_folder) in told
 
 
 def test_baselines_of_words_and_of_outlines_are_kept_apart() -> None:

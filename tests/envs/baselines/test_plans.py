@@ -2,13 +2,14 @@
 
 from functools import partial
 from typing import Any
+from unittest.mock import Mock
 
 import gymnasium
 import numpy as np
 import pytest
 
 import magfold_env.envs  # noqa: F401
-from magfold_env.envs.baselines import baseline, constant_speed, three_speeds
+from magfold_env.envs.baselines import baseline, constant_speed, three_speeds, tray_order
 from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scoring.track import TRACKS, TRAYS
@@ -69,3 +70,13 @@ def test_one_that_is_computed_is_what_its_schedule_scores(env_id, tmp_path, monk
         assert rewards == pytest.approx(scores[-1] - found.score - cost)
     assert found.score == pytest.approx(np.mean(scores))
     assert gymnasium.make(env_id, **options).unwrapped.baseline_of(0) == found  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def test_that_there_is_no_design_is_kept_too(
+    tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(baseline, "user_cache_path", lambda _name: tmp_path)
+    for searched in (Mock(return_value=[]), Mock(side_effect=AssertionError("searched again"))):
+        monkeypatch.setattr(tray_order.TrayStore, "candidates", searched)
+        env: Any = gymnasium.make("MagFold/Tray-v0", speeds=2).unwrapped
+        assert env.baseline_of(0).flagged
