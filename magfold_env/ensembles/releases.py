@@ -19,12 +19,12 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.files import physics_digest, reading_json, write_json, write_text
+from magfold_env.files import physics_digest, reading_json, write_json
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.minimiser import Mode, minimise
 from magfold_env.parallel import Backend, Workers, finished
 from magfold_env.reporting.intervals import Share, share
-from magfold_env.reporting.tables import Row, to_csv
+from magfold_env.reporting.tables import Columns, Row
 from magfold_env.scene import Scene, errors, unless_a_scene
 from magfold_env.shapes import FloatArray, parse_word
 from magfold_env.simulation.simulate import simulate
@@ -91,7 +91,7 @@ def run_one(seed: int, count: int, task: tuple[int, Scene]) -> Run:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Ensemble:
+class Ensemble(Columns):
     """Many releases of one scene: columns with one entry per run, and probabilities.
 
     The intervals of the probabilities are Wilson's, each at 95 % on its own.
@@ -195,7 +195,11 @@ class Ensemble:
     # --- files -------------------------------------------------------------------------------
 
     def columns(self) -> dict[str, npt.NDArray[Any]]:
-        """Return the runs as columns of equal length, for a data frame."""
+        """Return the runs as columns of equal length, with the values that each run drew.
+
+        Drawn values are named by their keys, a number within a list by its place from 1:
+        ``friction``, ``magnets.remanence_3_1``, ``start_angles_2``. They are drawn again.
+        """
         angles = {f"angle_{k + 1}": column for k, column in enumerate(self.angles.T)}
         return {
             "run": np.arange(len(self)),
@@ -204,6 +208,20 @@ class Ensemble:
             "energy": self.energy,
             "time": self.time,
             **angles,
+            **self._drawn(),
+        }
+
+    def _drawn(self) -> dict[str, FloatArray]:
+        """Return the numbers of the scene that its draws change, by key, each of shape (runs,)."""
+        stated = self.scene.by_key()
+        runs = [self.scene.draw(self.generator(k)).by_key() for k in range(len(self))]
+        found = {
+            key: [run[key] for run in runs] for key in runs[0] if key.split(".")[0] != "spreads"
+        }
+        return {
+            key: np.array(values, dtype=np.float64)
+            for key, values in found.items()
+            if any(value != stated.get(key) for value in values)
         }
 
     def rows(self) -> list[Row]:
@@ -243,12 +261,6 @@ class Ensemble:
             scene = Scene(**data["scene"])
             runs = [Run.from_record(each, scene.n) for each in data["runs"]]
             return cls.of(scene, data["seed"], runs)
-
-    def to_csv(self, path: str | Path) -> None:
-        """Write `columns` as CSV, one line per run, under a temporary name first."""
-        columns = self.columns()
-        lines = zip(*(column.tolist() for column in columns.values()), strict=True)
-        write_text(path, to_csv([dict(zip(columns, line, strict=True)) for line in lines]))
 
     def _runs(self) -> list[Run]:
         columns = (self.word, self.status, self.energy, self.time)

@@ -94,6 +94,21 @@ def plain(value: Any) -> Any:
     return value
 
 
+def by_key(value: Any, key: str = "") -> dict[str, Any]:
+    """Return the single values in nested groups and lists by their keys.
+
+    Keys of groups are joined by dots; places in lists, from 1, by underscores.
+    """
+    if isinstance(value, Mapping):
+        named = cast("Mapping[str, Any]", value).items()
+        parts = [(f"{key}.{name}" if key else name, each) for name, each in named]
+    elif isinstance(value, (list, tuple)):
+        parts = [(f"{key}_{k}", each) for k, each in enumerate(cast("list[Any]", value), 1)]
+    else:
+        return {key: value}
+    return {name: leaf for part, each in parts for name, leaf in by_key(each, part).items()}
+
+
 class FrozenModel(BaseModel):
     """Base of all groups: frozen, without unknown keys, finite; errors raise a `SceneError`."""
 

@@ -392,6 +392,10 @@ class Scene(base.FrozenModel):
         entries: dict[str, Any] = {name: getattr(self, name) for name in Scene.model_fields}
         return Scene(**_merged(entries, changes))
 
+    def by_key(self) -> dict[str, Any]:
+        """Return all single values by their keys; those in lists are numbered from 1."""
+        return base.by_key(self.model_dump())
+
     def alone(self) -> Scene:
         """Return the chain alone and pinned, without tube, obstacles and bumps."""
         return self.replace(mount="pinned", obstacles=(), bumps=None)
