@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
@@ -13,8 +14,10 @@ import numpy.typing as npt
 from pydantic_core import from_json, to_json
 
 from magfold_env.files import reading_json, write_text
-from magfold_env.replay import Recording, frame, write_html
+from magfold_env.replay import Recording, page, page_data, write_html
 from magfold_env.replay.data import feed_text
+from magfold_env.reporting.notebook import Shown
+from magfold_env.reporting.page import Block, Frame
 from magfold_env.reporting.tables import Columns
 from magfold_env.scene import Scene
 from magfold_env.shapes import BoolArray, FloatArray, IntArray, centres, parse_word
@@ -123,7 +126,7 @@ class Trajectory(Columns):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fold:
+class Fold(Shown):
     """The result of one simulation."""
 
     scene: Scene
@@ -174,12 +177,10 @@ class Fold:
             f"{1e3 * self.energy:.4g} mJ{frames}>"
         )
 
-    def _repr_html_(self) -> str | None:
-        """Return a page that plays the fold, for notebooks; None if it cannot be played."""
-        try:
-            return frame(recording(self))
-        except ValueError:
-            return None
+    def _shown(self) -> list[Block]:
+        with suppress(ValueError):
+            return [Frame("A fold, to be played", page(page_data(recording(self))))]
+        return [repr(self)[1:-1], *self.scene.pictured(self.angles)]
 
     @property
     def joint_angles(self) -> FloatArray:

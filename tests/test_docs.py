@@ -1,6 +1,8 @@
 """The site: what is public is told, and what it shows runs."""
 
 import re
+import subprocess
+import sys
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -31,3 +33,14 @@ def test_every_wrapper_is_in_the_reference() -> None:
             own = isinstance(each, type) and each.__module__ == module.name and name[0] != "_"
             if own and issubclass(each, (Wrapper, VectorWrapper)):
                 assert f".. autoclass:: {module.name}.{name}\n" in told()
+
+
+@pytest.mark.slow
+def test_the_builders_notebook_runs_without_torch(tmp_path: Path) -> None:
+    pytest.importorskip("IPython")
+    pytest.importorskip("matplotlib.figure")
+    page = (DOCS / "tutorials" / "build-your-own.md").read_text("utf-8")
+    cells = re.findall(r"^```{code-cell} python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    code = "\n".join([*cells, "import sys; assert 'torch' not in sys.modules"])
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
+    assert (tmp_path / "sheet.png").stat().st_size > 0

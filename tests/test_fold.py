@@ -110,9 +110,9 @@ def test_notebooks_play_what_was_recorded() -> None:
         f"<Trajectory: {len(fold.trajectory or ())} frames of 6"
     )
     assert repr(fold).endswith(f"{len(fold.trajectory or ())} frames>")
-    shown = fold._repr_html_() or ""
-    assert shown.startswith('<iframe title="A fold, to be played" srcdoc="&lt;!doctype html&gt;')
-    assert replace(fold, trajectory=None)._repr_html_() is None
+    shown = fold._repr_html_()
+    assert shown.startswith('<iframe title="A fold, to be played"')
+    assert 'srcdoc="&lt;!doctype html&gt;' in shown
     none, two, out = np.zeros(0), np.zeros((0, 2)), np.zeros(0, dtype=np.int64)
     nothing = mf.Trajectory(none, np.zeros((0, 6)), two, np.zeros((0, 6)), out, two, none, 0.01)
     assert "0 frames" in repr(nothing)

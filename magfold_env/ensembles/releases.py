@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cached_property, partial
@@ -24,9 +24,11 @@ from magfold_env.fold import Fold, FoldStatus
 from magfold_env.minimiser import Mode, minimise
 from magfold_env.parallel import Backend, Workers, finished
 from magfold_env.reporting.intervals import Share, share
+from magfold_env.reporting.notebook import Shown, chain_svg, short_table
+from magfold_env.reporting.page import Block
 from magfold_env.reporting.tables import Columns, Row
 from magfold_env.scene import Scene, errors, unless_a_scene
-from magfold_env.shapes import FloatArray, parse_word
+from magfold_env.shapes import FloatArray, headings, parse_word, word_to_angles
 from magfold_env.simulation.simulate import simulate
 
 Texts = npt.NDArray[np.str_]
@@ -91,7 +93,7 @@ def run_one(seed: int, count: int, task: tuple[int, Scene]) -> Run:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Ensemble(Columns):
+class Ensemble(Columns, Shown):
     """Many releases of one scene: columns with one entry per run, and probabilities.
 
     The intervals of the probabilities are Wilson's, each at 95 % on its own.
@@ -134,6 +136,14 @@ class Ensemble(Columns):
         first = [f"{word} {status} {found}" for (word, status), found in self.outcomes.items()]
         more = f", … ({len(first) - MOST_SHOWN} more)" if len(first) > MOST_SHOWN else ""
         return f"<Ensemble, runs={len(self)}: {', '.join(first[:MOST_SHOWN])}{more}>"
+
+    def _shown(self) -> list[Block]:
+        rows: Iterator[Row] = (
+            {"shape": chain_svg(headings(word_to_angles(str(row["word"])))), **row}
+            for row in self.rows()
+        )
+        told = f"Drawn for each run: {varied(self.scene)}."
+        return [told, short_table(f"{len(self)} runs", rows, len(self.outcomes))]
 
     # --- probabilities -----------------------------------------------------------------------
 

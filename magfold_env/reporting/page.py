@@ -5,7 +5,7 @@ from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import jinja2
 
@@ -86,7 +86,7 @@ class Details(NamedTuple):
 
 
 Block = str | Picture | Entries | Points | Verdict | Table | Frame | Details
-"""The content of a section; plain text is a paragraph."""
+"""The content of a section; plain text is a paragraph, and Markup is HTML as it is."""
 
 
 class Section(NamedTuple):
@@ -121,11 +121,18 @@ def write_page(page: Page, path: str | Path) -> None:
 
 def render(page: Page) -> str:
     """Return a page as HTML text with embedded pictures; see `write_page`."""
+    return _template().render(_names(page))
 
-    def kind_of(block: Block) -> str:
-        return type(block).__name__
 
-    return _template().render(page=page, kind_of=kind_of, cell_text=cell_text)
+def _names(page: Page) -> dict[str, Any]:
+    """Return what the template refers to."""
+    return {"page": page, "kind_of": lambda block: type(block).__name__, "cell_text": cell_text}  # pyright: ignore
+
+
+def fragment(blocks: Sequence[Block]) -> str:
+    """Return blocks as HTML without a page around them, for notebooks."""
+    module: Any = _template().make_module(_names(Page("", ())))
+    return str(module.show(blocks)).strip()
 
 
 @cache

@@ -94,19 +94,20 @@ def plain(value: Any) -> Any:
     return value
 
 
-def by_key(value: Any, key: str = "") -> dict[str, Any]:
-    """Return the single values in nested groups and lists by their keys.
+def by_key(value: Any, key: str = "", *, lists: bool = True) -> dict[str, Any]:
+    """Return the values in nested groups by their dotted keys.
 
-    Keys of groups are joined by dots; places in lists, from 1, by underscores.
+    With ``lists``, their values have keys too, which end in places from 1: ``friction_2``.
     """
     if isinstance(value, Mapping):
         named = cast("Mapping[str, Any]", value).items()
         parts = [(f"{key}.{name}" if key else name, each) for name, each in named]
-    elif isinstance(value, (list, tuple)):
+    elif lists and isinstance(value, (list, tuple)):
         parts = [(f"{key}_{k}", each) for k, each in enumerate(cast("list[Any]", value), 1)]
     else:
         return {key: value}
-    return {name: leaf for part, each in parts for name, leaf in by_key(each, part).items()}
+    found = (by_key(each, part, lists=lists) for part, each in parts)
+    return {name: leaf for leaves in found for name, leaf in leaves.items()}
 
 
 class FrozenModel(BaseModel):

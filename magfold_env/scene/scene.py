@@ -8,9 +8,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
+from markupsafe import Markup
 from pydantic import AfterValidator, BeforeValidator, Strict, model_validator
 from pydantic import Field as Limits
 
+from magfold_env.reporting.notebook import Shown, chain_svg, facts_table
+from magfold_env.reporting.page import Block
 from magfold_env.scene import base, sections
 from magfold_env.scene.errors import Problem, SceneError, refuse, unless_a
 from magfold_env.scene.magnets import FACES, ROUNDING, Array, Magnets
@@ -53,7 +56,7 @@ def _some(sequence: tuple[str, ...]) -> tuple[str, ...]:
 Component = Annotated[str, Strict(), AfterValidator(_faces)]
 
 
-class Scene(base.FrozenModel):
+class Scene(base.FrozenModel, Shown):
     """A chain, its surroundings and how to simulate it.
 
     `magfold scenes --keys` prints all keys, what each may be, its unit, default and meaning; so
@@ -395,6 +398,27 @@ class Scene(base.FrozenModel):
     def by_key(self) -> dict[str, Any]:
         """Return all single values by their keys; those in lists are numbered from 1."""
         return base.by_key(self.model_dump())
+
+    def pictured(self, angles: Array) -> list[Markup]:
+        """Return an SVG of the chain with headings (n,) [rad]; none if they are not finite."""
+        if not np.isfinite(angles).all():
+            return []
+        sizes = None if self.magnets is None else self.magnets.lengths
+        return [chain_svg(angles, self.casing.side, self.sequence, sizes)]
+
+    def _shown(self) -> list[Block]:
+        casing, magnets = self.casing, self.magnets
+        facts = {
+            "sequence": " ".join(self.sequence),
+            "mount": self.mount,
+            "friction": self.friction,
+        }
+        facts |= {"casing.side": casing.side, "casing.mass": casing.mass}
+        if magnets is not None:
+            facts[f"magnets.{magnets.strength_name}"] = getattr(magnets, magnets.strength_name)
+        stated = self.model_dump(exclude={"sequence"}, exclude_defaults=True)
+        facts |= base.by_key(stated, lists=False)
+        return [*self.pictured(np.zeros(self.n)), facts_table("Scene, SI units", facts)]
 
     def alone(self) -> Scene:
         """Return the chain alone and pinned, without tube, obstacles and bumps."""
