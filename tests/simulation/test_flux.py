@@ -124,3 +124,21 @@ def test_places_are_pairs_of_finite_numbers(points: object) -> None:
 def test_a_chain_without_magnets_has_no_field() -> None:
     bare = mf.Scene(sequence=("NNNN",), magnets=None)
     assert not mf.field(bare, [0.0], [[0.0, 0.0]]).any()
+
+
+def test_steel_pulls_like_a_mirror_image() -> None:
+    """The stress of the field on a mirror is the force between two magnets, twice as far apart."""
+    pair = mf.Scene(sequence=("N---", "-S--"), casing=mf.Casing(side=0.016))
+    gap = 0.003
+    pair = pair.replace(magnets={"inset": gap / 2})
+    angles = [0.0, np.pi / 2.0]
+    force, _ = mf.forces(pair, angles)
+    # On the plane halfway the field is normal: tension B²/2µ0, strongest in its middle.
+    middle = centres(angles, side=0.016).mean(axis=0)
+    pull = force[0] / np.linalg.norm(force[0])
+    along = np.array([-pull[1], pull[0]])
+    flux = mf.field(pair, angles, middle + np.linspace(-0.01, 0.01, 9)[:, None] * along)
+    assert np.abs(flux @ along).max() < 1e-9 * np.abs(flux @ pull).max()
+    single = pair.replace(sequence=("N---", "----"))
+    alone = mf.field(single, angles, [middle])
+    np.testing.assert_allclose(flux[4], 2.0 * alone[0], rtol=1e-9)
