@@ -91,19 +91,13 @@ class Trajectory(Columns):
         ``base_vx`` and ``base_vy``, and ``x_k``, ``y_k``, ``angle_k`` and ``rate_k`` of each
         component k.
         """
-        places = np.moveaxis(self.centres, 2, 0)
-        hinge = (*self.base.T, *self.base_velocity.T)
-        each = zip(*places.swapaxes(1, 2), self.angles.T, self.rates.T, strict=True)
+        x, y = np.moveaxis(self.centres, 2, 0)
+        each = {"x": x, "y": y, "angle": self.angles, "rate": self.rates}
+        hinge = np.concatenate([self.base, self.base_velocity], axis=1).T
         return {
-            "time": self.time,
-            "released": self.released,
-            "push": self.push,
+            **{name: getattr(self, name) for name in ("time", "released", "push")},
             **dict(zip(("base_x", "base_y", "base_vx", "base_vy"), hinge, strict=True)),
-            **{
-                f"{name}_{k}": column
-                for k, of_one in enumerate(each, 1)
-                for name, column in zip(("x", "y", "angle", "rate"), of_one, strict=True)
-            },
+            **{f"{name}_{k + 1}": each[name][:, k] for k in range(x.shape[1]) for name in each},
         }
 
     def finite(self) -> Self:

@@ -20,25 +20,20 @@ COLOURS = {"CASINGS": ("#26292e", 7), "MAGNETS": ("#ce3830", 1), "TEXT": ("#5f65
 """Layers, and their colours in SVG and in DXF."""
 
 
-class Text(NamedTuple):
-    """A line of text that is centred at a place, or begins there."""
-
-    words: str
-    place: FloatArray
-    centred: bool = True
-
-
 class Drawing(NamedTuple):
-    """Closed outlines by layer, and texts, in millimetres, y up, the lower left at the origin."""
+    """Closed outlines by layer, and texts, in millimetres, y up, the lower left at the origin.
+
+    A text has a place, where it is centred or begins.
+    """
 
     size: tuple[float, float]
     outlines: list[tuple[str, FloatArray]]
-    texts: list[Text]
+    texts: list[tuple[str, FloatArray, bool]]
 
 
 def magnet_lines(scene: Scene) -> list[str]:
     """Return the magnets to buy, one kind a line."""
-    found, _ = kinds(scene)
+    found = kinds(scene)[0]
     total = sum(kind.pieces for kind in found)
     lines = [f"{total} magnets, width × height × thickness:" if total else "No magnets."]
     return lines + [f"    {kind.name}   {kind.pieces} pieces, {kind.text}" for kind in found]
@@ -57,22 +52,20 @@ def drawing(scene: Scene, lines: Sequence[str]) -> Drawing:
     width = max(_COLUMNS * cell, 0.6 * _TEXT * max(map(len, shown))) + 2.0 * _MARGIN
     top = _MARGIN + rows * cell + _LINE * len(shown)
     outlines: list[tuple[str, FloatArray]] = []
-    texts = [
-        Text(line, np.array([_MARGIN, top - _LINE * k]), centred=False)
-        for k, line in enumerate(shown)
-    ]
+    left = [np.array([_MARGIN, top - _LINE * k]) for k in range(len(shown))]
+    texts = [(line, place, False) for line, place in zip(shown, left, strict=True)]
     for k, faces in enumerate(scene.sequence):
         row, column = divmod(k, _COLUMNS)
         middle = np.array([_MARGIN, _MARGIN]) + cell * np.array([column + 0.5, rows - row - 0.5])
         outlines.append(("CASINGS", square(middle, 0.0, side)))
-        texts.append(Text(f"{k + 1}", middle))
+        texts.append((f"{k + 1}", middle, True))
         for f, pole in enumerate(faces):
             if where[k, f] >= 0:
                 _, block = magnet_block(scene, f, 0.0, np.zeros(2))
                 outlines.append(("MAGNETS", middle + 1e3 * block))
                 normal = np.array([np.cos(FACE_NORMALS[f]), np.sin(FACE_NORMALS[f])])
-                place = middle + (0.5 * side + _TEXT) * normal
-                texts.append(Text(f"{pole} {found[int(where[k, f])].name}", place))
+                beside = middle + (0.5 * side + 1.5 * _TEXT) * normal
+                texts.append((f"{pole} {found[int(where[k, f])].name}", beside, True))
     return Drawing((width, top + _MARGIN), outlines, texts)
 
 

@@ -121,27 +121,23 @@ def write_page(page: Page, path: str | Path) -> None:
 
 def render(page: Page) -> str:
     """Return a page as HTML text with embedded pictures; see `write_page`."""
-    return _template().render(_names(page))
-
-
-def _names(page: Page) -> dict[str, Any]:
-    """Return what the template refers to."""
-    return {"page": page, "kind_of": lambda block: type(block).__name__, "cell_text": cell_text}  # pyright: ignore
+    return _template().render(page=page)
 
 
 def fragment(blocks: Sequence[Block]) -> str:
     """Return blocks as HTML without a page around them, for notebooks."""
-    module: Any = _template().make_module(_names(Page("", ())))
+    module: Any = _template().make_module({"page": Page("", ())})
     return str(module.show(blocks)).strip()
 
 
 @cache
 def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
+    environment: Any = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
+    environment.globals["cell_text"] = cell_text
     return environment.get_template("page.html")

@@ -407,18 +407,12 @@ class Scene(base.FrozenModel, Shown):
         return [chain_svg(angles, self.casing.side, self.sequence, sizes)]
 
     def _shown(self) -> list[Block]:
-        casing, magnets = self.casing, self.magnets
-        facts = {
-            "sequence": " ".join(self.sequence),
-            "mount": self.mount,
-            "friction": self.friction,
-        }
-        facts |= {"casing.side": casing.side, "casing.mass": casing.mass}
-        if magnets is not None:
-            facts[f"magnets.{magnets.strength_name}"] = getattr(magnets, magnets.strength_name)
-        stated = self.model_dump(exclude={"sequence"}, exclude_defaults=True)
-        facts |= base.by_key(stated, lists=False)
-        return [*self.pictured(np.zeros(self.n)), facts_table("Scene, SI units", facts)]
+        always = ("mount", "friction", "casing.side", "casing.mass", "magnets.remanence")
+        facts = base.by_key(self.model_dump(), lists=False)
+        given = base.by_key(self.model_dump(exclude_defaults=True), lists=False)
+        told = {key: facts[key] for key in always if key in facts} | given
+        told["sequence"] = " ".join(self.sequence)
+        return [*self.pictured(np.zeros(self.n)), facts_table("Scene, SI units", told)]
 
     def alone(self) -> Scene:
         """Return the chain alone and pinned, without tube, obstacles and bumps."""

@@ -8,7 +8,8 @@ import numpy.typing as npt
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets.laws import COULOMB, NEAREST2, node_force
-from magfold_env.engine.state import Array, Model, Pose
+from magfold_env.engine.magnets.multipoles import ComplexArray
+from magfold_env.engine.state import Array, Magnets
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Scene
 from magfold_env.simulation.pack import pack
@@ -43,65 +44,57 @@ def field(scene: Scene, angles: npt.ArrayLike, points: npt.ArrayLike) -> Array:
     SceneError
         If ``scene`` is not a scene, a shape is another, or a number is not finite.
     """
-    headings = checked("angles", angles, scene)
-    at = places("points", points, "two for each point")
+    headings, at = checked("angles", angles, scene), places("points", points, "two for each point")
     model = pack(scene.alone())
-    work = new_work(model._replace(contact=False, frictional=False))
+    work, magnets = new_work(model._replace(contact=False, frictional=False)), model.magnets
     articulated.place(0, model.bodies, np.append(headings, [0.0, 0.0]), work.pose)
-    node, weight = graded_rule(NODES)
-    if not model.magnets.strips:
-        count = int(model.magnets.level_count[0])
-        node, weight = model.magnets.level_node[0, :count], model.magnets.level_weight[0, :count]
-    found = np.zeros_like(at)
-    add_flux(model, work.pose, node, weight, at, found)
-    return found
+    node, weight = magnets.level_node[0], magnets.level_weight[0]
+    if magnets.strips:
+        node, weight = graded_rule(NODES)
+    # The plane as complex numbers.
+    centre = np.ascontiguousarray(magnets.face_x + 1j * magnets.face_y)
+    along = magnets.face_tx + 1j * magnets.face_ty
+    turn = work.pose.cos + 1j * work.pose.sin
+    found = np.zeros(len(at), dtype=np.complex128)
+    for i, middle in enumerate(work.pose.x + 1j * work.pose.y):
+        away = (at[:, 0] + 1j * at[:, 1] - middle) / turn[i]
+        own = np.zeros_like(found)
+        add_flux(magnets, model.charge[i], centre, along, node, weight, away, own)
+        found += own * turn[i]
+    return np.stack([found.real, found.imag], axis=1)
 
 
 @kernel
 def add_flux(
-    model: Model, pose: Pose, node: Array, weight: Array, points: Array, flux: Array
-) -> None:
-    """Add the flux density [T] at points [m], both (k, 2), of all pole faces.
+    magnets: Magnets, charge: Array, centre: ComplexArray, along: ComplexArray, node: Array,
+    weight: Array, points: ComplexArray, flux: ComplexArray,
+) -> None:  # fmt: skip
+    """Add the flux density [T] of a casing's pole faces at points [m], both (k,), in its frame.
 
     Strips are cut where they are nearest to a point, and the nodes (in widths) serve each part.
     """
-    magnets, strips = model.magnets, model.magnets.strips
-    for i in range(model.n):
-        c, s = pose.cos[i], pose.sin[i]
-        for f in range(8):
-            q = model.charge[i, f % 4] * (1.0 if f < 4 else -1.0)
-            if q == 0.0:
-                continue
-            x = pose.x[i] + c * magnets.face_x[f] - s * magnets.face_y[f]
-            y = pose.y[i] + s * magnets.face_x[f] + c * magnets.face_y[f]
-            tx = c * magnets.face_tx[f] - s * magnets.face_ty[f]
-            ty = s * magnets.face_tx[f] + c * magnets.face_ty[f]
-            width2, half2 = tx * tx + ty * ty, magnets.face_half[f] * magnets.face_half[f]
-            # From the outer pole face to the inner one, and its length.
-            g = (f + 4) % 8
-            ix, iy = magnets.face_x[g] - magnets.face_x[f], magnets.face_y[g] - magnets.face_y[f]
-            inx, iny = c * ix - s * iy, s * ix + c * iy
-            thick2 = inx * inx + iny * iny
-            for p in range(points.shape[0]):
-                dx, dy = points[p, 0] - x, points[p, 1] - y
-                along, deep = (dx * tx + dy * ty) / width2, (dx * inx + dy * iny) / thick2
-                cut = min(max(along, -0.5), 0.5) if strips else 0.5
-                gx, gy, begin = 0.0, 0.0, -0.5
-                for end in (cut, 0.5):
-                    length = end - begin
-                    for m in range(node.size if length > 0.0 else 0):
-                        at = begin + length * (0.5 + node[m])
-                        ex, ey = dx - at * tx, dy - at * ty
-                        r2 = max(ex * ex + ey * ey, NEAREST2)
-                        # A point is a node without height.
-                        force = length * weight[m] * node_force(strips, half2, half2, r2)
-                        gx += force * ex
-                        gy += force * ey
-                    begin = end
-                flux[p, 0] += COULOMB * q * gx
-                flux[p, 1] += COULOMB * q * gy
-                if strips and f < 4 and along == cut and 0.0 < deep < 1.0:
-                    # µ0 times the magnetisation, from the south pole to the north.
-                    dense = 4.0 * math.pi * COULOMB * q / math.sqrt(4.0 * half2 * width2 * thick2)
-                    flux[p, 0] -= dense * inx
-                    flux[p, 1] -= dense * iny
+    strips = magnets.strips
+    for f in range(8):
+        q = charge[f % 4] * (1.0 if f < 4 else -1.0)
+        if q == 0.0:
+            continue
+        half2 = magnets.face_half[f] * magnets.face_half[f]
+        inward = centre[(f + 4) % 8] - centre[f]
+        for p in range(points.size):
+            away = points[p] - centre[f]
+            place = (away / along[f]).real
+            cut, begin = min(max(place, -0.5), 0.5) if strips else 0.5, -0.5
+            total = 0j
+            for end in (cut, 0.5):
+                length = end - begin
+                for m in range(node.size if length > 0.0 else 0):
+                    d = away - (begin + length * (0.5 + node[m])) * along[f]
+                    r2 = max(d.real * d.real + d.imag * d.imag, NEAREST2)
+                    # A point is a node without height.
+                    total += length * weight[m] * node_force(strips, half2, half2, r2) * d
+                begin = end
+            flux[p] += COULOMB * q * total
+            if strips and f < 4 and place == cut and 0.0 < (away / inward).real < 1.0:
+                # µ0 times the magnetisation, from the south pole to the north.
+                area = 2.0 * magnets.face_half[f] * abs(along[f])
+                flux[p] -= 4.0 * math.pi * COULOMB * q / area * inward / abs(inward)
