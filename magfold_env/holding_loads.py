@@ -123,12 +123,10 @@ class Holding(Shown):
         return "; ".join(words)
 
     def _shown(self) -> list[Block]:
-        values = zip(self.fold.word, *(1e3 * self.opening.T), 1e3 * self.stiffness, strict=True)
-        names = "letter", "left [mN·m]", "right [mN·m]", "stiffness [mN·m/rad]"
-        rows: Iterator[Row] = (
-            {"joint": joint, **dict(zip(names, each, strict=True))}
-            for joint, each in enumerate(values, 1)
-        )
+        columns = self.fold.word, *(1e3 * self.opening.T), 1e3 * self.stiffness
+        names = "joint", "letter", "left [mN·m]", "right [mN·m]", "stiffness [mN·m/rad]"
+        values = zip(range(1, len(self.fold.angles)), *columns, strict=True)
+        rows: Iterator[Row] = (dict(zip(names, each, strict=True)) for each in values)
         table = short_table("Moments that open the joints", rows, len(self.fold.word))
         return [f"{self}.", *self.fold.scene.pictured(self.fold.angles), table]
 

@@ -220,9 +220,9 @@ class Design(Shown):
     def _shown(self) -> list[Block]:
         if self.scene is None:
             return [repr(self)[1:-1]]
-        angles = headings(word_to_angles(self.target))
         title = f"{self.target}, {self.mode}: {self.objective}"
-        return [*self.scene.pictured(angles), facts_table(title, self.facts())]
+        picture = self.scene.pictured(headings(word_to_angles(self.target)))
+        return [*picture, facts_table(title, self.facts())]
 
     @property
     def sequence(self) -> tuple[str, ...]:

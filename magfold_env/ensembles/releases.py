@@ -28,6 +28,7 @@ from magfold_env.reporting.notebook import Shown, chain_svg, short_table
 from magfold_env.reporting.page import Block
 from magfold_env.reporting.tables import Columns, Row
 from magfold_env.scene import Scene, errors, unless_a_scene
+from magfold_env.scene.base import by_key
 from magfold_env.shapes import FloatArray, headings, parse_word, word_to_angles
 from magfold_env.simulation.simulate import simulate
 
@@ -142,8 +143,8 @@ class Ensemble(Columns, Shown):
             {"shape": chain_svg(headings(word_to_angles(str(row["word"])))), **row}
             for row in self.rows()
         )
-        told = f"Drawn for each run: {varied(self.scene)}."
-        return [told, short_table(f"{len(self)} runs", rows, len(self.outcomes))]
+        title = f"{len(self)} runs; drawn for each: {varied(self.scene)}"
+        return [short_table(title, rows, len(self.outcomes))]
 
     # --- probabilities -----------------------------------------------------------------------
 
@@ -223,11 +224,10 @@ class Ensemble(Columns, Shown):
 
     def _drawn(self) -> dict[str, FloatArray]:
         """Return the numbers of the scene that its draws change, by key, each of shape (runs,)."""
-        stated = self.scene.by_key()
-        runs = [self.scene.draw(self.generator(k)).by_key() for k in range(len(self))]
-        found = {
-            key: [run[key] for run in runs] for key in runs[0] if key.split(".")[0] != "spreads"
-        }
+        stated = by_key(self.scene.model_dump())
+        drawn = (self.scene.draw(self.generator(k)) for k in range(len(self)))
+        runs = [by_key(scene.model_dump(exclude={"spreads"})) for scene in drawn]
+        found = {key: [run[key] for run in runs] for key in runs[0]}
         return {
             key: np.array(values, dtype=np.float64)
             for key, values in found.items()

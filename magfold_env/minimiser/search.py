@@ -112,8 +112,7 @@ class Minimum(Shown):
             }
             for each in self.states
         )
-        title = f"{self.mode}: lowest of {self.examined} words"
-        return [short_table(title, rows, len(self.states))]
+        return [short_table(f"{self.mode}, {self.examined} words", rows, len(self.states))]
 
 
 def minimise(

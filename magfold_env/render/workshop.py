@@ -35,8 +35,8 @@ def magnet_lines(scene: Scene) -> list[str]:
     """Return the magnets to buy, one kind a line."""
     found = kinds(scene)[0]
     total = sum(kind.pieces for kind in found)
-    lines = [f"{total} magnets, width × height × thickness:" if total else "No magnets."]
-    return lines + [f"    {kind.name}   {kind.pieces} pieces, {kind.text}" for kind in found]
+    head = f"{total} magnets, width × height × thickness:" if total else "No magnets."
+    return [head, *(f"    {kind.name}   {kind.pieces} pieces, {kind.text}" for kind in found)]
 
 
 def drawing(scene: Scene, lines: Sequence[str]) -> Drawing:
@@ -102,13 +102,13 @@ def write_dxf(drawn: Drawing, path: Path) -> None:
     document = ezdxf.new("R2010", units=4)  # millimetres
     for layer, (_, colour) in COLOURS.items():
         document.layers.add(layer, color=colour)
-    space, middle = document.modelspace(), ezdxf.enums.TextEntityAlignment.MIDDLE_CENTER
-    begin = ezdxf.enums.TextEntityAlignment.MIDDLE_LEFT
+    space, align = document.modelspace(), ezdxf.enums.TextEntityAlignment
     for layer, corners in drawn.outlines:
         space.add_lwpolyline(corners.tolist(), close=True, dxfattribs={"layer": layer})
     for words, place, centred in drawn.texts:
         text = space.add_text(words, height=_TEXT, dxfattribs={"layer": "TEXT"})
-        text.set_placement(place.tolist(), align=middle if centred else begin)
+        how = align.MIDDLE_CENTER if centred else align.MIDDLE_LEFT
+        text.set_placement(place.tolist(), align=how)
     document.saveas(path)
 
 

@@ -395,10 +395,6 @@ class Scene(base.FrozenModel, Shown):
         entries: dict[str, Any] = {name: getattr(self, name) for name in Scene.model_fields}
         return Scene(**_merged(entries, changes))
 
-    def by_key(self) -> dict[str, Any]:
-        """Return all single values by their keys; those in lists are numbered from 1."""
-        return base.by_key(self.model_dump())
-
     def pictured(self, angles: Array) -> list[Markup]:
         """Return an SVG of the chain with headings (n,) [rad]; none if they are not finite."""
         if not np.isfinite(angles).all():
