@@ -32,6 +32,7 @@ from magfold_env.scene import funnel as funnel
 from magfold_env.scene import load_scene as load_scene
 from magfold_env.scene import save_scene as save_scene
 from magfold_env.scene import scene_names as scene_names
+from magfold_env.simulation.flux import field as field
 from magfold_env.simulation.simulate import accelerations as accelerations
 from magfold_env.simulation.simulate import energy as energy
 from magfold_env.simulation.simulate import forces as forces

@@ -3,7 +3,8 @@
 import json
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, Self
@@ -13,8 +14,11 @@ import numpy.typing as npt
 from pydantic_core import from_json, to_json
 
 from magfold_env.files import reading_json, write_text
-from magfold_env.replay import Recording, frame, write_html
+from magfold_env.replay import Recording, page, page_data, write_html
 from magfold_env.replay.data import feed_text
+from magfold_env.reporting.notebook import Shown
+from magfold_env.reporting.page import Block, Frame
+from magfold_env.reporting.tables import Columns
 from magfold_env.scene import Scene
 from magfold_env.shapes import BoolArray, FloatArray, IntArray, centres, parse_word
 
@@ -42,7 +46,7 @@ class FoldStatus(StrEnum):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory:
+class Trajectory(Columns):
     """A recorded fold: m frames of n components, component 1 first.
 
     Frames are evenly spaced in time except for the last one, which is the end of the fold.
@@ -63,6 +67,8 @@ class Trajectory:
     push: FloatArray
     """Mean force of the feed along the tube since the previous frame [N], shape (m,); negative
     where it pulls. The first frame includes the impulse that sets the chain in motion."""
+    side: float
+    """Edge of a casing [m]."""
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -72,6 +78,27 @@ class Trajectory:
         """Return the number of frames and their time span."""
         span = f", {self.time[0]:.3g} to {self.time[-1]:.3g} s" if len(self) else ""
         return f"<Trajectory: {len(self)} frames of {self.angles.shape[1]} components{span}>"
+
+    @property
+    def centres(self) -> FloatArray:
+        """The casings' centres [m], shape (m, n, 2)."""
+        return centres(self.angles, side=self.side, base=self.base)
+
+    def columns(self) -> dict[str, npt.NDArray[Any]]:
+        """Return the frames as columns, in SI units, component 1 first.
+
+        They are ``time``, ``released``, ``push``, the outer hinge's ``base_x``, ``base_y``,
+        ``base_vx`` and ``base_vy``, and ``x_k``, ``y_k``, ``angle_k`` and ``rate_k`` of each
+        component k.
+        """
+        x, y = np.moveaxis(self.centres, 2, 0)
+        each = {"x": x, "y": y, "angle": self.angles, "rate": self.rates}
+        hinge = np.concatenate([self.base, self.base_velocity], axis=1).T
+        return {
+            **{name: getattr(self, name) for name in ("time", "released", "push")},
+            **dict(zip(("base_x", "base_y", "base_vx", "base_vy"), hinge, strict=True)),
+            **{f"{name}_{k + 1}": each[name][:, k] for k in range(x.shape[1]) for name in each},
+        }
 
     def finite(self) -> Self:
         """Return the frames before the first that is not finite: all of them, if there is none.
@@ -86,11 +113,14 @@ class Trajectory:
         count = len(self) if sound.all() else int(sound.argmin())
         if count == 0:
             raise ValueError("folds: a trajectory without a finite frame is not allowed")
-        return type(self)(**{name: value[:count] for name, value in vars(self).items()})
+        cut = {
+            name: np.asarray(value)[:count] for name, value in vars(self).items() if name != "side"
+        }
+        return replace(self, **cut)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fold:
+class Fold(Shown):
     """The result of one simulation."""
 
     scene: Scene
@@ -141,12 +171,10 @@ class Fold:
             f"{1e3 * self.energy:.4g} mJ{frames}>"
         )
 
-    def _repr_html_(self) -> str | None:
-        """Return a page that plays the fold, for notebooks; None if it cannot be played."""
-        try:
-            return frame(recording(self))
-        except ValueError:
-            return None
+    def _shown(self) -> list[Block]:
+        with suppress(ValueError):
+            return [Frame("A fold, to be played", page(page_data(recording(self))))]
+        return [repr(self)[1:-1], *self.scene.pictured(self.angles)]
 
     @property
     def joint_angles(self) -> FloatArray:

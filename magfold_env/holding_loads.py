@@ -13,7 +13,7 @@ from __future__ import annotations
 import importlib
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -30,6 +30,9 @@ from magfold_env.engine.stepping.dynamics import smooth_accelerations
 from magfold_env.engine.workspace import MOST_CONSTRAINED, new_work
 from magfold_env.files import write_text
 from magfold_env.fold import Fold, FoldStatus, loaded
+from magfold_env.reporting.notebook import Shown, short_table
+from magfold_env.reporting.page import Block
+from magfold_env.reporting.tables import Row
 from magfold_env.scene import Problem, SceneError, errors
 from magfold_env.shapes import BoolArray, FloatArray
 from magfold_env.simulation.pack import pack, pack_obstacles
@@ -56,7 +59,7 @@ FOUND, BOUNDLESS = ("Solved", "AlmostSolved"), ("DualInfeasible", "AlmostDualInf
 
 
 @dataclass(frozen=True, eq=False)
-class Holding:
+class Holding(Shown):
     """The loads that a fold at rest withstands.
 
     The fold gives way when no balance of forces exists at its present pose; dynamics decides what
@@ -118,6 +121,14 @@ class Holding:
         where = towards if math.isfinite(force) else "at no pull"
         words.append(f"component {self.pulled} gives way {where} ({by})")
         return "; ".join(words)
+
+    def _shown(self) -> list[Block]:
+        columns = self.fold.word, *(1e3 * self.opening.T), 1e3 * self.stiffness
+        names = "joint", "letter", "left [mN·m]", "right [mN·m]", "stiffness [mN·m/rad]"
+        values = zip(range(1, len(self.fold.angles)), *columns, strict=True)
+        rows: Iterator[Row] = (dict(zip(names, each, strict=True)) for each in values)
+        table = short_table("Moments that open the joints", rows, len(self.fold.word))
+        return [f"{self}.", *self.fold.scene.pictured(self.fold.angles), table]
 
     def to_dict(self) -> dict[str, Any]:
         """Return all values as JSON values; infinite ones become None."""

@@ -33,7 +33,9 @@ def recorded(word: str, scene: mf.Scene = FREE, frames: int = 30, time: float = 
     if scene.mount == "tube":
         released = np.ceil(share * scene.n).astype(np.int64)
     velocity = np.gradient(base, share * time, axis=0)
-    motion = mf.Trajectory(share * time, angles, base, rates, released, velocity, 0.1 * share)
+    motion = mf.Trajectory(
+        share * time, angles, base, rates, released, velocity, 0.1 * share, scene.casing.side
+    )
     ends = {"message": f"folded at t = {time:.4g} s", "time": time, "energy": -1e-2}
     moved = {"base": base[-1], "trajectory": motion, "magnetic_energy": magnetic_energy}
     return lying(scene, word, 0.4, **ends, **moved)

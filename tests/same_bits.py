@@ -178,6 +178,8 @@ def fold_digests() -> Iterator[tuple[str, str]]:
 def without_scene(fold: mf.Fold) -> Any:
     """Return all that a fold says, recorded motion included, but for its scene."""
     path = None if fold.trajectory is None else dict(vars(fold.trajectory))
+    if path is not None:
+        path.pop("side", None)  # it belongs to the scene
     return [
         fold.status.value, fold.message, fold.word, fold.angles, fold.base, fold.energy, fold.time,
         fold.steps, fold.evaluations, path,

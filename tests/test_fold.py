@@ -1,7 +1,9 @@
 """Folds: geometry, files, and what results say of themselves in a line."""
 
+import csv
 import json
 import re
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +12,7 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
-from tests.folds import lying
+from tests.folds import lying, recorded
 
 
 def _fold(word: str, **changes: Any) -> mf.Fold:
@@ -53,7 +55,7 @@ def test_what_is_no_fold_is_told(change: dict[str, object], message: str, tmp_pa
 def test_a_motion_is_finite_up_to_where_numbers_broke_down() -> None:
     angles = np.zeros((4, 3))
     places, rates, out = np.zeros((4, 2)), np.zeros((4, 3)), np.full(4, 3)
-    arrays = (np.arange(4.0), angles, places, rates, out, 0.0 * places, np.zeros(4))
+    arrays = (np.arange(4.0), angles, places, rates, out, 0.0 * places, np.zeros(4), 0.0125)
     assert len(mf.Trajectory(*arrays).finite()) == 4
     angles[2, 1] = np.nan
     assert mf.Trajectory(*arrays).finite().time.tolist() == [0.0, 1.0]
@@ -62,17 +64,55 @@ def test_a_motion_is_finite_up_to_where_numbers_broke_down() -> None:
         mf.Trajectory(*arrays).finite()
 
 
+def test_a_motion_has_a_line_a_frame(tmp_path: Path) -> None:
+    fold = recorded("LR", mf.Scene(sequence=("NSNS",) * 3))
+    motion = fold.trajectory
+    assert motion is not None
+    assert motion.centres.shape == (len(motion), 3, 2)
+    np.testing.assert_allclose(motion.centres[-1], fold.centres(), atol=1e-15)
+    np.testing.assert_array_equal(motion.finite().centres, motion.centres)
+    motion.to_csv(tmp_path / "motion.csv")
+    with (tmp_path / "motion.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(motion)
+    expected = {
+        "time": motion.time[7], "released": motion.released[7], "push": motion.push[7],
+        "base_y": motion.base[7, 1], "base_vx": motion.base_velocity[7, 0],
+        "x_3": motion.centres[7, 2, 0], "y_1": motion.centres[7, 0, 1],
+        "angle_2": motion.angles[7, 1], "rate_3": motion.rates[7, 2],
+    }  # fmt: skip
+    assert {name: float(rows[7][name]) for name in expected} == expected
+
+
+def test_a_motion_is_a_data_frame() -> None:
+    pandas = pytest.importorskip("pandas")
+    motion = recorded("LR", mf.Scene(sequence=("NSNS",) * 3)).trajectory
+    assert motion is not None
+    frame = motion.to_dataframe()
+    assert isinstance(frame, pandas.DataFrame)
+    assert frame["x_2"].tolist() == motion.centres[:, 1, 0].tolist()
+
+
+def test_data_frames_say_what_they_need(monkeypatch: pytest.MonkeyPatch) -> None:
+    motion = recorded("LR", mf.Scene(sequence=("NSNS",) * 3)).trajectory
+    assert motion is not None
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match=r"^data frames need pandas: pip install pandas$"):
+        motion.to_dataframe()
+
+
 def test_notebooks_play_what_was_recorded() -> None:
     fold = mf.simulate(mf.load_scene("paper/sequence-3"), seed=0, frame_rate=60.0)
     assert repr(fold.trajectory).startswith(
         f"<Trajectory: {len(fold.trajectory or ())} frames of 6"
     )
     assert repr(fold).endswith(f"{len(fold.trajectory or ())} frames>")
-    shown = fold._repr_html_() or ""
-    assert shown.startswith('<iframe title="A fold, to be played" srcdoc="&lt;!doctype html&gt;')
-    assert replace(fold, trajectory=None)._repr_html_() is None
-    nothing = {name: value[:0] for name, value in vars(fold.trajectory).items()}
-    assert "0 frames" in repr(mf.Trajectory(**nothing))
+    shown = fold._repr_html_()
+    assert shown.startswith('<iframe title="A fold, to be played"')
+    assert 'srcdoc="&lt;!doctype html&gt;' in shown
+    none, two, out = np.zeros(0), np.zeros((0, 2)), np.zeros(0, dtype=np.int64)
+    nothing = mf.Trajectory(none, np.zeros((0, 6)), two, np.zeros((0, 6)), out, two, none, 0.01)
+    assert "0 frames" in repr(nothing)
 
 
 SCENE = mf.load_scene("paper/sequence-3")

@@ -8,7 +8,6 @@ from rich.progress import TaskID
 
 from magfold_env import designer
 from magfold_env.cli import options
-from magfold_env.ensembles.releases import varied
 from magfold_env.scene import load_scene, save_scene
 
 _STAGES = {
@@ -93,32 +92,4 @@ def show(design: designer.Design) -> None:
         typer.echo(f"{design.target}: cannot be reached; {design.certificate}")
         return
     title = f"{design.target}, {design.mode}: {design.objective}"
-    options.show(options.entries(title, _rows(design)))
-
-
-def _rows(design: designer.Design) -> dict[str, str]:
-    rows = {"sequence": " ".join(design.sequence)}
-    if design.speed is not None:
-        speeds = design.speed if isinstance(design.speed, tuple) else (design.speed,)
-        rows["feed"] = f"{design.mode}, {', '.join(f'{each:g}' for each in speeds)} m/s"
-    if design.probability is not None:
-        fresh = f"{design.probability} of {design.probability.trials} releases of its own"
-        rows[f"folds into {design.target}"] = fresh
-        if design.scene is not None:
-            rows["drawn anew for each"] = varied(design.scene)
-    if (evidence := design.evidence) is not None:
-        side = "higher" if evidence.gap >= 0.0 else "lower"
-        stable = "yes, as the only word" if evidence.only_stable else "yes"
-        rows |= {
-            "energy": f"{1e3 * evidence.energy:.3f} mJ",
-            "next word": f"{evidence.rival}, {1e3 * abs(evidence.gap):.3f} mJ {side}",
-            "bears errors of single magnets": f"{100 * evidence.tolerance:.0f} %",
-            "stable": stable if evidence.stable else "no",
-        }
-    if (short := design.shortfall) is not None:
-        gap = design.objective == "gap"
-        by = f"by {1e3 * short:.3f} mJ" if gap else f"by {100 * short:.1f} %"
-        rows["below the proven optimum"] = by
-    rows["asked"] = ", ".join(f"{count} {name}" for name, count in design.calls.items())
-    rows["reached"] = "yes" if design.reached else "no"
-    return rows
+    options.show(options.entries(title, design.facts()))

@@ -31,7 +31,8 @@ def fold(  # noqa: PLR0913 - one parameter an option
         Path | None, typer.Option(help="Write a page that plays the motion in any browser.")
     ] = None,
     sheet: Annotated[
-        Path | None, typer.Option(help="Write a printable assembly sheet, PDF or PNG.")
+        Path | None,
+        typer.Option(help="Write an assembly sheet: PDF or PNG to print, SVG or DXF to cut."),
     ] = None,
     json: options.Json = None,
 ) -> None:

@@ -63,7 +63,7 @@ SUFFIXES = {
     "--png": (".png",),
     "--html": (".html",),
     "--json": (".json",),
-    "--sheet": (".pdf", ".png"),
+    "--sheet": (".pdf", ".png", ".svg", ".dxf"),
 }
 """Allowed suffixes of the files that options name."""
 PICTURES = ("--gif", "--png", "--sheet")

@@ -9,12 +9,14 @@ from typing import Any, Literal, NamedTuple, Self, get_args
 import numpy as np
 
 from magfold_env.designer.evidence import Evidence
-from magfold_env.ensembles.releases import MOST_RUNS, release
+from magfold_env.ensembles.releases import MOST_RUNS, release, varied
 from magfold_env.files import reading_json, write_text
 from magfold_env.minimiser import LONGEST_OF_ALL, Mode, refuse_field
 from magfold_env.reporting.intervals import Share
+from magfold_env.reporting.notebook import Shown, facts_table
+from magfold_env.reporting.page import Block
 from magfold_env.scene import Problem, Scene, base, errors, load_scene, unless_a_scene
-from magfold_env.shapes import cells, is_fully_folded, parse_word
+from magfold_env.shapes import cells, headings, is_fully_folded, parse_word, word_to_angles
 
 Objective = Literal["probability", "ground", "unique", "gap", "sensitivity"]
 Search = Literal["exhaustive", "annealing", "cross-entropy"]
@@ -144,7 +146,7 @@ def default_scene(n: int) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class Design:
+class Design(Shown):
     """The result of `design`."""
 
     target: str
@@ -186,6 +188,41 @@ class Design:
         share = "" if self.probability is None else f": {self.probability}"
         found = " ".join(self.sequence)
         return f"<Design of {self.target}, {self.mode}: {found}{speed}{share}>"
+
+    def facts(self) -> dict[str, str]:
+        """Return the design and the evidence for it as texts by their names."""
+        rows = {"sequence": " ".join(self.sequence)}
+        if self.speed is not None:
+            speeds = self.speed if isinstance(self.speed, tuple) else (self.speed,)
+            rows["feed"] = f"{self.mode}, {', '.join(f'{each:g}' for each in speeds)} m/s"
+        if self.probability is not None:
+            fresh = f"{self.probability} of {self.probability.trials} releases of its own"
+            rows[f"folds into {self.target}"] = fresh
+            if self.scene is not None:
+                rows["drawn anew for each"] = varied(self.scene)
+        if (evidence := self.evidence) is not None:
+            side = "higher" if evidence.gap >= 0.0 else "lower"
+            stable = "yes, as the only word" if evidence.only_stable else "yes"
+            rows |= {
+                "energy": f"{1e3 * evidence.energy:.3f} mJ",
+                "next word": f"{evidence.rival}, {1e3 * abs(evidence.gap):.3f} mJ {side}",
+                "bears errors of single magnets": f"{100 * evidence.tolerance:.0f} %",
+                "stable": stable if evidence.stable else "no",
+            }
+        if (short := self.shortfall) is not None:
+            gap = self.objective == "gap"
+            by = f"by {1e3 * short:.3f} mJ" if gap else f"by {100 * short:.1f} %"
+            rows["below the proven optimum"] = by
+        rows["asked"] = ", ".join(f"{count} {name}" for name, count in self.calls.items())
+        rows["reached"] = "yes" if self.reached else "no"
+        return rows
+
+    def _shown(self) -> list[Block]:
+        if self.scene is None:
+            return [repr(self)[1:-1]]
+        title = f"{self.target}, {self.mode}: {self.objective}"
+        picture = self.scene.pictured(headings(word_to_angles(self.target)))
+        return [*picture, facts_table(title, self.facts())]
 
     @property
     def sequence(self) -> tuple[str, ...]:

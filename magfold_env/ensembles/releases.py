@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cached_property, partial
@@ -19,14 +19,17 @@ import numpy as np
 import numpy.typing as npt
 
 from magfold_env.checkpoint import Checkpoint
-from magfold_env.files import physics_digest, reading_json, write_json, write_text
+from magfold_env.files import physics_digest, reading_json, write_json
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.minimiser import Mode, minimise
 from magfold_env.parallel import Backend, Workers, finished
 from magfold_env.reporting.intervals import Share, share
-from magfold_env.reporting.tables import Row, to_csv
+from magfold_env.reporting.notebook import Shown, chain_svg, short_table
+from magfold_env.reporting.page import Block
+from magfold_env.reporting.tables import Columns, Row
 from magfold_env.scene import Scene, errors, unless_a_scene
-from magfold_env.shapes import FloatArray, parse_word
+from magfold_env.scene.base import by_key
+from magfold_env.shapes import FloatArray, headings, parse_word, word_to_angles
 from magfold_env.simulation.simulate import simulate
 
 Texts = npt.NDArray[np.str_]
@@ -111,7 +114,7 @@ def run_one(seed: int, count: int, task: tuple[int, Scene]) -> Run:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Ensemble:
+class Ensemble(Columns, Shown):
     """Many releases of one scene: columns with one entry per run, and probabilities.
 
     The intervals of the probabilities are Wilson's, each at 95 % on its own.
@@ -154,6 +157,14 @@ class Ensemble:
         first = [f"{word} {status} {found}" for (word, status), found in self.outcomes.items()]
         more = f", … ({len(first) - MOST_SHOWN} more)" if len(first) > MOST_SHOWN else ""
         return f"<Ensemble, runs={len(self)}: {', '.join(first[:MOST_SHOWN])}{more}>"
+
+    def _shown(self) -> list[Block]:
+        rows: Iterator[Row] = (
+            {"shape": chain_svg(headings(word_to_angles(str(row["word"])))), **row}
+            for row in self.rows()
+        )
+        title = f"{len(self)} runs; drawn for each: {varied(self.scene)}"
+        return [short_table(title, rows, len(self.outcomes))]
 
     # --- probabilities -----------------------------------------------------------------------
 
@@ -221,7 +232,11 @@ class Ensemble:
     # --- files -------------------------------------------------------------------------------
 
     def columns(self) -> dict[str, npt.NDArray[Any]]:
-        """Return the runs as columns of equal length, for a data frame."""
+        """Return the runs as columns of equal length, with the values that each run drew.
+
+        Drawn values are named by their keys, a number within a list by its place from 1:
+        ``friction``, ``magnets.remanence_3_1``, ``start_angles_2``. They are drawn again.
+        """
         angles = {f"angle_{k + 1}": column for k, column in enumerate(self.angles.T)}
         return {
             "run": np.arange(len(self)),
@@ -230,6 +245,19 @@ class Ensemble:
             "energy": self.energy,
             "time": self.time,
             **angles,
+            **self._drawn(),
+        }
+
+    def _drawn(self) -> dict[str, FloatArray]:
+        """Return the numbers of the scene that its draws change, by key, each of shape (runs,)."""
+        stated = by_key(self.scene.model_dump())
+        drawn = (self.scene.draw(self.generator(k)) for k in range(len(self)))
+        runs = [by_key(scene.model_dump(exclude={"spreads"})) for scene in drawn]
+        found = {key: [run[key] for run in runs] for key in runs[0]}
+        return {
+            key: np.array(values, dtype=np.float64)
+            for key, values in found.items()
+            if any(value != stated.get(key) for value in values)
         }
 
     def rows(self) -> list[Row]:
@@ -269,12 +297,6 @@ class Ensemble:
             scene = Scene(**data["scene"])
             runs = [Run.from_record(each, scene.n) for each in data["runs"]]
             return cls.of(scene, data["seed"], runs)
-
-    def to_csv(self, path: str | Path) -> None:
-        """Write `columns` as CSV, one line per run, under a temporary name first."""
-        columns = self.columns()
-        lines = zip(*(column.tolist() for column in columns.values()), strict=True)
-        write_text(path, to_csv([dict(zip(columns, line, strict=True)) for line in lines]))
 
     def _runs(self) -> list[Run]:
         columns = (self.word, self.status, self.energy, self.time)

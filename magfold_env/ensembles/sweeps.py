@@ -16,6 +16,8 @@ from magfold_env.files import reading_json, write_json, write_text
 from magfold_env.fold import FoldStatus
 from magfold_env.parallel import Backend, Workers
 from magfold_env.reporting.intervals import Share
+from magfold_env.reporting.notebook import Shown, short_table
+from magfold_env.reporting.page import Block
 from magfold_env.reporting.tables import Row, to_csv
 from magfold_env.scene import Problem, Scene, SceneError, errors, unless_a_scene
 from magfold_env.scene.base import plain
@@ -68,7 +70,7 @@ def outcomes(made: Ensemble) -> Counter[Outcome]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sweep:
+class Sweep(Shown):
     """Ensembles of one scene over a grid of one or two of its numbers, with the same draws."""
 
     scene: Scene
@@ -88,6 +90,15 @@ class Sweep:
         """Return the varied parameters and the number of releases."""
         over = " × ".join(f"{key} ({len(values)} values)" for key, values in self.over.items())
         return f"<Sweep over {over}, runs={len(self.ensembles[0])}>"
+
+    def _shown(self) -> list[Block]:
+        rows: list[Row] = []
+        for point, each in zip(self.points, self.ensembles, strict=True):
+            first = next(iter(outcomes(each)))
+            share = str(each.probability(*first))
+            rows.append({**point, "most frequent": str(first), "share": share})
+        title = f"{len(self)} points of {len(self.ensembles[0])} runs"
+        return [short_table(title, rows, len(rows))]
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -3,7 +3,7 @@
 Long chains are cut in the middle and searched by branch and bound, which proves its results.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
@@ -13,8 +13,11 @@ from magfold_env.engine.state import Array
 from magfold_env.minimiser import arms, energies, states
 from magfold_env.minimiser.lattice import ORDER, Ints, all_words, from_words
 from magfold_env.minimiser.states import Among, State
+from magfold_env.reporting.notebook import Shown, chain_svg, short_table
+from magfold_env.reporting.page import Block
+from magfold_env.reporting.tables import Row, joined_pairs
 from magfold_env.scene import Scene, errors, unless_a_scene
-from magfold_env.shapes import overlaps
+from magfold_env.shapes import headings, overlaps, word_to_angles
 
 Mode = Literal["free", "forward", "backward"]
 
@@ -66,7 +69,7 @@ class Decision:
 
 
 @dataclass(frozen=True, repr=False)
-class Minimum:
+class Minimum(Shown):
     """The result of `minimise` or `ground_state`."""
 
     mode: Mode
@@ -96,6 +99,20 @@ class Minimum:
         first = ", ".join(f"{s.word} {1e3 * s.energy:.4g} mJ" for s in self.states[:MOST_SHOWN])
         more = ", …" if len(self.states) > MOST_SHOWN else ""
         return f"<{type(self).__name__}: {first or 'no state'}{more}>"
+
+    def _shown(self) -> list[Block]:
+        rows: Iterator[Row] = (
+            {
+                "shape": chain_svg(headings(word_to_angles(each.word))),
+                "word": each.word,
+                "energy [mJ]": 1e3 * each.energy,
+                "stable": "yes" if each.stable else "no",
+                "equal poles touch": joined_pairs(each.conflicts) or "none",
+                "tied": " ".join(each.tied) or "none",
+            }
+            for each in self.states
+        )
+        return [short_table(f"{self.mode}, {self.examined} words", rows, len(self.states))]
 
 
 def minimise(

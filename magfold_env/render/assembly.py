@@ -15,7 +15,7 @@ from magfold_env.files import replacing
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.holding_loads import holding
 from magfold_env.minimiser import Mode, minimise
-from magfold_env.render import style
+from magfold_env.render import style, workshop
 from magfold_env.render.chain import FACE_NORMALS, magnet_block, square
 from magfold_env.render.sheet_parts import facts, kinds
 from magfold_env.replay.data import WORDS
@@ -23,7 +23,7 @@ from magfold_env.reporting.plotting import GRID, INK, figure_class, patch
 from magfold_env.scene import FACES, Scene, SceneError
 from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
-SUFFIXES = (".pdf", ".png")
+SUFFIXES = (".pdf", ".png", ".svg", ".dxf")
 LONGEST = 24
 """Largest number of components for which energy minimisation takes seconds."""
 
@@ -65,7 +65,9 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
     fold
         Its simulated fold.
     path
-        A `.pdf`, or a `.png` with all pages below each other; written under a temporary name first.
+        A `.pdf`, or a `.png` with all pages below each other, for paper; or a `.svg` or `.dxf` for
+        the workshop, in millimetres, see `magfold_env.render.workshop`. It is written under a
+        temporary name first.
     title
         Name of the chain.
 
@@ -74,11 +76,16 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
     ValueError
         If the path has another suffix.
     ImportError
-        If matplotlib is not installed.
+        If matplotlib is not installed, or ezdxf for a `.dxf`.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"{str(path)!r} is not allowed; must end in {' or '.join(SUFFIXES)}")
+    if suffix in workshop.WRITERS:
+        lines = [*facts(scene, fold), *workshop.magnet_lines(scene), simulated(fold).note]
+        with replacing(path) as temporary:
+            workshop.WRITERS[suffix](workshop.drawing(scene, [title, *lines]), temporary)
+        return
     pages = _pages(_blocks(scene, fold, title))
     figures = [_figure(page, k, len(pages)) for k, page in enumerate(pages, start=1)]
     with replacing(path) as temporary:
@@ -99,10 +106,7 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
 def _blocks(scene: Scene, fold: Fold, title: str) -> list[Block]:
     found, where = kinds(scene)
     names = np.array([*(kind.name for kind in found), "empty"])[where]
-    total = sum(kind.pieces for kind in found)
-    lines = facts(scene, fold)
-    lines.append(f"{total} magnets, width × height × thickness:" if total else "No magnets.")
-    lines += [f"    {kind.name}   {kind.pieces} pieces, {kind.text}" for kind in found]
+    lines = [*facts(scene, fold), *workshop.magnet_lines(scene)]
     head = f"Assembly sheet: {title}" if title else "Assembly sheet"
     blocks: list[Block] = [(10.0, partial(_write, words=head, size=15.0, fontweight="bold"))]
     blocks += [block for line in lines for block in _lines(line)]

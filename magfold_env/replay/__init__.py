@@ -13,7 +13,7 @@ from typing import Any
 from magfold_env.files import write_text
 from magfold_env.replay.data import WORDS, Recording, page_data
 
-__all__ = ["SCRIPTS", "Recording", "frame", "page", "page_data", "source", "write_html"]
+__all__ = ["SCRIPTS", "Recording", "page", "page_data", "source", "write_html"]
 
 SCRIPTS = (
     "dom.js",
@@ -38,13 +38,6 @@ def write_html(fold: Recording, path: str | Path) -> None:
         Path of the page, which is first written under a temporary name.
     """
     write_text(path, page(page_data(fold)))
-
-
-def frame(fold: Recording) -> str:
-    """Return an HTML frame that contains the page, for inclusion in another page."""
-    content = html.escape(page(page_data(fold)))
-    style = "width: 100%; height: 640px; border: 0"
-    return f'<iframe title="A fold, to be played" srcdoc="{content}" style="{style}"></iframe>'
 
 
 def page(data: dict[str, Any]) -> str:

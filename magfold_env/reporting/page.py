@@ -5,7 +5,7 @@ from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import jinja2
 
@@ -86,7 +86,7 @@ class Details(NamedTuple):
 
 
 Block = str | Picture | Entries | Points | Verdict | Table | Frame | Details
-"""The content of a section; plain text is a paragraph."""
+"""The content of a section; plain text is a paragraph, and Markup is HTML as it is."""
 
 
 class Section(NamedTuple):
@@ -121,20 +121,23 @@ def write_page(page: Page, path: str | Path) -> None:
 
 def render(page: Page) -> str:
     """Return a page as HTML text with embedded pictures; see `write_page`."""
+    return _template().render(page=page)
 
-    def kind_of(block: Block) -> str:
-        return type(block).__name__
 
-    return _template().render(page=page, kind_of=kind_of, cell_text=cell_text)
+def fragment(blocks: Sequence[Block]) -> str:
+    """Return blocks as HTML without a page around them, for notebooks."""
+    module: Any = _template().make_module({"page": Page("", ())})
+    return str(module.show(blocks)).strip()
 
 
 @cache
 def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
+    environment: Any = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
+    environment.globals["cell_text"] = cell_text
     return environment.get_template("page.html")

@@ -1,11 +1,18 @@
 """Tables of results: their cells as text and as CSV, and names of what stands in them."""
 
 import csv
+import importlib
 import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from string import ascii_uppercase
+from typing import Any
+
+import numpy.typing as npt
+
+from magfold_env.files import write_text
 
 Cell = str | int | float
 Row = dict[str, Cell]
@@ -19,6 +26,36 @@ class Table:
 
     title: str
     rows: list[Row]
+
+
+class Columns:
+    """A result with one entry per run or frame, for spreadsheets and data frames."""
+
+    def columns(self) -> dict[str, npt.NDArray[Any]]:
+        """Return columns of equal length by their names."""
+        raise NotImplementedError
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write `columns` as CSV, under a temporary name first."""
+        columns, text = self.columns(), io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+        write_text(path, text.getvalue())
+
+    def to_dataframe(self) -> Any:
+        """Return `columns` as a pandas data frame.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        try:
+            pandas: Any = importlib.import_module("pandas")
+        except ImportError as error:
+            raise ImportError("data frames need pandas: pip install pandas") from error
+        return pandas.DataFrame(self.columns())
 
 
 def letters(index: int) -> str:

@@ -94,6 +94,22 @@ def plain(value: Any) -> Any:
     return value
 
 
+def by_key(value: Any, key: str = "", *, lists: bool = True) -> dict[str, Any]:
+    """Return the values in nested groups by their dotted keys.
+
+    With ``lists``, their values have keys too, which end in places from 1: ``friction_2``.
+    """
+    if isinstance(value, Mapping):
+        named = cast("Mapping[str, Any]", value).items()
+        parts = [(f"{key}.{name}" if key else name, each) for name, each in named]
+    elif lists and isinstance(value, (list, tuple)):
+        parts = [(f"{key}_{k}", each) for k, each in enumerate(cast("list[Any]", value), 1)]
+    else:
+        return {key: value}
+    found = (by_key(each, part, lists=lists) for part, each in parts)
+    return {name: leaf for leaves in found for name, leaf in leaves.items()}
+
+
 class FrozenModel(BaseModel):
     """Base of all groups: frozen, without unknown keys, finite; errors raise a `SceneError`."""
 

@@ -8,9 +8,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
+from markupsafe import Markup
 from pydantic import AfterValidator, BeforeValidator, Strict, model_validator
 from pydantic import Field as Limits
 
+from magfold_env.reporting.notebook import Shown, chain_svg, facts_table
+from magfold_env.reporting.page import Block
 from magfold_env.scene import base, sections
 from magfold_env.scene.errors import Problem, SceneError, refuse, unless_a
 from magfold_env.scene.magnets import FACES, ROUNDING, Array, Magnets
@@ -53,7 +56,7 @@ def _some(sequence: tuple[str, ...]) -> tuple[str, ...]:
 Component = Annotated[str, Strict(), AfterValidator(_faces)]
 
 
-class Scene(base.FrozenModel):
+class Scene(base.FrozenModel, Shown):
     """A chain, its surroundings and how to simulate it.
 
     `magfold scenes --keys` prints all keys, what each may be, its unit, default and meaning; so
@@ -391,6 +394,21 @@ class Scene(base.FrozenModel):
         # Unnamed groups are valid and stay unchanged.
         entries: dict[str, Any] = {name: getattr(self, name) for name in Scene.model_fields}
         return Scene(**_merged(entries, changes))
+
+    def pictured(self, angles: Array) -> list[Markup]:
+        """Return an SVG of the chain with headings (n,) [rad]; none if they are not finite."""
+        if not np.isfinite(angles).all():
+            return []
+        sizes = None if self.magnets is None else self.magnets.lengths
+        return [chain_svg(angles, self.casing.side, self.sequence, sizes)]
+
+    def _shown(self) -> list[Block]:
+        always = ("mount", "friction", "casing.side", "casing.mass", "magnets.remanence")
+        facts = base.by_key(self.model_dump(), lists=False)
+        given = base.by_key(self.model_dump(exclude_defaults=True), lists=False)
+        told = {key: facts[key] for key in always if key in facts} | given
+        told["sequence"] = " ".join(self.sequence)
+        return [*self.pictured(np.zeros(self.n)), facts_table("Scene, SI units", told)]
 
     def alone(self) -> Scene:
         """Return the chain alone and pinned, without tube, obstacles and bumps."""

@@ -66,6 +66,7 @@ class Frames:
             released=n - lo,
             base_velocity=view.outer_velocity(q, v),
             push=np.diff(impulse, prepend=0.0) / np.diff(time, prepend=-interval),
+            side=self._model.side,
         )
 
     def _with_end(self, columns: list[npt.NDArray[Any]]) -> list[npt.NDArray[Any]]:

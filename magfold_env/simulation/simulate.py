@@ -16,6 +16,7 @@ from magfold_env.engine.workspace import new_work
 from magfold_env.fold import Fold
 from magfold_env.parallel import MOST_WORKERS
 from magfold_env.scene import Problem, Scene, SceneError, errors, unless_a_scene
+from magfold_env.shapes import centres
 from magfold_env.simulation.pack import pack
 from magfold_env.simulation.session import Progress, Session
 
@@ -165,15 +166,34 @@ def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> 
     return out.reshape(headings.shape)
 
 
-def forces(scene: Scene, angles: npt.ArrayLike) -> tuple[Floats, Floats]:
-    """Magnet forces (n, 2) [N] and torques about the centres (n,) [N·m] at the given headings.
+def forces(
+    scene: Scene, angles: npt.ArrayLike, *, about: npt.ArrayLike | None = None
+) -> tuple[Floats, Floats]:
+    """Magnet forces (n, 2) [N] and torques (n,) [N·m] on the components at the given headings.
+
+    Parameters
+    ----------
+    scene
+        The chain; its mount is ignored.
+    angles
+        Headings [rad], shape (n,), component 1 first.
+    about
+        The point of all torques [m], shape (2,), with component 1's outer hinge at the origin;
+        None for each component's own centre.
 
     Raises
     ------
     SceneError
-        If ``scene`` is not a scene, the shape is not (n,) or a number exceeds `LARGEST`.
+        If ``scene`` is not a scene, a shape is another or a number exceeds `LARGEST`.
     """
-    return _smooth_state(scene, checked("angles", angles, scene))[:2]
+    headings = checked("angles", angles, scene)
+    force, torque = _smooth_state(scene, headings)[:2]
+    if about is not None:
+        arm = centres(headings, side=scene.casing.side) - places(
+            "about", [about], "two for x and y"
+        )
+        torque = torque + arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
+    return force, torque
 
 
 def energy(scene: Scene, angles: npt.ArrayLike) -> float:
@@ -208,6 +228,17 @@ def checked(key: str, values: npt.ArrayLike, scene: Scene, *, stacked: bool = Fa
     if not (np.abs(array) <= LARGEST).all():
         allowed = f"must be finite and from {-LARGEST:g} to {LARGEST:g}"
         raise SceneError([Problem(key, array.tolist(), allowed)])
+    return array
+
+
+def places(key: str, values: Any, allowed: str) -> Floats:
+    """Return places [m] of shape (k, 2), or refuse what is not finite or of another shape."""
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.array(np.nan)
+    if array.ndim != 2 or array.shape[1] != 2 or not np.isfinite(array).all():
+        raise SceneError([Problem(key, values, f"must be finite numbers, {allowed}")])
     return array
 
 

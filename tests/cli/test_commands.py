@@ -200,7 +200,9 @@ def test_a_page_needs_no_extra(quick: str, tmp_path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.medium
-@pytest.mark.parametrize(("suffix", "begins"), [("pdf", b"%PDF"), ("png", b"\x89PNG")])
+@pytest.mark.parametrize(
+    ("suffix", "begins"), [("pdf", b"%PDF"), ("png", b"\x89PNG"), ("svg", b"<svg")]
+)
 def test_a_sheet_is_written(quick: str, tmp_path: Path, suffix: str, begins: bytes) -> None:
     pytest.importorskip("matplotlib.figure")
     sheet = tmp_path / f"sheet.{suffix}"

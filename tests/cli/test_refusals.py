@@ -15,7 +15,10 @@ REFUSED = [
     (f"fold {BASE} --gif /nowhere/x.gif", "--gif: '/nowhere/x.gif' is not allowed; its folder mu"),
     (f"fold {BASE} --html /", "--html: '/' is not allowed; must not be a folder"),
     (f"fold {BASE} --gif x.mp4", "--gif: 'x.mp4' is not allowed; must end in .gif"),
-    (f"fold {BASE} --sheet x.svg", "--sheet: 'x.svg' is not allowed; must end in .pdf or .png"),
+    (
+        f"fold {BASE} --sheet x.gif",
+        "--sheet: 'x.gif' is not allowed; must end in .pdf or .png or .svg or .dxf",
+    ),
     *((f"{command} /", "error: /: ") for command in ("fold", "minimise", "ensemble")),
     (f"minimise {BASE} --top 0", "top: 0 is not allowed; must be from 1 to 10000000"),
     (f"minimise {BASE} --png /nowhere/x.png", "--png: '/nowhere/x.png' is not allowed; its "),

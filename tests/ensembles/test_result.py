@@ -91,3 +91,26 @@ def test_the_csv_has_a_line_a_run(tmp_path: Path) -> None:
     assert [(row["word"], row["status"]) for row in rows] == ENDS
     assert [float(row["energy"]) for row in rows] == made.energy.tolist()
     assert [float(row["angle_3"]) for row in rows] == made.angles[:, 2].tolist()
+
+
+def test_what_each_run_drew_is_a_column() -> None:
+    spreads = {"friction": 0.2, "magnet": 0.1, "mass": 0.1, "tilt": 2.0, "obstacle_offset": 0.001}
+    wall = mf.Rectangle(position=(0.1, 0.0), size=(0.01, 0.01))
+    scene = SCENE.replace(spreads=spreads, obstacles=[wall])
+    made = mf.Ensemble.of(scene, 7, list(made_of(ENDS)._runs()))
+    columns = made.columns()
+    for k in range(len(made)):
+        drawn = scene.draw(made.generator(k))
+        magnets = drawn.magnets
+        assert magnets is not None
+        assert isinstance(magnets.remanence, tuple)
+        assert columns["friction"][k] == drawn.friction
+        assert columns["casing.mass_3"][k] == drawn.masses[2]
+        strengths = [columns[f"magnets.remanence_2_{f}"][k] for f in range(1, 5)]
+        assert tuple(strengths) == magnets.remanence[1]
+        assert drawn.start_angles is not None
+        assert columns["start_angles_2"][k] == drawn.start_angles[1]
+        assert columns["gravity.in_plane_1"][k] == drawn.gravity.in_plane[0]
+        assert columns["obstacles_1.position_2"][k] == drawn.obstacles[0].position[1]
+    # What does not vary is not told again.
+    assert not {"duration", "spreads.friction", "obstacles_1.position_1"} & columns.keys()

@@ -30,7 +30,7 @@ def _steps(scene: mf.Scene) -> tuple[mf.Trajectory, np.ndarray]:
 
     SteppedSession(scene, look, stride=3).settle()
     *motion, energy = (np.array(column) for column in zip(*rows, strict=True))
-    return mf.Trajectory(*motion), energy
+    return mf.Trajectory(*motion, side=scene.casing.side), energy
 
 
 @pytest.mark.parametrize("field", [None, FIELD])
@@ -59,7 +59,12 @@ def test_magnets_loaded_at_the_mouth_act_from_there(direction: str) -> None:
     inside = released if direction == "forward" else n - released
     base = np.zeros((n + 1, 2))
     base[:, 0] = [1e-3 - row[:count].sum() for row, count in zip(along, inside, strict=True)]
-    still = {"rates": 0.0 * angles, "base_velocity": 0.0 * base, "push": np.zeros(n + 1)}
+    still = {
+        "rates": 0.0 * angles,
+        "base_velocity": 0.0 * base,
+        "push": np.zeros(n + 1),
+        "side": 0.0125,
+    }
     motion = mf.Trajectory(np.linspace(0.0, 0.5, n + 1), angles, base, released=released, **still)
     order = range(n) if direction == "forward" else range(n)[::-1]
     found = magnetic_energy(scene, motion)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -137,4 +138,4 @@ def _with_end(episodes: Episodes[Any]) -> Trajectory:
         "push": push,
     }
     both = {name: np.concatenate([getattr(motion, name), now[name]]) for name in now}
-    return Trajectory(**both)
+    return replace(motion, **both)
