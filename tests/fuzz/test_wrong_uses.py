@@ -95,7 +95,10 @@ def is_told(make: Callable[[], object], key: str, value: object) -> None:
     said = str(raised.value)
     assert said.count("\n") == 0
     assert key in said
-    assert re.sub(r"\n\s*", " ", repr(value)) in said
+    named = re.sub(r"\n\s*", " ", repr(value))
+    # The middle of what is long is left out.
+    assert named[:60] in said
+    assert named[-60:] in said
     assert "must" in said
 
 

@@ -85,8 +85,8 @@ def test_a_page_is_one_file_with_pictures_that_are_png(picture: Path, tmp_path: 
     path = tmp_path / "picture.png"
     path.write_text("no picture")
     with pytest.raises(ValueError, match=r"picture\.png: is not a picture; must be a PNG file"):
-        write_page(Page("T", [Section("S", [Picture(path)])]), tmp_path / "page.html")
-    assert not (tmp_path / "page.html").exists()
+        write_page(Page("T", [Section("S", [Picture(path)])]), tmp_path / "other.html")
+    assert not (tmp_path / "other.html").exists()
 
 
 Z = 1.959963984540054

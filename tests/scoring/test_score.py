@@ -98,7 +98,7 @@ def test_wrong_arguments_are_named(wrong: dict[str, Any], tmp_path: Path) -> Non
     policy = entered(tmp_path / "mine.safetensors", FLOOR)
     (((key, value),)) = wrong.items()
     with pytest.raises(ValueError, match=rf"^{key}: {value} is not allowed; must be "):
-        score(policy, FLOOR, **{"episodes": 1} | wrong)
+        score(policy, FLOOR, **({"episodes": 1, **wrong}))
 
 
 def test_seeds_draw_apart() -> None:
