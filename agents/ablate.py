@@ -1,9 +1,9 @@
 """Ablation of a trained policy: ``python -m agents.ablate POLICY``.
 
 The policy plays tube feed unchanged and with parts of it removed, as ``docs/evaluation.md``
-describes, on the same targets and draws. Intervals are 95 %, by the bootstrap over training seeds
-and targets together; those of differences are paired by seed, target and draws. An interrupted
-command continues when it is called again; a finished one prints its table again.
+describes, always on the same targets and draws. Intervals are 95 % bootstrap intervals over
+training seeds and targets together; intervals of differences are paired by seed, target and draws.
+Calling the command again continues an interrupted run or prints a finished table again.
 """
 
 from pathlib import Path
@@ -38,20 +38,20 @@ def measure(
 ) -> dict[str, Row]:
     """Play every ablation on every target with the same draws, which training never uses.
 
-    `folder` stores episodes, and stored episodes are not played again. The number of parallel
-    processes is `processes`.
+    Episodes are stored in `folder`, and stored episodes are not played again. `processes` is the
+    number of parallel processes.
 
     Raises
     ------
     ValueError
-        If chains are chosen as a whole, without observations in between; if `folder` contains other
-        episodes; or if a policy cannot play these.
+        If actions choose whole chains, without observations in between; if `folder` contains other
+        episodes; or if a policy cannot play these episodes.
     """
     env = episodes.make_env(settings)
     if env.actions.components > 1:
         raise ValueError(
             f"env.id: {settings.id!r} is not allowed; must be MagFold/TubeFeed-v0 or "
-            "MagFold/TubeFeedGoal-v0, where a policy may see what its choices have done"
+            "MagFold/TubeFeedGoal-v0, where a policy can observe what its choices do"
         )
     changes: dict[str, Change] = {SEEING: None, NO_MOTION: NO_MOTION, FROZEN: FROZEN}
     changes |= {f"{speed:.3f} m/s": speed for speed in env.actions.speeds.tolist()}
@@ -70,9 +70,9 @@ def measure(
 
 
 def summarise(results: report.Played, built: bool = False) -> dict[str, Row]:
-    """Return a row for each ablation, and for the frozen policy with chains `built` beforehand.
+    """Return a row per ablation and, if `built`, one for frozen choices in chains built beforehand.
 
-    ``difference`` is the success minus that of the unchanged policy.
+    ``difference`` is the success rate minus the unchanged policy's success rate.
     """
     targets, seeing = report.targets_of(results), report.by_target(results[SEEING])
     tried = {name: (runs, "success", "score") for name, runs in results.items()}
@@ -94,7 +94,7 @@ def main(
         str,
         typer.Argument(
             help="A set of shipped policies, a policy (.safetensors), or "
-            "NAME=PATH,PATH,... for the seeds of one method."
+            "NAME=PATH,PATH,... with a path per training seed."
         ),
     ],
     seeds: Annotated[
@@ -108,7 +108,7 @@ def main(
         Path | None, typer.Option(help="Folder of the results; runs/ablation-POLICY by default.")
     ] = None,
 ) -> None:
-    """Compare a trained policy with itself without some of its parts."""
+    """Compare a trained policy with ablations of itself."""
     with reported_errors():
         settings = env_settings(config, env or [])
         parsed = Method.parse(policy)
@@ -137,11 +137,11 @@ def main(
         for name, row in rows.items()
     ]
     count = len(method.policies) * len(episodes.make_env(settings).targets) * draws
-    shown = text_table(f"{method.name}, {count} episodes a row", lines)
+    shown = text_table(f"{method.name}, {count} episodes per row", lines)
     shown.caption_justify = "left"
     shown.caption = (
-        f"Best of the speeds, chosen on these draws: {best}. Where all episodes end alike an "
-        f"interval has no width; Wilson's of {count} successes is "
+        f"Best speed, chosen on these draws: {best}. Where all episodes end alike, the "
+        f"interval has no width; Wilson's interval for {count} successes is "
         f"{intervals.percent(share(count, count).low)}–100 %."
     )
     options.show(shown)

@@ -1,12 +1,12 @@
-"""Baselines that decide before the chain folds: one sequence and its speeds for each target.
+"""Baselines that choose a sequence and its speeds for each target before the chain folds.
 
-Two begin with energies: the minimiser's design, and robust open-loop design. The third uses only
+Two start from energies: the minimiser's design and robust open-loop design. The third uses only
 physics calls. ``python -m agents.baselines SEARCH`` runs a search and writes its choices, which
 `agents.evaluate` then scores on fresh draws.
 
 A physics call is an episode that a search plays. Calls are counted and never exceed the budget.
-Call d of every choice has the same draws, so that choices are compared under equal conditions; no
-call is played twice. The draws differ from those of the evaluation and of all training.
+Call number d has the same draws for every choice, so choices are compared under equal conditions.
+No call is played twice. Evaluation and training use other draws.
 """
 
 import hashlib
@@ -41,19 +41,19 @@ from magfold_env.minimiser import LONGEST_OF_ALL
 from magfold_env.shapes import folded_words
 
 USUAL_SPEED = 0.2
-"""Initial feed speed [m/s], at which most designs do well."""
+"""Feed speed [m/s] to try first, because most designs do well at it."""
 
 
 class SpentError(Exception):
-    """The budget has no call left; the exception ends a search at any point."""
+    """No call is left in the budget; the exception ends a search at any point."""
 
 
 class Tally(NamedTuple):
-    """The record of a choice."""
+    """A choice and the scores of its calls."""
 
     choice: policies.OpenLoop
     scores: tuple[float, ...]
-    """Scores of its calls: 1 for a success, at most one half for a miss."""
+    """Scores of the calls: 1 for a success, at most one half for a failure."""
 
     @property
     def successes(self) -> int:
@@ -62,17 +62,17 @@ class Tally(NamedTuple):
 
     @property
     def expected(self) -> float:
-        """Its mean score with one additional call of score one half.
+        """Mean score, including one imaginary call that scores one half.
 
-        Few calls are weak evidence: one success of one must not beat nine of nine.
+        Few calls are weak evidence: one success in one call must not beat nine in nine.
         """
         return (sum(self.scores) + 0.5) / (len(self.scores) + 1)
 
 
 class Calls:
-    """Plays choices for one target until the budget of calls is spent; `seed` sets their draws.
+    """Physics calls for one target within a budget; `seed` sets their draws.
 
-    A call raises `SpentError` when none is left.
+    A call beyond the budget raises `SpentError`.
     """
 
     def __init__(self, env: FoldEnv[Any], target: str, budget: int, seed: int) -> None:
@@ -83,10 +83,10 @@ class Calls:
         self._scores: dict[policies.OpenLoop, list[float]] = {}
 
     def scores(self, choices: Sequence[Choice | policies.OpenLoop], draws: int) -> intervals.Floats:
-        """Return the scores of the first calls of choices, shape (choices, draws).
+        """Return the scores of each choice's first calls, shape (choices, draws).
 
         All choices get their first call before any gets a second, so that a small budget is spread
-        over all.
+        over all of them.
         """
         played = [self._as_played(choice) for choice in choices]
         for draw in range(draws):
@@ -97,7 +97,7 @@ class Calls:
         return np.array([self._scores[choice][:draws] for choice in played])
 
     def tallies(self) -> list[Tally]:
-        """Return the records of all choices, the most promising first."""
+        """Return the tallies of all choices played, the most promising first."""
         known = [Tally(choice, tuple(scores)) for choice, scores in self._scores.items()]
         return sorted((each for each in known if each.scores), key=lambda each: -each.expected)
 
@@ -118,19 +118,19 @@ class Calls:
 
 
 Search = Callable[[float, Calls, np.random.Generator], None]
-"""Tries choices until one is good enough or the budget is spent (`SpentError`).
+"""A function that tries choices until one is good enough or the budget is spent (`SpentError`).
 
-The first argument is the sufficient share of successes of 40 calls.
+The first argument is the share of successes in 40 calls that suffices.
 """
 
 
 def choose_for(
     name: str, goal: float, env: FoldEnv[Any], target: str, budget: int, seed: int
 ) -> policies.Chosen:
-    """Return the choice of a search for a target within a budget of at least one physics call.
+    """Return the best choice for a target that a search finds within its budget of physics calls.
 
-    The result is the choice with the best record (`Tally.expected`) among those tried in `env`
-    under its randomisation. The seed applies to the search and its physics calls.
+    The best choice has the highest `Tally.expected` of all that were tried in `env`, under its
+    randomisation. `budget` is at least one call. `seed` sets the draws of the search and its calls.
     """
     calls = Calls(env, target, budget, seed)
     with suppress(SpentError):
@@ -140,12 +140,12 @@ def choose_for(
 
 
 def speeds_to_try(env: FoldEnv[Any]) -> list[float]:
-    """Return the available feed speeds [m/s], the usual ones first."""
+    """Return the available feed speeds [m/s], those closest to `USUAL_SPEED` first."""
     return sorted(env.actions.speeds.tolist(), key=lambda v: abs(np.log(v / USUAL_SPEED)))
 
 
 def minimiser_design(goal: float, calls: Calls, rng: np.random.Generator) -> None:
-    """Race the speeds of the sequence with the largest energy gap between target and next word."""
+    """Race the speeds for the sequence with the largest energy gap between target and next word."""
     scene: Any = calls.env.scene
     every = _all_deepest(scene) if scene.n <= LONGEST_OF_ALL else {}
     sequence = every.get(calls.target) or _deepest(scene, calls.target)
@@ -156,7 +156,7 @@ def minimiser_design(goal: float, calls: Calls, rng: np.random.Generator) -> Non
 
 @lru_cache(maxsize=4)
 def _all_deepest(scene: mf.Scene) -> dict[str, tuple[str, ...]]:
-    """Return the sequences of proven largest gap of all words that have one."""
+    """Return the sequence with the proven largest gap for each word that has one."""
     found = designer.gap_designs(scene, folded_words(scene.n))
     return {word: sequence for word, sequence in found.items() if sequence is not None}
 
@@ -170,10 +170,10 @@ def _deepest(scene: mf.Scene, target: str) -> tuple[str, ...]:
 
 
 def robust_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
-    """Let the design room's search (`magfold_env.designer`) try perturbed runs of the environment.
+    """Let the designer's search (`magfold_env.designer`) try choices in randomised episodes.
 
     Sequences that are good by energy (for long chains, those whose only stable word is the target)
-    are raced on releases at one speed after another until one succeeds; if none does, the
+    race at one speed, then at two and so on, until one reaches the goal. If none does, the
     cross-entropy method continues from the best.
     """
     env = calls.env
@@ -199,7 +199,7 @@ def robust_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
 
 
 def cross_entropy_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
-    """Use `magfold_env.designer.trials.cross_entropy` from an even distribution."""
+    """Run `magfold_env.designer.trials.cross_entropy` from a uniform distribution."""
     env = calls.env
     trials.cross_entropy(
         calls, 4 * env.scene.n, env.actions.speeds.tolist(), rng, calls.budget, goal=goal
@@ -223,16 +223,16 @@ def choose(
     seed: int = 0,
     processes: int = 1,
 ) -> Iterator[tuple[str, policies.Chosen]]:
-    """Search for a choice for every target and store it in a file; yield each when it is known.
+    """Search for a choice for every target, store it in a file and yield it as soon as it is known.
 
-    The file is created if needed; targets that it contains are skipped. `budget` is the largest
-    number of physics calls per target, `goal` the share of successes that ends a search early, and
-    `seed` that of the search and its calls. `processes` targets are searched in parallel.
+    The file is created if needed; targets that it already contains are not searched. `budget` is
+    the largest number of physics calls per target, `goal` the share of successes that ends a search
+    early, and `seed` the seed of the search and its calls. `processes` targets are parallel.
 
     Raises
     ------
     ValueError
-        If there is no such search, `goal` is not a share, or the file is damaged or belongs to
+        If there is no such search, `goal` is not in (0, 1], or the file is damaged or belongs to
         another search.
     """
     if name not in SEARCHES:
@@ -249,7 +249,7 @@ def choose(
         "physics": physics_digest(),
         "components": env.scene.n,
         "scene": hashlib.sha256(scene.encode()).hexdigest()[:16],
-        # The set of targets does not change the result for one of them.
+        # A target's result does not depend on which other targets there are.
         "env": settings.model_dump(mode="json", exclude={"targets", "difficulty", "shaping"}),
     }
     file = policies.ChoiceFile(path, key)
@@ -279,7 +279,7 @@ def main(
         int, typer.Option(min=1, help="Largest number of physics calls per target.")
     ] = 2000,
     goal: Annotated[
-        float, typer.Option(help="Share of successes of 40 calls that ends a search early.")
+        float, typer.Option(help="Share of successes in 40 calls that ends a search early.")
     ] = 1.0,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the search and of its calls.")] = 0,
     processes: Processes = 2,
@@ -298,7 +298,7 @@ def main(
             task = bar.add_task(search, total=total, note="")
             for _, chosen in found:
                 calls, targets = calls + chosen.calls, targets + 1
-                bar.update(task, advance=1, note=f"{calls / targets:.0f} calls a target")
+                bar.update(task, advance=1, note=f"{calls / targets:.0f} calls per target")
     typer.echo(f"{calls} physics calls for {targets} targets; choices written to {path}")
 
 

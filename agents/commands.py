@@ -1,4 +1,4 @@
-"""What the commands of this package share: options, a bar of progress, tables, errors."""
+"""Options, a progress bar, tables and error messages that this package's commands share."""
 
 import threading
 from collections.abc import Callable, Generator, Mapping, Sequence
@@ -14,18 +14,18 @@ from magfold_env.files import pip_install
 EnvConfig = Annotated[str, typer.Option(help="Training settings that define the environment.")]
 EnvChanges = Annotated[
     list[str] | None,
-    typer.Option(help="Change of an environment setting, KEY=VALUE, such as targets=n8."),
+    typer.Option(help="Change to an environment setting, KEY=VALUE, such as targets=n8."),
 ]
 Draws = Annotated[int, typer.Option(min=1, help="Episodes per target.")]
 Processes = Annotated[int, typer.Option(min=1, help="Number of parallel processes.")]
 Assignments = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Any other setting: learner.gamma=0.9."),
+    typer.Option("--set", metavar="KEY=VALUE", help="Any other setting, e.g. learner.gamma=0.9."),
 ]
 
 
 def run_command(main: Callable[..., None]) -> None:
-    """Run a command; its help and messages have the form of those of `magfold`."""
+    """Run a command whose help and messages look like those of `magfold`."""
     threading.excepthook = _leave_to_the_command
     command = options.application()
     command.command()(main)
@@ -33,16 +33,16 @@ def run_command(main: Callable[..., None]) -> None:
 
 
 def _leave_to_the_command(ended: threading.ExceptHookArgs) -> None:
-    """Print why a thread ended, except for files that the command cannot write either."""
+    """Print why a thread ended, except file errors, which the command itself will report."""
     if not issubclass(ended.exc_type, OSError):
         threading.__excepthook__(ended)
 
 
 @contextmanager
 def reported_errors(extras: str = "") -> Generator[None]:
-    """Print wrong values, file errors and missing modules on one line; end with exit code 2.
+    """Report a wrong value, file error or missing module in one line; end with exit code 2.
 
-    `extras` are those that a missing module may belong to.
+    `extras` names the package's extras that may provide a missing module.
     """
     with options.errors_in_one_line():
         try:
@@ -53,7 +53,7 @@ def reported_errors(extras: str = "") -> Generator[None]:
 
 
 def progress_bar() -> progress.Progress:
-    """Return a progress bar on stderr with a field for a success rate."""
+    """Return a progress bar on stderr that also shows a note."""
     return progress.Progress(
         progress.TextColumn("{task.description}"),
         progress.BarColumn(),
@@ -66,11 +66,11 @@ def progress_bar() -> progress.Progress:
 
 
 def text_table(title: str, rows: Sequence[Mapping[str, str]]) -> table.Table:
-    """Return a table of rows with equal keys, the headings; intervals have their own line."""
+    """Return a table of rows whose keys are the headings; intervals go on a separate line."""
     shown = table.Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
     cells = [[cell.replace(" (", "\n(") for cell in row.values()] for row in rows]
     for k, name in enumerate(rows[0]):
-        # Headings may break into lines; cells may not.
+        # Headings may wrap; cells may not.
         width = max(len(line) for row in cells for line in row[k].splitlines() or [""])
         shown.add_column(name, justify="right" if k else "left", min_width=width if k else None)
     for row in cells:

@@ -34,8 +34,8 @@ def evaluate(
     """Play every policy on every target with the same draws, which training never uses.
 
     Each policy plays `draws` episodes on each target, in `processes` processes. The result maps
-    each method's name to its runs. Episodes that `folder` contains are not played again, and come
-    without their choices and scenes.
+    each method's name to its runs. Episodes that `folder` contains are not played again, and are
+    returned without their choices and scenes.
     """
     seeds = evaluation_seeds(draws)
     wanted = [(target, seed) for target in episodes.make_env(settings).targets for seed in seeds]
@@ -58,11 +58,11 @@ def compare(
     folder: Path,
     built: bool = False,
 ) -> report.Played:
-    """Evaluate, show the table, and write numbers and a page to `folder`.
+    """Evaluate methods, show tables of the results, and write numbers and a page to `folder`.
 
-    The comparison includes random actions and the energy minimiser's designs, the latter unless a
-    target has none. Given methods come first. If `built`, each choice is also folded as a chain
-    that is built beforehand. The other arguments are those of `evaluate`.
+    The comparison includes random actions and, unless some target has none, the energy minimiser's
+    designs. The given methods come first. If `built`, each choice is also folded as a chain built
+    beforehand. The other arguments are those of `evaluate`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     typer.echo(page.conditions(settings, draws))
@@ -79,7 +79,7 @@ def compare(
     summaries = report.summarise(results)
     options.show(
         text_table("Success by target", report.targets_rows(summaries)),
-        text_table("In all", report.overall_rows(summaries)),
+        text_table("Overall", report.overall_rows(summaries)),
     )
     seeds = evaluation_seeds(draws)
     report.results_of(settings, every, seeds, results, summaries).write(folder / "results.json")
@@ -93,7 +93,7 @@ def main(
         list[str] | None,
         typer.Argument(
             help="Policies (.safetensors) or choices of agents.baselines (.json); "
-            "NAME=PATH,PATH,... for the seeds of one method."
+            "NAME=PATH,PATH,... with a path per training seed."
         ),
     ] = None,
     config: EnvConfig = "ppo-tube-feed",
@@ -101,7 +101,7 @@ def main(
     draws: Draws = 20,
     processes: Processes = 2,
     built: Annotated[
-        bool, typer.Option(help="Also fold every choice in a chain built beforehand (preloaded).")
+        bool, typer.Option(help="Also fold every choice as a chain built beforehand (preloaded).")
     ] = True,
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/evaluation"),
 ) -> None:

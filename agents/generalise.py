@@ -1,9 +1,9 @@
 """Loss of success on words excluded from training: ``python -m agents.generalise CONFIG``.
 
 All fully folded words are divided into folds. For each fold, a policy is trained on the words of
-the other folds; it then plays the held-out words of its fold and the seen words of the others.
-Another method with separate choices for every word may play all words for comparison. An
-interrupted command continues when it is called again.
+the other folds; it then plays the held-out words of its own fold and the words of the others, which
+it has seen. For comparison, another method with separate choices for every word may play all words.
+Calling the command again continues an interrupted run.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,15 +25,15 @@ from magfold_env.scoring.results import Row
 from magfold_env.shapes import folded_words, mirror
 
 DIFFERENCES = ("lost", "ahead of it, held out")
-"""Rows of the summary that are not rates."""
+"""Rows of the summary that are differences, not rates."""
 DEAL = 0
-"""Seed of the division, which is equal for all methods at one length."""
+"""Seed of the division into folds, which is the same for all methods at a given length."""
 
 
 def deal(words: Sequence[str], folds: int) -> list[list[str]]:
     """Return the words of each fold, divided randomly with a fixed seed.
 
-    A word and its mirror image stay together, because a symmetric device makes both alike.
+    A word and its mirror image stay together, because a symmetric device folds both equally well.
     """
     pairs = sorted({tuple(sorted({word, mirror(word)} & set(words))) for word in words})
     order = np.random.default_rng(DEAL).permutation(len(pairs))
@@ -48,7 +48,7 @@ def play(
     processes: int,
     folder: Path | None = None,
 ) -> dict[str, float]:
-    """Return the rate of success of a policy on each of some words."""
+    """Return a policy's success rate on each word."""
     env = env.model_copy(update={"targets": tuple(words)})
     method = episodes.Method("policy", (policy,))
     runs = evaluate([method], env, draws, processes, folder=folder)["policy"]
@@ -60,9 +60,9 @@ def summary(
     seen: Sequence[Mapping[str, float]],
     other: Mapping[str, float] | None = None,
 ) -> dict[str, intervals.Estimate]:
-    """Return the summary of success by word; intervals are from the bootstrap over words.
+    """Summarise success by word; intervals are from the bootstrap over words.
 
-    Each word is held out once and seen by the policies of all other folds, which are averaged.
+    Each word is held out once. The policies of all other folds saw it; their rates are averaged.
     """
     words = list(held)
     rates = np.array([list(held.values())])
@@ -101,7 +101,7 @@ def main(
         Path | None, typer.Option(help="Folder; runs/generalise-COMPONENTS by default.")
     ] = None,
 ) -> None:
-    """Train on all fully folded words except some, and play these."""
+    """Train with some fully folded words held out, then play the held-out words."""
     folder = output or Path("runs") / f"generalise-{components}"
     held_out: list[dict[str, float]] = []
     seen: list[dict[str, float]] = []
@@ -131,7 +131,7 @@ def main(
         {"": name, "success (95 %)": each.points(" points") if name in DIFFERENCES else str(each)}
         for name, each in rows.items()
     ]
-    options.show(text_table(f"Words held out, {folds} folds", shown))
+    options.show(text_table(f"Held-out words, {folds} folds", shown))
     parts = zip(held_out, seen, policies, strict=True)
     figures: dict[str, Any] = {name: rows[name] for name in DIFFERENCES if name in rows}
     figures["folds"] = [dict(zip(("held", "seen", "policy"), each, strict=True)) for each in parts]

@@ -1,4 +1,4 @@
-"""The main job: train for a few minutes, then compare: ``python -m agents.quickstart``."""
+"""A first training run of a few minutes and a comparison: ``python -m agents.quickstart``."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +14,7 @@ from agents.settings import env_settings, load_settings
 from agents.training.run import train
 
 CONFIG = "ppo-quickstart"
-"""Settings of the training."""
+"""Name of the training settings."""
 
 
 def main(
@@ -24,7 +24,7 @@ def main(
 ) -> None:
     """Train a policy briefly and compare it with random actions and the energy minimiser.
 
-    It also plays without motion: the difference shows the benefit of observing the chain.
+    The policy also plays with motion hidden; the difference shows the benefit of seeing the chain.
     """
     with reported_errors():
         settings = load_settings(CONFIG, minutes=minutes)

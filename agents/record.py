@@ -1,8 +1,8 @@
-"""Episodes as a dataset in Minari's format: ``python -m agents.record ENV``.
+"""Record episodes as a dataset in Minari's format: ``python -m agents.record ENV``.
 
-The dataset is for learners without an environment. The infos at the end of an episode (target,
-success and score) are in its metadata, with the seed, from which the environment repeats the
-episode bit for bit. All draws use training seeds, and reported results use none of these.
+The dataset is for learners that have no environment. An episode's metadata contain its final info
+(target, success and score) and its seed, with which the environment repeats the episode bit for
+bit. All draws use training seeds, which no reported result uses.
 """
 
 # pyright: reportMissingImports=false
@@ -25,7 +25,7 @@ from agents.training.envs import make_env
 from magfold_env.envs.fold_env import FoldEnv
 
 TOLD = ("target", "is_success", "score")
-"""The stored keys of the info at the end of an episode."""
+"""Keys of an episode's final info that are stored."""
 
 
 def record(settings: EnvSettings, policy: str, episodes: int, seed: int, name: str) -> Any:
@@ -34,29 +34,29 @@ def record(settings: EnvSettings, policy: str, episodes: int, seed: int, name: s
     Raises
     ------
     ValueError
-        If there is no such policy, or it belongs to other environments; if there is a dataset of
-        that name, or the name is not allowed.
+        If there is no such policy, or it belongs to other environments; if a dataset of that name
+        exists, or the name is not allowed.
     """
     import minari  # noqa: PLC0415 (an extra of its own)
 
     if not re.fullmatch(r"([\w-]+/)*[\w-]+-v\d+", name):
-        allowed = "must be such as magfold/TubeFeed/random-v0, of letters, digits, - and _"
+        allowed = "must look like magfold/TubeFeed/random-v0, with letters, digits, - and _"
         raise ValueError(f"dataset: {name!r} is not allowed; {allowed}")
     if name in minari.list_local_datasets():
-        raise ValueError(f"dataset: {name!r} is there already; must be a new name")
+        raise ValueError(f"dataset: {name!r} already exists; must be a new name")
     played_by = str(shipped_files(policy)[0]) if policy in shipped_names() else policy
     env, player = make_env(settings), make_policy(played_by)
     if policy != "random" and not isinstance(env.unwrapped, FoldEnv):
         raise ValueError(f"policy: {policy!r} is not allowed in {settings.id}; must be random")
     if policy != "random":
         check(played_by, settings)
-    # Below 2³², as seeds of training are.
+    # Training seeds are below 2³².
     seeds: list[int] = np.random.SeedSequence(seed).generate_state(episodes).tolist()
     with progress_bar() as bar:
         task = bar.add_task(settings.id, total=episodes, note="")
         played = [_play(env, player, each) for each in bar.track(seeds, task_id=task)]
     with warnings.catch_warnings():
-        # Author, and evaluation in the recorded environment.
+        # Minari warns that no author and no environment for evaluation are named.
         warnings.filterwarnings("ignore", "`.*` is set to None", UserWarning)
         dataset = minari.create_dataset_from_buffers(
             name,
@@ -73,7 +73,7 @@ def record(settings: EnvSettings, policy: str, episodes: int, seed: int, name: s
 
 
 def _play(env: Any, policy: Policy, seed: int) -> tuple[Any, dict[str, Any]]:
-    """Return an episode as Minari's buffer, and the info at its end."""
+    """Return an episode as a Minari buffer, and its final info."""
     from minari.data_collector import EpisodeBuffer  # noqa: PLC0415
 
     inner, row = cast("FoldEnv[Any]", env.unwrapped), np.array([0])
@@ -94,7 +94,7 @@ def _play(env: Any, policy: Policy, seed: int) -> tuple[Any, dict[str, Any]]:
 
 
 def _columns(space: Any, values: list[Any]) -> Any:
-    """Return values of a space in Minari's form: one array for each part."""
+    """Return values of a space in Minari's form, with one array per part."""
     if isinstance(space, spaces.Dict):
         return {key: _columns(part, [v[key] for v in values]) for key, part in space.items()}
     return np.stack([np.asarray(value, dtype=space.dtype) for value in values])
@@ -114,10 +114,10 @@ def main(
     seed: Annotated[int, typer.Option(min=0, help="Seed of all draws.")] = 0,
     dataset: Annotated[
         str | None,
-        typer.Option(help="Minari's name of the dataset; magfold/ENV/POLICY-v0 by default."),
+        typer.Option(help="Name of the Minari dataset; magfold/ENV/POLICY-v0 by default."),
     ] = None,
 ) -> None:
-    """Record episodes in the folder MINARI_DATASETS_PATH, by default ~/.minari/datasets."""
+    """Record episodes in the folder given by MINARI_DATASETS_PATH, or in ~/.minari/datasets."""
     with reported_errors(extras="agents,minari"):
         content: dict[str, Any] = {"id": env_id}
         for change in env or []:

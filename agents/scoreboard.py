@@ -1,7 +1,7 @@
 """Make the tables of ``agents/SCOREBOARD.md`` from files: ``python -m agents.scoreboard``.
 
 The files in ``agents/scores`` are the results of ``magfold score --json`` and `agents.admission`;
-of the latter, one per track, the rows random actions, always forward and oracle are used.
+each track has one admission, of which the rows random actions, always forward and oracle are used.
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,11 +27,11 @@ COLUMNS = (
 )  # fmt: skip
 
 SCALE = RANDOM, FORWARD, ORACLE
-"""The rows that a table contains of an admission."""
+"""The rows of an admission that a table shows."""
 
 
 def page(folder: Path) -> str:
-    """Return the scoreboard of the files in a folder; the text above the tables is that of `PAGE`.
+    """Return the scoreboard of a folder's files, below the text at the start of `PAGE`.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def page(folder: Path) -> str:
 
 
 def _table(admission: Results | None, scores: Sequence[Results]) -> Iterator[str]:
-    """Yield the lines of a track's table: the rows of the scale, then the best first."""
+    """Yield the lines of a track's table: first the scale, then the scores, the best first."""
     yield f"| {' | '.join(COLUMNS)} |"
     yield f"|{'---|' * len(COLUMNS)}"
     for name in SCALE:
@@ -106,10 +106,10 @@ def _line(results: Results, name: str, admission: Results | None) -> str:
 
 def main(
     *,
-    scores: Annotated[Path, typer.Option(help="Folder of the files.")] = SCORES,
-    output: Annotated[Path, typer.Option(help="The page.")] = PAGE,
+    scores: Annotated[Path, typer.Option(help="Folder of the result files.")] = SCORES,
+    output: Annotated[Path, typer.Option(help="Page to write.")] = PAGE,
 ) -> None:
-    """Write the scoreboard from the files."""
+    """Write the scoreboard from the result files."""
     with reported_errors():
         write_text(output, page(scores))
     typer.echo(f"written: {output}")

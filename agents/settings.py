@@ -20,8 +20,8 @@ from magfold_env.scoring.policy_file import Algorithm, Count, Features, LSTMSett
 from magfold_env.scoring.track import FEED_TRACKS, TRACKS
 
 MAX_TRAINING_SEED = 2**31 - 1
-"""Largest training seed. Training seeds are small numbers given by hand; seeds for other purposes
-are in `magfold_env.envs.tasks.draws`."""
+"""Largest training seed. Users choose training seeds, which are small numbers;
+`magfold_env.envs.tasks.draws` makes the seeds for other purposes."""
 
 Unit = Annotated[float, Field(ge=0, le=1)]
 Positive = Annotated[float, Field(gt=0)]
@@ -31,7 +31,7 @@ ALGORITHMS = get_args(Algorithm)
 
 
 def word_or_other(value: Any) -> str:
-    """Distinguish the branches of a union: a word, or the one other allowed kind."""
+    """Return the tag of a union's branch: a word, or the other allowed kind."""
     return "<word>" if isinstance(value, str) else "<other>"
 
 
@@ -43,7 +43,7 @@ AutoOr = Annotated[
 
 
 SettingsError = SceneError
-"""Settings that cannot be used: one line per problem, each naming key, value and remedy."""
+"""Settings that cannot be used, with one line per problem that names key, value and remedy."""
 
 
 class Group(FrozenModel, frozen=True):  # pyright: ignore[reportGeneralTypeIssues] (it is frozen too)
@@ -51,7 +51,7 @@ class Group(FrozenModel, frozen=True):  # pyright: ignore[reportGeneralTypeIssue
 
 
 GROUP = "group of settings"
-"""What a file must contain, for messages."""
+"""What messages call the content that a file must have."""
 
 Settings = TypeVar("Settings", bound=pydantic.BaseModel)
 
@@ -83,8 +83,8 @@ ShapingOption = Annotated[
 class EnvOptions(Group, frozen=True):
     """Options of an environment; None means the default.
 
-    `magfold_env.envs.tasks.world` describes the options without description here. The environment
-    decides which options it accepts.
+    `magfold_env.envs.tasks.world` describes the options that have no description here. The
+    environment decides which options it accepts.
     """
 
     scene: str | None = None
@@ -101,21 +101,21 @@ class EnvOptions(Group, frozen=True):
     reward: RewardKind | None = None
     shaping: ShapingOption | None = None
     baseline: bool | None = None
-    """False: nothing is subtracted from the score."""
+    """Whether a baseline is subtracted from the score."""
     tasks: str | None = None
-    """Name or path of a list of given chains with the folds to reach."""
+    """Name or path of a list of given chains and the folds that they must reach."""
 
 
 class EnvSettings(EnvOptions, frozen=True):
     """The environment to train in."""
 
     id: EnvId = TUBE_FEED
-    """Its Gymnasium id."""
+    """The environment's Gymnasium id."""
 
     def options(self, gamma: float | None = None) -> dict[str, Any]:
         """Return the keyword arguments for making the environment.
 
-        `gamma` is the discount of its shaping, which the goal environment does not have.
+        `gamma` is the discount of the shaping; the goal environment has no shaping.
         """
         given = self.model_dump(exclude={"id"}, exclude_none=True)
         if given.pop("baseline", True) is False:
@@ -134,10 +134,10 @@ class EnvSettings(EnvOptions, frozen=True):
 
 
 class _Learner(Shown):
-    """Settings of all learners."""
+    """Settings that all learners share."""
 
     learning_rate: Positive = 3e-4
-    """Step size of Adam at the start."""
+    """Initial step size of Adam."""
     anneal: bool = False
     """Whether the learning rate falls linearly to zero over each phase of the run."""
     gamma: Unit = 1.0
@@ -150,7 +150,7 @@ class _Learner(Shown):
     """Order in which networks see the chain: from its first component to its last; from the tube's
     mouth outward (see `agents.training.features.FromTheMouth`); or from the mouth and always from
     one side (see `agents.training.symmetry`). The latter two are for tube feed only, and the last
-    for PPO and MaskablePPO."""
+    only for PPO and MaskablePPO."""
 
 
 class PPOSettings(_Learner):
@@ -169,8 +169,8 @@ class PPOSettings(_Learner):
     ent_coef: NonNegative = 0.01
     """Weight of the entropy bonus."""
     anneal_entropy: bool = False
-    """Whether it falls linearly to zero over each phase, so that in the end the most probable
-    action is as good as a drawn one."""
+    """Whether `ent_coef` falls linearly to zero over each phase, so that in the end the most
+    probable action is as good as a sampled one."""
     vf_coef: NonNegative = 0.5
     """Weight of the value loss."""
 
@@ -195,9 +195,9 @@ class HindsightSettings(Group, frozen=True):
     """Replay with the achieved goals in place of the desired ones."""
 
     n_sampled_goal: Count = 4
-    """Relabelled steps for every true one."""
+    """Number of relabelled steps per true step."""
     goal_selection_strategy: Literal["future", "final", "episode"] = "future"
-    """Moment of the episode that sets the goal."""
+    """Which of the episode's achieved goals replaces the desired one."""
 
 
 class SACSettings(_Learner):
@@ -212,14 +212,13 @@ class SACSettings(_Learner):
     train_freq: Count = 1
     """Steps of each environment between two updates."""
     gradient_steps: Annotated[int, Field(ge=-1)] = 1
-    """Minibatches in an update; −1: as many as the steps since the last update in all
-    environments."""
+    """Minibatches per update; −1 means one per step since the last update, in all environments."""
     tau: Annotated[float, Field(gt=0, le=1)] = 0.005
-    """Share of the critics that the target critics take over in an update."""
+    """Weight of the critics in the moving average that updates the target critics."""
     ent_coef: AutoOr = "auto"
     """Weight of the entropy."""
     target_entropy: AutoOr = "auto"
-    """Target entropy of ``ent_coef: auto``; ``auto`` is minus the number of actions."""
+    """Target entropy for ``ent_coef: auto``; ``auto`` is minus the number of actions."""
     hindsight: HindsightSettings | None = None
     """Hindsight replay for the goal environment; None replays steps unchanged."""
 
@@ -230,7 +229,7 @@ class TQCSettings(SACSettings):
     algorithm: Literal["tqc"] = "tqc"  # pyright: ignore[reportIncompatibleVariableOverride]
     """Truncated quantile critics."""
     top_quantiles_to_drop_per_net: Annotated[int, Field(ge=0)] = 2
-    """Number of the highest of 25 quantiles of each critic that the target omits."""
+    """Number of the highest of each critic's 25 quantiles that the target omits."""
 
 
 def _branch(value: Any) -> str | None:
@@ -256,12 +255,12 @@ LearnerSettings = Annotated[
 
 
 class StopSettings(Group, frozen=True):
-    """Conditions on validations that end a phase early; None: no such condition."""
+    """Validation results that end a phase early; None means no such condition."""
 
     success: Unit | None = None
-    """Sufficient rate of success."""
+    """Success rate that suffices."""
     patience: Count | None = None
-    """Number of validations in a row without a new best one."""
+    """Number of consecutive validations without a new best result."""
 
 
 class PhaseSettings(Group, frozen=True):
@@ -270,7 +269,7 @@ class PhaseSettings(Group, frozen=True):
     timesteps: Count
     """Total environment steps."""
     env: EnvOptions = EnvOptions()
-    """Options that differ in the environment."""
+    """Environment options that differ from those of the main phase."""
     stop: StopSettings = StopSettings()
     """When the phase ends early."""
 
@@ -287,14 +286,14 @@ class ImitationSettings(Group, frozen=True):
     """Imitation before training."""
 
     plan: Literal["baseline", "drawing back", "mending"] = "baseline"
-    """The imitated player: the schedules that set the tasks' baselines; with a given chain, the
-    player of `agents.training.drawing_back`; with an anchor, that of `agents.training.mending`."""
+    """The imitated player: the tasks' baseline schedules; with given chains, the player in
+    `agents.training.drawing_back`; with an anchor, the player in `agents.training.mending`."""
     tried: Count = 1000
     """Number of open loops tried per task."""
     trials: Count = 6000
-    """Number of episodes in which they are tried."""
+    """Number of episodes in which open loops are tried."""
     episodes: Count = 1024
-    """Number of imitated episodes, with all tasks in turn."""
+    """Number of imitated episodes, in which tasks take turns."""
     epochs: Count = 8
     """Number of passes over the steps of these episodes."""
     batch_size: Count = 512
@@ -302,7 +301,7 @@ class ImitationSettings(Group, frozen=True):
     learning_rate: Positive = 1e-3
     """Learning rate of the first pass; it falls towards zero in equal steps from pass to pass."""
     random: Annotated[float, Field(ge=0, lt=1)] = 0.1
-    """Share of actions in the episodes in which a random entry is replaced; the replacement is not
+    """Share of the episodes' actions in which one random entry is replaced; the replacement is not
     imitated."""
 
 
@@ -318,19 +317,19 @@ class TrainSettings(Group, frozen=True):
     learner: LearnerSettings = PPOSettings()
     """The learner."""
     start: str | None = None
-    """File of a policy with the initial weights of the networks; None: random weights."""
+    """Policy file with the networks' initial weights; None means random weights."""
     imitate: ImitationSettings | None = None
-    """Imitation before training; None: none."""
+    """Imitation before training; None means no imitation."""
     timesteps: Count = 200_000
     """Total environment steps of the main phase."""
     stop: StopSettings = StopSettings()
     """When the main phase ends early."""
     minutes: Positive | None = None
-    """Time limit; the run ends at whichever limit comes first. None sets none."""
+    """Time limit; the run ends when it or `timesteps` is reached. None means no time limit."""
     seed: Annotated[int, Field(ge=0, le=MAX_TRAINING_SEED)] = 0
     """Seed of networks, actions and episodes."""
     device: Literal["cpu", "cuda", "auto"] = "cpu"
-    """Device of the networks; small ones are fastest on the processor."""
+    """Device of the networks; small networks are fastest on the CPU."""
     envs: Count = 2
     """Number of environments that are stepped together."""
     checkpoint_every: Count = 20_000
@@ -371,12 +370,12 @@ class TrainSettings(Group, frozen=True):
             yield "env.id", env.id, f"{TUBE_FEED!r} or {GOAL_ENV!r} with features {features!r}"
         masked = learner.algorithm in ("ppo", "maskable-ppo")
         if features == "symmetric" and not (masked and env.actions in (None, "multidiscrete")):
-            allowed = "'chain' or 'mouth' but for PPO and MaskablePPO with actions 'multidiscrete'"
+            allowed = "'chain' or 'mouth', unless PPO or MaskablePPO has actions 'multidiscrete'"
             yield "learner.features", features, allowed
         if learner.frames > 1 and (features != "chain" or env.id == GOAL_ENV):
-            allowed = f"1 with {GOAL_ENV} and with features but 'chain'"
+            allowed = f"1 with {GOAL_ENV} and with features other than 'chain'"
             yield "learner.frames", learner.frames, allowed
-        # Achieved goals are motion, and the motion of a chain chosen as a whole is not observed.
+        # Achieved goals show motion; where a chain is chosen as a whole, there is none to hide.
         if learner.blind and (hindsight or env.id == DESIGN_ENV):
             yield "learner.blind", True, f"false with {DESIGN_ENV} and with hindsight"
 
@@ -390,15 +389,15 @@ class TrainSettings(Group, frozen=True):
         if self.pretraining or env_id not in TRACKS:
             yield "env.id", env_id, f"one of {', '.join(TRACKS)}, without pretraining, to imitate"
         if plan == "drawing back" and env_id not in FEED_TRACKS:
-            yield "imitate.plan", plan, "another one but where a given chain folds"
+            yield "imitate.plan", plan, "another one, except where a given chain folds"
         if plan == "mending" and env_id != ANCHOR_ENV:
-            yield "imitate.plan", plan, f"another one but with {ANCHOR_ENV}"
+            yield "imitate.plan", plan, f"another one, except with {ANCHOR_ENV}"
 
 
 def load_settings(
     path: str | Path, assignments: Sequence[str] = (), **overrides: Any
 ) -> TrainSettings:
-    """Read the settings in a YAML file, or in the one of that name in ``configs/agents``.
+    """Read settings from a YAML file, or from the file of that name in ``configs/agents``.
 
     `assignments` such as ``learner.gamma=0.9`` replace settings at any depth; their values are
     YAML. `overrides` replace top-level settings; None leaves the file's value.
@@ -416,9 +415,9 @@ def load_settings(
 
 
 def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:
-    """Return the environment of training settings with changes, each ``KEY=VALUE`` in YAML.
+    """Return the environment of training settings, changed by ``KEY=VALUE`` items in YAML.
 
-    Rewards are the environment's defaults, not the training's: they measure what a policy adds to
+    Rewards are the environment's defaults, not those of training: they measure a policy's gain over
     the minimiser.
 
     Raises
@@ -438,7 +437,7 @@ def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:
 
 
 def changed_settings(settings: TrainSettings, changes: Mapping[str, Any]) -> TrainSettings:
-    """Return `settings` with other values, by dotted key such as ``learner.gamma``.
+    """Return `settings` with changes, given by dotted key such as ``learner.gamma``.
 
     Raises
     ------
@@ -465,7 +464,7 @@ def checked(kind: type[Settings], content: Mapping[str, Any], source: str | Path
 
 
 def find_config(path: str | Path, kind: str) -> Path:
-    """Return the file at `path`, or the shipped one of that name in the folder `kind`."""
+    """Return the file at `path`, or the shipped file of that name in the folder `kind`."""
     folder = configs_dir() / kind
     for candidate in (Path(path), folder / path, folder / f"{path}.yaml"):
         if candidate.is_file():

@@ -1,7 +1,7 @@
 """Make a set of shipped policies from training runs: ``python -m agents.ship policies NAME RUN``.
 
 ``python -m agents.ship results NAME results.json ablation.json admission.json ...`` then adds the
-results of `agents.evaluate NAME`, `agents.ablate NAME` and `agents.admission` to their card.
+results of `agents.evaluate NAME`, `agents.ablate NAME` and `agents.admission` to the set's card.
 """
 
 import shutil
@@ -45,7 +45,7 @@ def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
             raise CardError(f"{run}: is not the folder of a finished training run")
         own = load_settings(run / "settings.yaml").model_dump(mode="json", exclude={"seed"})
         if settings not in (None, own):
-            raise CardError(f"{run}: was trained with other settings than {runs[0]}")
+            raise CardError(f"{run}: was trained with settings other than those of {runs[0]}")
         settings = own
         policy_files.load(run / "policy.safetensors")
         file = folder / f"{name}-{number}.safetensors"
@@ -58,12 +58,12 @@ def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
 
 
 def with_results(card: Card, files: list[Path]) -> Card:
-    """Return a card with new results. Results of commands without a new file stay.
+    """Return a card with new results; results of commands without a new file stay.
 
     Raises
     ------
     CardError
-        If a file has no results of these policies.
+        If a file has no results of the card's policies.
     """
     found: list[Results] = []
     for file in files:
@@ -77,7 +77,7 @@ def with_results(card: Card, files: list[Path]) -> Card:
 
 
 def _own(card: Card, results: Results) -> Results:
-    """Return the stored part of results: the success of episodes of the card's policies."""
+    """Return results as a card stores them: of single episodes, only its policies' success."""
     rows = {name: row.model_copy(update={"runs": ()}) for name, row in results.rows.items()}
     if results.view == "evaluation":
         digests = [each.sha256 for each in card.policies]

@@ -19,7 +19,7 @@ def main(
     seed: Annotated[int | None, typer.Option(help="Seed of the run.")] = None,
     start: Annotated[
         str | None,
-        typer.Option("--from", help="Begin with the weights of a policy (.safetensors)."),
+        typer.Option("--from", help="Start from the weights of a policy (.safetensors)."),
     ] = None,
     assignments: Assignments = None,
     output: Annotated[Path | None, typer.Option(help="Folder; runs/NAME by default.")] = None,
@@ -27,9 +27,9 @@ def main(
         bool | None,
         typer.Option(
             "--resume/--fresh",
-            help="Take up the run that the folder holds, which may be lengthened by more "
-            "--timesteps or --minutes, or remove it; by default the same run is taken up and "
-            "another one is an error.",
+            help="Continue the run in the folder, which more --timesteps or --minutes extend, "
+            "or remove it; by default, a run with the same settings continues, and any "
+            "other is an error.",
             show_default=False,
         ),
     ] = None,

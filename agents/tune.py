@@ -1,7 +1,7 @@
 """Search for hyper-parameters with Optuna: ``python -m agents.tune CONFIG``.
 
 A study is stored in ``study.db`` in its folder, beside the runs of its trials. Several processes
-may share it, and a trial that was interrupted continues at its checkpoint.
+may share a study, and an interrupted trial continues from its checkpoint.
 """
 
 import json
@@ -28,14 +28,14 @@ from magfold_env.files import physics_digest
 from magfold_env.scene import Problem, SceneError, errors, io
 
 HEARTBEAT = 60
-"""Interval of a trial's heartbeat [s]; after twice that time without one, it is resumed."""
+"""Time between a trial's heartbeats [s]; a trial is resumed after twice that time without one."""
 
 SHOWN = 10
 """Number of the best trials that the command prints."""
 
 
 class Domain(train_settings.Group, frozen=True):
-    """The values of a setting: a range, of whole numbers if both ends are, or several choices."""
+    """The values of a setting: a range (of integers if both ends are) or several choices."""
 
     low: int | float | None = None
     """Smallest value."""
@@ -59,9 +59,9 @@ class Domain(train_settings.Group, frozen=True):
         return self
 
     def drawn(self, key: str, trial: Any) -> Any:
-        """Return the value of the setting `key` in one of Optuna's trials."""
+        """Return the value of the setting `key` for an Optuna trial."""
         if self.choices is not None:
-            # Storages accept words and numbers but not lists.
+            # Optuna's storages accept strings and numbers but not lists.
             return json.loads(trial.suggest_categorical(key, list(map(json.dumps, self.choices))))
         whole = isinstance(self.low, int) and isinstance(self.high, int)
         suggest = trial.suggest_int if whole else trial.suggest_float
@@ -74,19 +74,19 @@ class TuneSettings(train_settings.Group, frozen=True):
     name: Annotated[str, Field(pattern=r"^[\w.-]+$")]
     """Name of the study, and of its folder under ``runs/``."""
     config: str
-    """The varied training settings: a file or the name of one in ``configs/agents``."""
+    """The training settings to vary: a file, or the name of one in ``configs/agents``."""
     settings: Annotated[dict[str, Any], Field(default_factory=dict)]
-    """Settings that differ in all trials, by dotted key."""
+    """Changes to `config` in all trials, by dotted key."""
     space: Annotated[dict[str, Domain], Field(min_length=1)]
     """Settings that are drawn for each trial, by dotted key."""
     objective: Literal["score", "success_rate"] = "score"
-    """The result of a trial's last validation to maximise."""
+    """What to maximise in a trial's last validation."""
     trials: train_settings.Count = 50
     """Total number of trials, including those of earlier calls and other processes."""
     pruner: Literal["median", "hyperband", "none"] = "median"
     """Optuna's rule that ends trials early."""
     startup_trials: train_settings.Count = 10
-    """Number of uniformly drawn trials, before results guide the draws and the median applies."""
+    """Number of trials drawn uniformly, before results guide draws and the median rule applies."""
     least_validations: train_settings.Count = 2
     """Number of validations before a trial can end early."""
 
@@ -105,13 +105,13 @@ def load_search(path: str, assignments: Sequence[str] = (), trials: int | None =
 
     The search is the file at `path`, or the file of this name in ``configs/tuning``, with or
     without suffix. Training settings in `assignments`, such as ``learner.gamma=0.9``, apply to all
-    trials; `trials` replaces their number in the file.
+    trials; `trials` replaces the number in the file.
 
     Raises
     ------
     SettingsError
         If there is no such file, or something is not allowed in the search, in the settings it
-        varies, or in those of a trial at either end of a range.
+        varies, or in a trial's settings at either end of a range.
     """
     content = io.read_mapping(train_settings.find_config(path, "tuning"), train_settings.GROUP)
     if trials is not None:
@@ -130,7 +130,7 @@ def load_search(path: str, assignments: Sequence[str] = (), trials: int | None =
 
 
 def make_study(search: Search, storage: Any) -> Any:
-    """Return Optuna's study in one of its storages, new or resumed.
+    """Return the study, new or resumed, from one of Optuna's storages.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def search_here(
     settings = search.settings
     output.mkdir(parents=True, exist_ok=True)
     storage = storage or f"sqlite:///{output / 'study.db'}"
-    # One of several processes that begin together creates the tables.
+    # If several processes start together, only one may create the tables.
     with FileLock(output / "study.lock"), warnings.catch_warnings():
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         again = optuna.storages.RetryHeartbeatStaleTrialCallback()
@@ -221,7 +221,7 @@ def search_here(
         return info.validation[settings.objective]
 
     ended = optuna.trial.TrialState.COMPLETE, optuna.trial.TrialState.PRUNED
-    # It would log a traceback of what the command reports.
+    # Optuna would log a traceback of an error that the command reports.
     logging.getLogger("optuna.study._optimize").setLevel(logging.ERROR)
     if len(study.get_trials(states=ended)) < settings.trials:
         study.optimize(
@@ -233,7 +233,7 @@ def search_here(
 
 
 def folder_of(trial: Any, output: Path) -> Path:
-    """Return the run folder of a trial; one that is queued again keeps its first."""
+    """Return the run folder of a trial; a trial that is queued again keeps its first folder."""
     return output / trial.user_attrs.get("folder", f"trial-{trial.number:04d}")
 
 

@@ -1,4 +1,4 @@
-"""Results of a long run so far, in a database that survives an interruption at any time."""
+"""A database of a long run's results so far, which survives an interruption at any time."""
 
 import json
 import os
@@ -17,21 +17,21 @@ from magfold_env.files import a_path, write_text
 FILE = "records.sqlite"
 
 EVERY = 2.0
-"""Longest time between two transactions [s], whose results an interruption may lose."""
+"""Longest time between two transactions [s]; an interruption loses at most that time's results."""
 
-_REMEDY = "remove it, and what it held is computed again"
+_REMEDY = "remove it to compute its contents again"
 _UNUSABLE = (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError)
 
 
 class CheckpointError(ValueError):
-    """A damaged file, a file of another run, or a folder that another run uses."""
+    """A file that is damaged or belongs to another run, or a folder that another run uses."""
 
 
 @contextmanager
 def alone_in(folder: Path, wait: bool = False) -> Generator[None]:
     """Lock a folder against other runs; create it first if it does not exist.
 
-    The system releases the lock when the process ends in any way. `wait` waits for another run
+    The operating system releases the lock however the process ends. If `wait`, wait for another run
     instead of raising a CheckpointError.
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -53,15 +53,15 @@ def alone_in(folder: Path, wait: bool = False) -> Generator[None]:
 class Checkpoint:
     """Numbered records of a long run, in a database that is written every few seconds.
 
-    It is used as a context, in which no other run may use the folder. At its end, remaining records
-    are written and the folder is released.
+    A checkpoint is a context manager. No other run may use the folder until the context ends, which
+    writes the remaining records.
 
     Parameters
     ----------
     folder
         Folder, which is created if needed; None stores nothing.
     key
-        Everything that a record depends on, as JSON values.
+        Everything on which records depend, as JSON values.
     wait
         Whether to wait for another run that uses the folder instead of raising an error.
 
@@ -98,7 +98,7 @@ class Checkpoint:
             self.save()
 
     def load(self, make: Callable[[Any], Any] = lambda record: record) -> list[Any]:
-        """Return all written records in the order of their numbers, or what ``make`` makes of them.
+        """Return all written records, converted by ``make``, in the order of their numbers.
 
         Raises
         ------
@@ -110,18 +110,18 @@ class Checkpoint:
             try:
                 made.append(make(json.loads(text)))
             except _UNUSABLE as error:
-                message = f"{self._file}: record {number} is not one of this run: {error}"
+                message = f"{self._file}: record {number} does not belong to this run: {error}"
                 raise CheckpointError(f"{message}; {_REMEDY}") from None
         return made
 
     def add(self, record: object, number: int | None = None) -> None:
-        """Add a record of JSON values; write all if the last write is `EVERY` ago.
+        """Add a record of JSON values; write all if the last write was more than `EVERY` ago.
 
-        It replaces an earlier record with the same number; None gives it the next number.
+        The record replaces an earlier one with the same number; None gives it the next number.
         """
         if self._folder is None:
             return
-        # Numbered before it is written, so that writing it twice does not duplicate it.
+        # Records are numbered before they are written, so that writing one twice is harmless.
         number = self._next if number is None else number
         self._pending[number] = _text(record)
         self._next = max(self._next, number + 1)
@@ -134,7 +134,7 @@ class Checkpoint:
         Raises
         ------
         OSError
-            If the file cannot be written; the records are kept until it can.
+            If the file cannot be written; records are kept until it can.
         """
         self._saved = time.monotonic()
         if not self._pending:
@@ -161,13 +161,13 @@ class Checkpoint:
             ((text,),) = database.execute("SELECT key FROM run")
             key = json.loads(text)
             rows = database.execute("SELECT number, record FROM records ORDER BY number").fetchall()
-            # If the table's own description is damaged, its numbers may have any type.
+            # If the description of the table is damaged, its numbers may have any type.
             if wrong := [number for number, _ in rows if not isinstance(number, int)]:
                 raise sqlite3.DatabaseError(f"a record has the number {wrong[0]!r}")
         if where := difference(key, self._key):
             message = (
                 f"{self._file}: was written by another run, {where}; "
-                "take up that run, or give another folder"
+                "continue that run, or give another folder"
             )
             raise CheckpointError(message)
         return rows
@@ -191,12 +191,12 @@ def _tables(database: sqlite3.Connection) -> list[Any]:
 
 
 def _text(content: object) -> str:
-    # In its own order, because the columns of a stored row keep theirs.
+    # Keys keep their order, because the columns of a stored row keep theirs.
     return json.dumps(content, separators=(",", ":"), allow_nan=False)
 
 
 def difference(there: object, here: object, key: str = "") -> str:
-    """Return a text on the first difference between two keys; empty if they are equal."""
+    """Return a description of the first difference between two keys; empty if they are equal."""
     if isinstance(there, dict) and isinstance(here, dict):
         old, new = cast("dict[str, Any]", there), cast("dict[str, Any]", here)
         for name in sorted({*old, *new}):

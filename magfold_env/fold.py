@@ -173,7 +173,7 @@ class Fold(Shown):
 
     def _shown(self) -> list[Block]:
         with suppress(ValueError):
-            return [Frame("A fold, to be played", page(page_data(recording(self))))]
+            return [Frame("Playable fold", page(page_data(recording(self))))]
         return [repr(self)[1:-1], *self.scene.pictured(self.angles)]
 
     @property

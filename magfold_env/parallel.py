@@ -1,4 +1,4 @@
-"""One function over many tasks: on threads, on processes, or on a Ray cluster, through joblib."""
+"""Parallel calls of one function, through joblib: on threads, processes or a Ray cluster."""
 
 import importlib
 import os
@@ -20,10 +20,10 @@ R = TypeVar("R")
 Calls = list[tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]]
 
 MOST_WORKERS = 4096
-"""Largest number of workers; a larger one is a typing error."""
+"""Largest number of workers; a larger number must be a typing error."""
 
 LOSSES = 3
-"""Number of consecutive losses of workers without a result before the work fails."""
+"""Number of consecutive losses of workers, without a result in between, after which work fails."""
 
 _FEW_THREADS, _MANY_TASKS = 4, 500
 
@@ -33,16 +33,16 @@ _WAVE = 2.0
 
 @dataclass(frozen=True)
 class Workers:
-    """The workers: their number, kind and place; an entry that is not allowed is refused."""
+    """The number and the kind of workers; values that are not allowed are refused."""
 
     count: int | None = None
     """Number of parallel workers; None uses all cores, or all CPUs of a cluster."""
     backend: Backend | None = None
-    """Threads of this process, processes of this machine, or a Ray cluster: the one at
+    """Threads of this process, processes on this machine, or a Ray cluster: the one at
     ``RAY_ADDRESS``, else a local one.
 
     None selects processes for more than four workers on many tasks, else threads. Threads wait for
-    each other outside the kernels, which is a quarter of a short release, but processes take
+    each other outside the kernels, which take three quarters of a short release; processes take
     seconds to start.
     """
 
@@ -55,7 +55,7 @@ class Workers:
         errors.refuse(problems)
 
     def kind(self, tasks: int) -> Backend:
-        """Return the backend for a number of tasks."""
+        """Return the backend for this number of tasks."""
         if self.backend is not None:
             return self.backend
         few = tasks < _MANY_TASKS or (self.count or os.cpu_count() or 1) <= _FEW_THREADS
@@ -67,9 +67,9 @@ def finished(
 ) -> Generator[tuple[int, R]]:
     """Yield the index and the result of every task, in the order of completion.
 
-    ``function`` must depend only on its task, and be picklable unless it runs on threads. An error
-    in it ends the work. Tasks of a lost worker are run again; a RuntimeError follows `LOSSES`
-    losses in a row without a result.
+    ``function`` must depend only on its task, and must be picklable unless it runs on threads. If
+    it raises an error, the work ends. Tasks of a lost worker run again; `LOSSES` losses in a row
+    without a result raise a RuntimeError.
     """
     left = dict(enumerate(tasks))
     backend = workers.kind(len(left))
@@ -99,7 +99,7 @@ def finished(
 
 @contextmanager
 def connected(workers: Workers) -> Generator[None]:
-    """Stay connected to a Ray cluster from one call of `finished` to the next."""
+    """Stay connected to a Ray cluster between calls of `finished`."""
     if workers.backend != "ray":
         yield
         return
@@ -123,7 +123,7 @@ def _pool(backend: Backend, workers: Workers) -> Generator[tuple[Runner, Errors]
     if backend == "ray":
 
         def waves(calls: Calls) -> Iterable[tuple[int, Any]]:
-            # Counted every time, because the cluster may have lost or gained a node.
+            # CPUs are counted every time, because the cluster may have lost or gained a node.
             cpus = joblib.effective_n_jobs(-1)
             size = min(workers.count or cpus, cpus)
             return _in_waves(joblib.Parallel(size), calls, 2 * size)
@@ -135,7 +135,7 @@ def _pool(backend: Backend, workers: Workers) -> Generator[tuple[Runner, Errors]
     broken: Any = importlib.import_module("concurrent.futures.process")
 
     def streamed(calls: Calls) -> Iterable[tuple[int, Any]]:
-        # A new one every time, because results may still reach one that lost a worker.
+        # Each call needs a new pool, because results may still reach a pool that lost a worker.
         parallel = joblib.Parallel(count, backend=name, return_as="generator_unordered")
         return without_warning(parallel(calls))
 
@@ -157,9 +157,9 @@ def _ray() -> Generator[tuple[dict[str, Any], Errors]]:
         ray.init(logging_level="warning", log_to_driver=False)
     try:
         # Ray restarts a lost worker, on another node if needed, and repeats its tasks. Workers that
-        # claim nothing crowd on one node, and those that claim a whole CPU cannot move to another.
-        # Ray fills a node to one half before it uses the next, so that each gets one worker per
-        # CPU.
+        # claim no CPU crowd on one node, and workers that claim a whole CPU cannot move to another
+        # node. Ray fills a node to one half before it uses the next, so claims of half a CPU give
+        # each node one worker per CPU.
         again = {"num_cpus": 0.5, "max_restarts": LOSSES, "max_task_retries": LOSSES}
         yield {"ray_remote_args": again}, (ray.exceptions.RayError,)
     finally:
@@ -168,9 +168,9 @@ def _ray() -> Generator[tuple[dict[str, Any], Errors]]:
 
 
 def without_warning(results: Generator[T]) -> Generator[T]:
-    """Yield joblib's results; an early end warns of tasks whose results are lost."""
+    """Yield joblib's results without its warning that an early end loses results."""
     try:
-        for result in results:  # noqa: UP028 - "yield from" would close them, and warn, by itself
+        for result in results:  # noqa: UP028 - "yield from" would close the results itself, and warn
             yield result
     finally:
         with warnings.catch_warnings():
@@ -179,7 +179,7 @@ def without_warning(results: Generator[T]) -> Generator[T]:
 
 
 def _in_waves(parallel: Any, calls: Calls, least: int) -> Generator[tuple[int, Any]]:
-    """Run calls in batches of some seconds, because Ray's backend returns only complete batches."""
+    """Run calls in batches of about `_WAVE`, as Ray's backend returns only complete batches."""
     rest, size = iter(calls), least
     with parallel:
         while wave := list(islice(rest, size)):

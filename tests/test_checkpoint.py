@@ -143,7 +143,7 @@ def test_a_damaged_file_is_refused(damage: Callable[[bytes], bytes], tmp_path: P
     written(tmp_path, ["long" * 1000] * 20)
     file = tmp_path / FILE
     file.write_bytes(damage(file.read_bytes()))
-    with pytest.raises(CheckpointError, match=rf"{FILE}: is damaged \(.*\); remove it, and what"):
+    with pytest.raises(CheckpointError, match=rf"{FILE}: is damaged \(.*\); remove it to compute"):
         loaded(tmp_path)
     file.unlink()
     assert loaded(tmp_path) == []
@@ -153,7 +153,7 @@ def test_records_that_cannot_be_used_are_refused_with_their_number(tmp_path: Pat
     written(tmp_path, ["1", "2"], ["three"])
     with (
         Checkpoint(tmp_path, KEY) as kept,
-        pytest.raises(CheckpointError, match=rf"{FILE}: record 2 is not one of .*'three'; remove"),
+        pytest.raises(CheckpointError, match=rf"{FILE}: record 2 does not belong to .*'three'; remove"),
     ):
         kept.load(int)
 

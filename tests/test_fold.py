@@ -108,7 +108,7 @@ def test_notebooks_play_what_was_recorded() -> None:
     )
     assert repr(fold).endswith(f"{len(fold.trajectory or ())} frames>")
     shown = fold._repr_html_()
-    assert shown.startswith('<iframe title="A fold, to be played"')
+    assert shown.startswith('<iframe title="Playable fold"')
     assert 'srcdoc="&lt;!doctype html&gt;' in shown
     none, two, out = np.zeros(0), np.zeros((0, 2)), np.zeros(0, dtype=np.int64)
     nothing = mf.Trajectory(none, np.zeros((0, 6)), two, np.zeros((0, 6)), out, two, none, 0.01)

@@ -1,1 +1,1 @@
-"""Whether a task needs its physics: the rule of admission, ``python -m agents.admission ID``."""
+"""The admission rule (``python -m agents.admission``), a test whether a task needs its physics."""

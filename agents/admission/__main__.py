@@ -1,9 +1,9 @@
-"""Whether a task needs its physics: ``python -m agents.admission MagFold/UnknownFloor-v0``.
+"""Test whether a task needs its physics: ``python -m agents.admission MagFold/UnknownFloor-v0``.
 
-Players (`agents.admission.players`) play the same draws, which no search and no training
-uses, and the rule (`agents.admission.rule`) sets the required differences. Lines of the rule that
-need trained policies are measured if these are given. An interrupted command continues when it is
-called again; with other policies or more episodes, it plays the missing episodes.
+Players (`agents.admission.players`) play the same draws, which no search and no training uses, and
+the rule (`agents.admission.rule`) sets the required differences. Lines of the rule that need
+trained policies are measured only if such policies are given. Calling the command again continues
+an interrupted run; with other policies or more episodes, it plays those that are missing.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -38,7 +38,7 @@ from magfold_env.scoring.player import Player
 from magfold_env.scoring.results import Run
 
 BLOCK = 50
-"""Episodes of a job of short episodes."""
+"""Number of episodes in a job, if they are short."""
 
 Ranking = dict[int, list[Ranked]]
 """The candidates of every task, by its number, the best first."""
@@ -53,9 +53,9 @@ def measure(
 ) -> tuple[dict[str, Any], Ranking]:
     """Play the episodes that the table's folder does not contain yet.
 
-    Returns success and score of every player, (runs, episodes, 2), and the candidates for open
-    loops. `efforts` are those of the search for open loops and of the oracle's race; `given`
-    contains paths of policies by the name of their player.
+    Returns every player's success and score, (runs, episodes, 2), and the ranked candidates for
+    open loops. `efforts` are the effort of the search for open loops and that of the oracle's race;
+    `given` maps names of players to the paths of their policies.
     """
     searched, raced = efforts
 
@@ -107,8 +107,8 @@ def _play_policy(track: AdmissionTrack, path: str, *job: Any) -> list[Any]:
     return players.play_policy(track, players.own_policy(path), *job)
 
 
-def main(  # noqa: PLR0913 - one parameter an option
-    env_id: Annotated[str, typer.Argument(metavar="ID", help="The environment.")],
+def main(  # noqa: PLR0913 - one parameter per option
+    env_id: Annotated[str, typer.Argument(metavar="ID", help="Environment.")],
     *,
     policy: Annotated[
         list[str] | None,
@@ -116,18 +116,18 @@ def main(  # noqa: PLR0913 - one parameter an option
     ] = None,
     blind: Annotated[
         list[str] | None,
-        typer.Option(help="A policy of the same learner, trained equally long without motion."),
+        typer.Option(help="A policy of the same learner, trained equally long with motion hidden."),
     ] = None,
-    tasks: Annotated[int, typer.Option(min=1, max=24, help="Tasks that are played.")] = 24,
+    tasks: Annotated[int, typer.Option(min=1, max=24, help="Number of tasks to play.")] = 24,
     episodes: Annotated[int, typer.Option(min=1, help="Episodes per row, over all tasks.")] = 1000,
     search: Annotated[
         tuple[int, int],
-        typer.Option(help="Number of candidates for a task's open loop, and of their episodes."),
+        typer.Option(help="Number of candidates for a task's open loop, and of episodes."),
     ] = (1000, 6000),
     race: Annotated[
         tuple[int, int],
         typer.Option(
-            help="Number of candidates that the oracle tries for an episode, and of copies."
+            help="Number of candidates that the oracle races per episode, and of copies it plays."
         ),
     ] = (64, 250),
     processes: Processes = 2,
@@ -135,7 +135,7 @@ def main(  # noqa: PLR0913 - one parameter an option
         Path | None, typer.Option(help="Folder of the results; runs/admission-ID by default.")
     ] = None,
 ) -> None:
-    """Compare open loops, an oracle and trained policies, and print if the task is admitted."""
+    """Compare open loops, an oracle and trained policies; print whether the task is admitted."""
     folder = output or Path("runs") / f"admission-{env_id.rpartition('/')[2]}"
     searched, raced = Search(*search), Search(*race)
     seeing, unseeing = policy or [], blind or []
@@ -152,7 +152,7 @@ def main(  # noqa: PLR0913 - one parameter an option
         for path in (*seeing, *unseeing):
             saved = players.own_policy(path)
             Player(saved.policy, saved.shown, track.env_of(saved.policy.action_space))
-        # The engine is compiled before several processes work.
+        # Compile the engine before several processes need it.
         track.pool.follow(np.array(track.numbers[:1]), [0], [track.open_loops.fastest])
         key = {
             "id": env_id,

@@ -1,11 +1,11 @@
-"""The players of the admission rule, and how each plays episodes of an `AdmissionTrack`.
+"""The players of the admission rule, and the way each plays the episodes of an `AdmissionTrack`.
 
-``docs/evaluation.md`` describes them. The draws of reported results have their own stream, which
-neither searches nor training use. What sets a task's baseline is in `magfold_env.envs.baselines`,
-and open loops are in `agents.open_loops`. The oracle knows an episode's hidden physics, not its
-start nor its noise: it races the open loops that came farthest in the task's search, with trays
-half of them and as many chosen for the strengths of the episode, on copies that differ from it in
-start and noise, then plays the best.
+``docs/evaluation.md`` describes them. The draws of reported results have their own stream, which no
+search and no training uses. Baselines of tasks are in `magfold_env.envs.baselines`, and open loops
+are in `agents.open_loops`. The oracle knows an episode's hidden physics but neither its start nor
+its noise. It races open loops on copies of the episode with another start and other noise, then
+plays the best. The raced open loops are the best of the task's search; with trays, half of them are
+replaced by open loops chosen for the episode's strengths.
 """
 
 from collections.abc import Sequence
@@ -41,27 +41,27 @@ def copies(episode: int) -> str:
 
 @dataclass(frozen=True)
 class AdmissionTrack(Track):
-    """A track on the draws of `EVALUATION`, and further data for players."""
+    """A track with the draws of `EVALUATION` and further data that players need."""
 
     stream: str = field(default=EVALUATION, kw_only=True)
 
     @cached_property
     def open_loops(self) -> Any:
-        """What can be chosen beforehand."""
+        """The open loops of the environment."""
         return open_loops_of(self.env)
 
     def ranked(self, count: int, number: int, best: list[Ranked]) -> list[Any]:
-        """Return the best of a number of open loops of a task."""
+        """Return the open loops ranked `best`, among the first `count` of a task."""
         tried = self.open_loops.candidates(count, number)
         return [tried[each.place] for each in best]
 
     @cached_property
     def pool(self) -> RolloutPool:
-        """Reusable episodes of these tasks, made once."""
+        """Reusable episodes of the track's tasks, made once."""
         return RolloutPool(self.episodes(WIDTH), self.open_loops)
 
     def drawn(self, episode: int) -> tuple[Scene, Any]:
-        """Return scene and task of an episode, with all that is drawn of them."""
+        """Return the scene and the task of an episode with all their draws."""
         numbers, seeds = self.draws(episode, episode + 1)
         self.env.reset(seed=seeds[0], options={"task": int(numbers[0])})
         return self.open_loops.drawn()
@@ -69,14 +69,14 @@ class AdmissionTrack(Track):
 
 @cache
 def own_track(env_id: str, tasks: int, randomised: bool = True) -> AdmissionTrack:
-    """Return this process's own track, made once."""
+    """Return a track that the current process makes once and reuses."""
     return AdmissionTrack(env_id, tasks, randomised)
 
 
 def replaying(chosen: Sequence[Sequence[Any]]) -> Plan:
     """Return a plan that plays choices made earlier, one per step, and repeats the last one.
 
-    `chosen` contains the choices of every row, in the form of `World.actions` for one row.
+    `chosen` contains every row's choices, each in the form of `World.actions` for a single row.
     """
     taken = np.zeros(len(chosen), dtype=np.int64)
 
@@ -94,13 +94,13 @@ TRAINED, DRAWN = "trained", "trained, drawn"
 FROZEN, BLIND = "frozen", "trained blind"
 
 SIMPLE = (RANDOM, FORWARD, BASELINE, OPEN_LOOP)
-"""Players that play an episode without preparation."""
+"""Players that need no preparation for an episode."""
 
 
 def play_simple(
     track: AdmissionTrack, open_loops: dict[int, Any], start: int, stop: int
 ) -> list[list[list[float]]]:
-    """Return success and score of every player of `SIMPLE` in some episodes."""
+    """Return the success and score of every player in `SIMPLE` in some episodes."""
     numbers, seeds = track.draws(start, stop)
     listed, pool = numbers.tolist(), track.pool
     ends = {
@@ -115,14 +115,14 @@ def play_simple(
 
 
 def search(track: AdmissionTrack, effort: Search, start: int, stop: int) -> list[list[Ranked]]:
-    """Return what has been tried in each of some tasks, the best first."""
+    """Return, for each of some tasks, the open loops tried, the best first."""
     return [track.pool.search(number, SEARCH, effort) for number in track.numbers[start:stop]]
 
 
 def play_oracle(
     track: AdmissionTrack, best: dict[int, list[Any]], budget: int, start: int, stop: int
 ) -> list[list[list[float]]]:
-    """Return success and score of `ORACLE` and `SAME_DRAW` in each of some episodes."""
+    """Return the success and score of `ORACLE` and `SAME_DRAW` in each of some episodes."""
     found: list[list[list[float]]] = []
     for episode in range(start, stop):
         numbers, seeds = track.draws(episode, episode + 1)
@@ -146,7 +146,7 @@ def copied_episodes(track: AdmissionTrack, episode: int, count: int) -> Any:
 def play_policy(
     track: AdmissionTrack, saved: SavedPolicy, kind: str, start: int, stop: int
 ) -> list[list[float]]:
-    """Return success and score of a policy in some episodes.
+    """Return the success and score of a policy in some episodes.
 
     `kind` is `TRAINED`, `DRAWN`, `FROZEN` or `BLIND`.
 
@@ -168,7 +168,7 @@ def play_policy(
 
 @cache
 def own_policy(path: str) -> SavedPolicy:
-    """Return this process's own copy of a trained policy, loaded once."""
+    """Return a trained policy that the current process loads once and reuses."""
     torch.set_num_threads(1)
     return policy_files.load(path)
 
@@ -180,7 +180,7 @@ def _play(
     seeds: Sequence[int],
     sampled: bool = False,
 ) -> tuple[list[list[float]], list[Any]]:
-    """Return success and score of a policy in episodes, and its choices in the first one."""
+    """Return a policy's success and score in episodes, and its choices in the first one."""
     env, episodes = track.env_of(saved.policy.action_space), track.episodes(len(seeds))
     plan = Player(saved.policy, saved.shown, env, len(seeds), sampled).plan(env)
     first: list[Any] = []
@@ -196,7 +196,7 @@ def _play(
 
 
 def _rehearsed(track: AdmissionTrack, saved: SavedPolicy, number: int) -> list[Any]:
-    """Return the choices of a policy in an episode of a task without random draws."""
+    """Return the choices of a policy in an episode of a task with all randomisation off."""
     still = AdmissionTrack(track.env_id, track.tasks, randomised=False)
     return _play(still, saved, np.array([number]), [0])[1]
 

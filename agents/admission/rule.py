@@ -1,7 +1,7 @@
-"""The admission rule: the differences that a task must show to be worth its physics.
+"""The admission rule: the differences between players that show that a task needs its physics.
 
-Tasks are fixed. Intervals are 95 %, over episodes and, if there are several, training seeds.
-Differences are paired, because both players play the same draws.
+Tasks are fixed. Intervals are 95 % intervals over episodes and, if there are several, training
+seeds. Differences are paired, because both players play the same draws.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,10 +13,10 @@ from magfold_env.reporting.intervals import share
 from magfold_env.scoring.results import Row
 
 Ends = Mapping[str, intervals.Floats]
-"""Success and score of every player, (runs, episodes, 2)."""
+"""Every player's success and score, (runs, episodes, 2)."""
 
 SOLVED = 0.03
-"""Headroom below which a task is solved."""
+"""Headroom below which a task counts as solved."""
 
 
 @dataclass(frozen=True)
@@ -26,11 +26,11 @@ class Line:
     ahead: str
     behind: str
     least: float
-    """Required difference, as a share of episodes."""
+    """Required difference of the success rates."""
     surely: bool = False
-    """Whether the interval of the difference must also be above 0."""
+    """Whether the whole interval of the difference must be above 0, too."""
     measured: intervals.Estimate | None = None
-    """Measured difference; None if a player has not played."""
+    """Measured difference; None if either player has not played."""
 
     @property
     def holds(self) -> bool | None:
@@ -60,16 +60,16 @@ class Verdict:
     """The result of the rule."""
 
     rows: dict[str, Row]
-    """How players do. Intervals are Wilson's for a single run, else the bootstrap's; the figure
-    ``normalised`` is the mean score, random actions 0 and the oracle 1, None if the oracle is no
-    better."""
+    """Results of players. Intervals are Wilson's for a single run, else the bootstrap's. The figure
+    ``normalised`` is the mean score on a scale on which random actions score 0 and the oracle 1; it
+    is None if the oracle is no better."""
     lines: list[Line]
     headroom: intervals.Estimate | None
-    """Success of the oracle minus that of the trained policies; None without them."""
+    """The oracle's success minus the trained policies' success; None without trained policies."""
 
     @property
     def decision(self) -> str:
-        """The verdict: whether the task is admitted, and if so whether it is solved."""
+        """The verdict: whether the task is admitted and, if so, whether it is solved."""
         held = [line.holds for line in self.lines]
         if False in held:
             return "not admitted"
@@ -80,7 +80,7 @@ class Verdict:
 
 
 def judge(ends: Ends) -> Verdict:
-    """Apply the rule to players, which include random actions and the oracle."""
+    """Apply the rule to players, which must include random actions and the oracle."""
     low, high = (float(ends[name][..., 1].mean()) for name in (RANDOM, ORACLE))
     rows = {
         name: Row(
@@ -95,7 +95,7 @@ def judge(ends: Ends) -> Verdict:
 
 
 def by_task(ends: intervals.Floats, numbers: Sequence[int]) -> dict[int, float | None]:
-    """Return the success of a player in each task, by number; None if it was not played.
+    """Return a player's success rate in each task, by task number; None if it was not played.
 
     The episodes cycle through the tasks.
     """
@@ -111,7 +111,7 @@ def _ahead(ends: Ends, name: str, other: str) -> intervals.Estimate | None:
     if name not in ends or other not in ends:
         return None
     better, worse = ends[name][..., 0], ends[other][..., 0]
-    if other == FROZEN:  # the same policies, so each is compared with itself
+    if other == FROZEN:  # the same policies, so each run is compared with itself
         return intervals.estimate(better - worse, None)
     return intervals.difference(better, worse, None)
 
@@ -124,7 +124,7 @@ def _share(success: intervals.Floats) -> intervals.Estimate:
 
 
 def markdown(verdict: Verdict) -> str:
-    """Return the rows and the results of the lines as tables."""
+    """Return the rows and the rule's lines as tables in Markdown."""
     text = ["| | success | score | normalised |", "|---|---|---|---|"]
     for name, row in verdict.rows.items():
         success = intervals.Estimate(*row.success)

@@ -1,7 +1,7 @@
-"""The table of a comparison: players and their episodes.
+"""A comparison's table of players and their episodes.
 
-A part of a player may be removed, as ``docs/evaluation.md`` describes under "Ablations". With
-replaced speeds, a policy still observes the chain and the actual speeds.
+A part of a player may be removed, as ``docs/evaluation.md`` describes under "Ablations". A policy
+whose speeds are replaced still observes the chain and the actual speeds.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -34,7 +34,7 @@ Result = TypeVar("Result")
 NO_MOTION, FROZEN, RANDOM_SPEEDS = "no motion", "frozen", "random speeds"
 
 Change = str | float | None
-"""The removed part: one of the names, or all speeds except one [m/s]; None for nothing."""
+"""The removed part: one of these names, or all speeds except one [m/s]; None for nothing."""
 
 
 @dataclass(frozen=True)
@@ -54,23 +54,23 @@ class Outcome:
     score: float
     """Score of the fold at the end."""
     reward: float
-    """Return: the sum of the rewards."""
+    """Return, which is the sum of the rewards."""
     joints: tuple[float, ...] = ()
     """Joint angles at the end [rad]."""
     choice: policies.OpenLoop | None = None
     """The requested components and speeds; None if the simulation failed before all were
     requested."""
     scene: mf.Scene | None = None
-    """The scene that replays the episode; None in the same case."""
+    """The scene that replays the episode; None if `choice` is None."""
     built: bool | None = None
-    """Whether the same choice under the same draws folds into the target when the chain is built
-    beforehand, so that magnets also act inside the tube; None if this was not tried."""
+    """Whether the same choice under the same draws folds into the target if the chain is built
+    beforehand, so that its magnets act inside the tube, too; None if this was not tried."""
     built_score: float | None = None
-    """Score of the chain that is built beforehand."""
+    """Score of the chain built beforehand."""
 
     @property
     def record(self) -> dict[str, Any]:
-        """The stored values of the episode, as JSON values."""
+        """The values of the episode that are stored, as JSON values."""
         aside = ("joints", "choice", "scene")
         return {key: value for key, value in vars(self).items() if key not in aside}
 
@@ -84,22 +84,22 @@ class Method:
     policies: tuple[str, ...]
     """Arguments of `agents.evaluation.policies.make_policy`, one per seed."""
     change: Change = None
-    """The part removed from them."""
+    """The part removed from the policies."""
     built: bool = False
-    """Whether every choice is also folded in a chain built beforehand."""
+    """Whether every choice is also folded as a chain built beforehand."""
 
     @classmethod
     def parse(cls, text: str) -> "Method":
         """Return the method described by ``NAME=PATH,PATH,...`` or by a single policy.
 
-        The name of a single policy is the file name without suffix, or the folder's name for
-        ``policy.safetensors``, the name that every training uses. The name of a set of shipped
-        policies means the paths of all its seeds.
+        The name of a single policy is the file name without suffix; for ``policy.safetensors``, the
+        file name in every training run, it is the folder's name. The name of a set of shipped
+        policies stands for the paths of all its seeds.
 
         Raises
         ------
         ValueError
-            If a name or a policy is empty, or given twice.
+            If a name or a policy is empty, or a policy is given twice.
         """
         name, separator, listed = text.rpartition("=")
         shipped = policies.shipped_names()
@@ -124,7 +124,7 @@ def parse_methods(texts: Sequence[str]) -> list[Method]:
     Raises
     ------
     ValueError
-        If one is not allowed, or two have the same name.
+        If a text is not allowed, or two methods have the same name.
     """
     methods = [Method.parse(text) for text in texts]
     names = [method.name for method in methods]
@@ -144,16 +144,16 @@ def make_env(settings: EnvSettings) -> FoldEnv[Any]:
 
 @cache
 def own_env(settings: EnvSettings) -> FoldEnv[Any]:
-    """Return this process's own environment for evaluation, made once."""
+    """Return an environment for evaluation that the current process makes once and reuses."""
     return make_env(settings)
 
 
 own_policy = cache(policies.make_policy)
-"""Returns this process's own copy of a named policy, made once."""
+"""Returns the policy of a name, which the current process makes once and reuses."""
 
 
 def changed(name: str, change: Change, settings: EnvSettings) -> policies.Policy:
-    """Return a policy, by its name, with a part of it taken away, or as it is."""
+    """Return the policy of a name, with a part removed or unchanged."""
     if change == NO_MOTION:
         return own_policy(policies.NO_MOTION + name)
     policy = own_policy(name)
@@ -172,7 +172,7 @@ def changed(name: str, change: Change, settings: EnvSettings) -> policies.Policy
 
 @cache
 def _rehearsed(name: str, settings: EnvSettings, target: str) -> policies.OpenLoop:
-    """Return what a policy chooses in an episode in which nothing is drawn."""
+    """Return what a policy chooses in an episode without randomisation."""
     env = own_env(settings.model_copy(update={"randomisation": "none"}))
     choice = play(own_policy(name), env, target, seed=0).choice
     if choice is None:
@@ -181,10 +181,10 @@ def _rehearsed(name: str, settings: EnvSettings, target: str) -> policies.OpenLo
 
 
 def warm_up(settings: EnvSettings) -> None:
-    """Play an episode at random, so that the engine is compiled before anything else begins.
+    """Play an episode with random actions, to compile the engine before anything else begins.
 
-    The first use after an installation takes up to a minute, which must not count as training time
-    or be spent in every process.
+    Compiling takes up to a minute after an installation. It must not count as training time or
+    happen in every process.
     """
     env = make_env(settings)
     env.reset(seed=0)
@@ -196,12 +196,12 @@ def warm_up(settings: EnvSettings) -> None:
 
 
 def check(policy: str, settings: EnvSettings) -> None:
-    """Let a policy choose how it begins with each target, before anything else begins.
+    """Let a policy choose its first action for each target, to find errors before episodes begin.
 
     Raises
     ------
     ValueError
-        If there is no such policy, it lacks a target, or it has other observations or actions.
+        If there is no such policy, or if it lacks a target or has other observations or actions.
     """
     env, player = own_env(settings), own_policy(policy)
     for number, target in enumerate(env.targets):
@@ -212,7 +212,7 @@ def check(policy: str, settings: EnvSettings) -> None:
             path = Path(policy)
             trained = path.suffix == ".safetensors"
             remedy = "; magfold score plays the policies of tracks" if trained else ""
-            # A policy of the project is known by its name.
+            # Messages call a shipped policy by its name.
             given = path.stem if path.parent == policies.policies_dir() else policy
             raise ValueError(f"{given}: {error}{remedy}") from None
 
@@ -224,9 +224,9 @@ def play(
     seed: int,
     built: bool = False,
 ) -> Outcome:
-    """Play one episode, whose draws follow from `seed`; the policy's own follow from `target` too.
+    """Play an episode; its draws follow from `seed`, and the policy's draws from `target`, too.
 
-    If `built`, the same choice is also folded in a chain built beforehand.
+    If `built`, the same choice is also folded as a chain built beforehand.
     """
     key = (1, crc32(target.encode()))
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
@@ -268,9 +268,9 @@ def play(
 def built_beforehand(
     env: FoldEnv[Any], scene: mf.Scene | None, target: str
 ) -> tuple[bool | None, float | None]:
-    """Return success and score of an episode's chain when it is built beforehand.
+    """Return the success and score of an episode's chain if it is built beforehand.
 
-    Both are None without dynamics; without a `scene`, the simulation failed.
+    Both are None without dynamics. A `scene` that is None means that the simulation failed.
     """
     if env.task.fidelity != "dynamics":
         return None, None
@@ -286,7 +286,7 @@ def spread_over(
 ) -> Iterator[Result]:
     """Yield the results of a function for a list of arguments, in order.
 
-    Several processes share the work and are reused later. With 1, the current process does it.
+    Several processes share the work and are reused later; if `processes` is 1, this process works.
     """
     parallel: Any = joblib.Parallel(processes, return_as="generator")
     yield from without_warning(parallel(joblib.delayed(function)(*job) for job in jobs))
@@ -294,15 +294,15 @@ def spread_over(
 
 @dataclass
 class Table:
-    """Players' episodes, row by row, played on several processes."""
+    """Players' episodes, row by row, which several processes play."""
 
     bar: Progress
-    """Shows the progress of every row."""
+    """Progress bar of every row."""
     processes: int
     folder: Path | None = None
-    """Folder that stores episodes; stored ones are not played again."""
+    """Folder that stores episodes; stored episodes are not played again."""
     key: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """Everything that the episodes depend on, as JSON values."""
+    """Everything on which the episodes depend, as JSON values."""
     wait: bool = False
     """Whether to wait for another run that uses the folder instead of raising an error."""
 
@@ -317,10 +317,10 @@ class Table:
     ) -> list[Any]:
         """Return a number of records of a player; stored records are not played again.
 
-        `name` is that of the row and of its folder, and `key` contains further values that these
-        records depend on. `job` maps the first of at most `block` records and the one after the
-        last to the argument of `played`, which returns them in some process; stored records must be
-        JSON values.
+        `name` names the row and its folder, and `key` contains further values on which these
+        records depend. `job` maps the index of the first of at most `block` records, and the index
+        after the last, to the arguments of `played`, which returns these records in some process.
+        Stored records must be JSON values.
         """
         task = self.bar.add_task(name, total=count, note="")
         path = None if self.folder is None else self.folder / name.replace(" ", "-")
@@ -342,7 +342,7 @@ def play_all(
     settings: EnvSettings,
     episodes: Sequence[tuple[str, int]],
 ) -> list[Outcome]:
-    """Return the results of a method's policy in `episodes`, pairs of target and seed, in order."""
+    """Return the outcomes of a policy in `episodes`, pairs of target and seed, in order."""
     stored = table.folder is not None
 
     def job(start: int, stop: int) -> tuple[Any, ...]:
@@ -366,7 +366,7 @@ def _play(
     episodes: Sequence[tuple[str, int]],
     stored: bool,
 ) -> list[Any]:
-    """Play episodes with this process's own policy and environment; `stored` returns records."""
+    """Play episodes with this process's own policy and environment; if `stored`, return records."""
     player, env = changed(policy, method.change, settings), own_env(settings)
     found = [play(player, env, target, seed, method.built) for target, seed in episodes]
     return [each.record for each in found] if stored else found

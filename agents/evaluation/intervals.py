@@ -2,18 +2,18 @@
 
 The aggregates are those of rliable (Agarwal et al., *Deep Reinforcement Learning at the Edge of the
 Statistical Precipice*, 2021): the interquartile mean is the mean of the middle half of all runs on
-all tasks. A task is a target here, and its score the share of its draws that succeeded.
+all tasks. Here, a task is a target, and its score is the share of successful draws.
 
-Intervals are from the bootstrap over seeds and targets together: both are drawn with
-replacement and crossed (Owen, *The pigeonhole bootstrap*, 2007), because a lucky training run is
-lucky on all targets. A target and its mirror image are drawn together, because a device that is its
-own mirror image folds into both alike. Episodes of fixed tasks may replace targets; they are drawn
-one by one. rliable draws the runs of each task separately, as if their luck were independent. If
-all seeds and targets are equal, an interval has no width.
+Intervals are from the bootstrap over seeds and targets together: both are drawn with replacement
+and crossed (Owen, *The pigeonhole bootstrap*, 2007), because a lucky training run is lucky on all
+targets. (rliable draws the runs of each task separately, as if their luck were independent.) A
+target and its mirror image are drawn together, because a mirror-symmetric device folds into both
+equally well. Episodes of fixed tasks may replace targets; they are drawn one by one. If all seeds
+and targets score the same, an interval has no width.
 
-The library itself is not used. Its last release, 1.2.0, needs arch below 8, which cannot be
-imported with pandas 3; with pandas 2 it brings ten packages, 159 MB, and it ignores its seed and
-draws from NumPy's global random numbers.
+rliable itself is not used. Its last release, 1.2.0, needs arch below 8, which cannot be imported
+with pandas 3. With pandas 2, it adds ten packages (159 MB), and it ignores its seed and draws from
+NumPy's global random generator.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,7 +27,7 @@ from magfold_env.shapes import mirror
 
 Floats = NDArray[np.float64]
 Aggregate = Callable[[Floats], Floats]
-"""From scores, shape (..., runs, targets), to values, shape (...)."""
+"""A function that maps scores, shape (..., runs, targets), to values, shape (...)."""
 
 RESAMPLES = 2000
 CONFIDENCE = 0.95
@@ -46,13 +46,13 @@ class Estimate(NamedTuple):
         return f"{value} % ({low}–{high})"
 
     def points(self, unit: str = "") -> str:
-        """Return a difference of shares and its interval, in points of per cent, with signs."""
+        """Return a difference of shares and its interval, in percentage points, with signs."""
         value, low, high = (percent(each, "+") for each in self)
         return f"{value}{unit} ({low}…{high})"
 
 
 def percent(share: float, sign: str = "") -> str:
-    """Return a share in per cent, to a tenth; `sign` "+" writes the sign of positive ones too."""
+    """Return a share in per cent, to a tenth; with `sign` "+", positive values get a sign, too."""
     return f"{100.0 * share:{sign}.1f}".replace("100.0", "100").replace("-", "−")
 
 
@@ -72,8 +72,8 @@ def estimate(
 ) -> Estimate:
     """Return an aggregate of scores, shape (runs, targets), with its interval.
 
-    A run is one training seed; `targets` are words, or None if episodes replace them, and `seed` is
-    that of the resamples.
+    A run is one training seed. `targets` are words, or None if episodes replace targets, and `seed`
+    is the seed of the resamples.
     """
     rng = np.random.default_rng(seed)
     drawn = _drawn(rng, targets, scores.shape[1])
@@ -85,8 +85,8 @@ def difference(
 ) -> Estimate:
     """Return the difference of the means of two sets of scores on the same targets.
 
-    The difference is paired: both have the same targets in every resample, but their runs are drawn
-    separately. Arguments are those of `estimate`.
+    The difference is paired: in every resample, both sets have the same targets, but their runs are
+    drawn separately. The arguments are those of `estimate`.
     """
     rng = np.random.default_rng(seed)
     drawn = _drawn(rng, targets, scores.shape[1])

@@ -1,4 +1,4 @@
-"""One HTML file of a comparison: numbers, and folds that play."""
+"""A comparison as one HTML file, with numbers and animated folds."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,20 +15,20 @@ from magfold_env.reporting.page import Block, Details, Frame, Page, Section, Ver
 from magfold_env.reporting.tables import Row, Table
 
 FRAME_RATE = 120.0
-"""Recorded frames per simulated second [1/s]."""
+"""Number of recorded frames per simulated second [1/s]."""
 
 SHOWN = 4
 """Number of targets whose folds the page plays."""
 
 _MEANING = (
-    "Intervals: 95 %, bootstrap over seeds and targets together; those of single targets are "
+    "Intervals: 95 %, bootstrap over seeds and targets together; for single targets, they are "
     "Wilson's. Middle half: the mean of the middle half of all seeds on all targets "
-    "(interquartile mean). Built beforehand: the same magnets and speeds under the same draws, in "
-    "a chain whose magnets act inside the tube already; only that is a buildable design. Score and "
+    "(interquartile mean). Built beforehand: the same magnets and speeds under the same draws, as "
+    "a chain whose magnets act inside the tube, too; only such a chain can be built. Score and "
     "return are means."
 )
 _SHOWN = (
-    "The first draw of some targets, evenly picked, and a miss if these have none: the target, and "
+    "The first draw of evenly spaced targets, plus a miss if none of them missed: the target and "
     "the result. Playing folds needs JavaScript."
 )
 
@@ -59,7 +59,7 @@ def write_page(
     ]
     sections = [
         Section(
-            "In all",
+            "Overall",
             [
                 Table("Methods", overall),
                 Details("Explanation", [_MEANING]),
@@ -70,9 +70,9 @@ def write_page(
         Section(
             "By target",
             [
-                Table(f"Targets that others than {report.RANDOM} choices missed", missed)
+                Table(f"Targets that methods other than {report.RANDOM} choices missed", missed)
                 if missed
-                else f"None but {report.RANDOM} choices missed a target in any episode.",
+                else f"Only {report.RANDOM} choices missed a target in any episode.",
                 Details("All targets", [Table("Success", rows)]),
             ],
         ),
@@ -84,7 +84,7 @@ def write_page(
 
 
 def _answers(summaries: Mapping[str, report.Summary], given: Sequence[str]) -> list[Block]:
-    """Return the findings on each given method, then on the others."""
+    """Return the findings about each given method, then a comparison with the others."""
     answers: list[Block] = []
     for name in given:
         found = summaries[name]
@@ -109,14 +109,14 @@ def conditions(settings: EnvSettings, draws: int) -> str:
     if not isinstance(given.get("targets", ""), str):
         del given["targets"]  # the tables name them
     changed = ", ".join(f"{key} {_text(value)}" for key, value in given.items())
-    return f"{settings.id}, {changed}; {draws} draws of each target that no training or search saw."
+    return f"{settings.id}, {changed}; {draws} draws per target, which no training or search saw."
 
 
 def _folds(settings: EnvSettings, results: report.Played) -> list[Block]:
-    """Return the same episodes of every method as folds to play, and a miss if there is one.
+    """Return the same episodes of every method as animated folds, and a miss if there is one.
 
-    They are the first draws of evenly spaced targets, from a method's first run; outcomes play no
-    part in the selection. If none of them missed, the first missed episode is added.
+    The episodes are the first draws of evenly spaced targets, from a method's first run; outcomes
+    do not affect this selection. If all of them succeeded, the first miss is added.
     """
     if settings.fidelity == "quasistatic":
         return ["There is no motion to show: the chain was not simulated."]

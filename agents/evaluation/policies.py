@@ -1,6 +1,6 @@
-"""Policies for comparison: random ones, trained ones, and choices made in advance.
+"""Policies for comparison: random actions, trained policies, and choices made in advance.
 
-A choice contains the magnets and the speed of every component; files store the choices of searches.
+A choice contains every component's magnets and speed; files store the choices of searches.
 """
 
 import hashlib
@@ -23,7 +23,7 @@ from magfold_env.scoring.policy_file import Shown
 
 FORMAT = "magfold_env choices 1"
 NO_MOTION, BLIND = "no-motion:", "blind:"
-"""Prefixes of the names of policies that get no motion; the second is an older form."""
+"""Prefixes of the names of policies that see no motion; the second is an older form."""
 
 
 class OpenLoop(NamedTuple):
@@ -41,7 +41,7 @@ class OpenLoop(NamedTuple):
 
     @classmethod
     def of_actions(cls, env: FoldEnv[Any], actions: Sequence[Any]) -> "OpenLoop":
-        """Return the choice in one action for all, or in one per component, component 1 first."""
+        """Return the choice that actions make: one for the chain, or one per component, 1 first."""
         read = [env.actions.decode(action) for action in actions]
         if env.actions.components > 1:
             sequence, speed = read[0]
@@ -49,10 +49,10 @@ class OpenLoop(NamedTuple):
         return cls(tuple(faces for (faces,), _ in read), tuple(float(speed) for _, speed in read))
 
     def as_played(self, env: FoldEnv[Any]) -> "OpenLoop":
-        """Return the choice in terms of the actions of `env`.
+        """Return the choice as the actions of `env` can express it.
 
-        Speeds are rounded to the nearest level, and components to the nearest ones of the
-        catalogue. A chain that is chosen as a whole has one speed, that of component 1.
+        Speeds are rounded to the nearest level, and components to the nearest ones in the
+        catalogue. A chain that is chosen as a whole has one speed: that of component 1.
         """
         encode = env.actions.encode
         if env.actions.components > 1:
@@ -69,13 +69,13 @@ class OpenLoop(NamedTuple):
 
 
 Act = Callable[[Any, Ints], Sequence[Any]]
-"""Maps episodes and some of their rows to the actions of these rows, one per row."""
+"""A function that maps episodes and some of their rows to one action per row."""
 
 Policy = Callable[[FoldEnv[Any], Sequence[int], Sequence[np.random.Generator]], Act]
-"""Begins episodes of an environment and returns the plan of their rows.
+"""A function that begins episodes of an environment and returns the plan for their rows.
 
-The arguments are the numbers of the targets and the random generators of the episodes. It raises a
-`ValueError` if it lacks a target or has other observations or actions."""
+The other arguments are the numbers of the targets and the random generators of the episodes. It
+raises a `ValueError` if it lacks a target or has other observations or actions."""
 
 
 def at_random(env: FoldEnv[Any], numbers: object, rngs: Sequence[np.random.Generator]) -> Act:
@@ -95,8 +95,8 @@ def at_random(env: FoldEnv[Any], numbers: object, rngs: Sequence[np.random.Gener
 def designs(env: FoldEnv[Any], numbers: Sequence[int], rngs: object) -> Act:
     """Feed the energy minimiser's design for the target at its best speed.
 
-    This is the design that the reward's baseline uses. It ignores observations, and its speed is
-    the nearest available one.
+    The reward's baseline uses the same design. The policy ignores observations and feeds at the
+    available speed that is nearest.
     """
     found: dict[str, OpenLoop] = {}
     for target in {env.targets[number] for number in numbers}:
@@ -108,7 +108,7 @@ def designs(env: FoldEnv[Any], numbers: Sequence[int], rngs: object) -> Act:
 
 
 def chosen(choices: Mapping[str, OpenLoop]) -> Policy:
-    """Return a player of one choice per target, regardless of the chain's motion."""
+    """Return a policy that follows one choice per target, regardless of the chain's motion."""
 
     def begin(env: FoldEnv[Any], numbers: Sequence[int], rngs: object) -> Act:
         targets = [env.targets[number] for number in numbers]
@@ -122,10 +122,10 @@ def chosen(choices: Mapping[str, OpenLoop]) -> Policy:
 
 
 def trained(saved: policy_files.SavedPolicy, no_motion: bool = False) -> Policy:
-    """Return a player of the most probable actions of a trained policy.
+    """Return a policy that plays a trained policy's most probable actions.
 
-    The policy gets observations in the form that its file sets; `no_motion` always removes motion
-    from them, see `magfold_env.scoring.shown.blind`.
+    It reads observations in the form that its file sets; `no_motion` removes motion from them in
+    any case (see `magfold_env.scoring.shown.blind`).
     """
     shown = Shown(frames=saved.shown.frames, blind=saved.shown.blind or no_motion)
 
@@ -137,7 +137,7 @@ def trained(saved: policy_files.SavedPolicy, no_motion: bool = False) -> Policy:
 
 
 def at_speed(policy: Policy, speed: float | None) -> Policy:
-    """Return a player of a policy's magnets at one speed [m/s], or at random speeds for None."""
+    """Return a policy that feeds a policy's magnets at one speed [m/s], or, for None, at random."""
 
     def begin(
         env: FoldEnv[Any], numbers: Sequence[int], rngs: Sequence[np.random.Generator]
@@ -160,9 +160,9 @@ def at_speed(policy: Policy, speed: float | None) -> Policy:
 def make_policy(name: str) -> Policy:
     """Return the policy called `name`.
 
-    The name is ``random``; ``minimiser``, the design that rewards are measured against; the path of
-    choices that `agents.baselines` wrote (``.json``), or of a policy (``.safetensors``); or
-    ``no-motion:`` and one of these, which is then shown no motion.
+    The name is ``random``; ``minimiser``, the design against which rewards are measured; the path
+    of choices that `agents.baselines` wrote (``.json``), or of a policy (``.safetensors``); or
+    ``no-motion:`` followed by one of these, which then sees no motion.
 
     Raises
     ------
@@ -198,7 +198,7 @@ def shipped_names() -> list[str]:
 
 
 class Chosen(NamedTuple):
-    """The choice of a search for one target, with its record."""
+    """A search's choice for one target, with the record of the choice."""
 
     sequence: tuple[str, ...]
     speeds: tuple[float, ...]
@@ -208,14 +208,14 @@ class Chosen(NamedTuple):
     successes: int
     """Number of successful calls of this choice."""
     releases: int
-    """Number of calls of this choice; the share of successes is optimistic, because it decided the
-    choice."""
+    """Number of calls of this choice; the share of successes is optimistic, because the search
+    selected by it."""
 
 
 class ChoiceFile:
     """Choices by target, in a JSON file that is rewritten with every new choice.
 
-    The `key` is everything that they depend on except their target, as JSON values.
+    `key` contains everything on which the choices depend, except their target, as JSON values.
 
     Raises
     ------
@@ -251,16 +251,16 @@ def read_choices(path: Path) -> dict[str, OpenLoop]:
     Raises
     ------
     ValueError
-        If it is not such a file, or is damaged.
+        If the file is not a file of choices, or is damaged.
     """
     return {target: OpenLoop(*each[:2]) for target, each in _read(path)[1].items()}
 
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Chosen]]:
-    """Return what the choices in a file depend on, and the choices by target."""
+    """Return the key of the choices in a file, and the choices by target."""
     with reading_json(path, "a file of choices of agents.baselines, or is damaged", FORMAT) as data:
         if data.pop("checksum") != _checksum(data):
-            raise ValueError("checksum: differs from that of the choices")
+            raise ValueError("checksum: does not match the choices")
         key, given = dict(data["key"]), data["choices"]
     try:
         return key, TypeAdapter(dict[str, Chosen]).validate_python(given)

@@ -1,6 +1,6 @@
-"""Compared methods: summaries of their outcomes, tables and JSON.
+"""Summaries, tables and JSON of the outcomes of compared methods.
 
-Each method is one policy, or the trained policies of several seeds.
+A method is one policy, or the trained policies of several seeds.
 """
 
 from collections import Counter
@@ -20,7 +20,7 @@ from magfold_env.scoring.results import File, Results, Row, Run, View
 
 RANDOM = "random"
 REFERENCE = "minimiser"
-"""The method that all others are compared with in pairs."""
+"""The method with which each other method is compared."""
 USUAL = (RANDOM, REFERENCE)
 """Methods that are always compared, if possible."""
 
@@ -28,11 +28,11 @@ Runs = Sequence[Sequence[episodes.Outcome]]
 """Outcomes of each run of a method; all runs have the same targets and draws."""
 
 Played = Mapping[str, Runs]
-"""The runs of each method, by its name."""
+"""The runs of methods, by name."""
 
 ENDS = ("target", "other fold", "misfolded", "unsettled", "failed")
-"""Ends of episodes: in the target, at rest in another fold, at rest with a joint open, still moving
-at the limit of time or work, or with a failed simulation."""
+"""How episodes end: in the target, at rest in another fold, at rest with an open joint, still
+moving at the limit of time or work, or with a failed simulation."""
 
 
 def targets_of(results: Played) -> list[str]:
@@ -42,7 +42,7 @@ def targets_of(results: Played) -> list[str]:
 
 
 def by_target(runs: Runs, values: str = "success") -> intervals.Floats:
-    """Return the mean of an attribute of the outcomes, shape (runs, targets)."""
+    """Return an attribute's mean over the outcomes of a run on a target, shape (runs, targets)."""
     words = targets_of({"": runs})
     table = np.zeros((len(runs), len(words)))
     for k, run in enumerate(runs):
@@ -65,17 +65,17 @@ class Summary:
     """The summary of the runs of one method."""
 
     success: intervals.Estimate
-    """Mean rate of success over runs and targets."""
+    """Mean success rate over runs and targets."""
     iqm: intervals.Estimate
-    """Its interquartile mean."""
+    """Interquartile mean of the success rate."""
     score: intervals.Estimate
     """Mean score."""
     reward: intervals.Estimate
     """Mean return."""
     built: intervals.Estimate | None
-    """Rate of success of the same choices when the chain is built beforehand; None if not tried."""
+    """Success rate of the same choices as chains built beforehand; None if not tried."""
     ahead: intervals.Estimate | None
-    """Success minus that of `REFERENCE` on the same targets; None without it, or for itself."""
+    """Success minus `REFERENCE`'s on the same targets; None without `REFERENCE` or for it."""
     targets: dict[str, Share]
     """Success by target over all runs, with Wilson's intervals."""
     ends: dict[str, int]
@@ -109,7 +109,7 @@ def summarise(results: Played) -> dict[str, Summary]:
 
 
 def targets_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
-    """Return successes, one row per target and one column per method."""
+    """Return numbers of successes, with one row per target and one column per method."""
     targets = next(iter(summaries.values())).targets
     return [
         {"target": word}
@@ -122,7 +122,7 @@ def targets_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
 
 
 def overall_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
-    """Return the summary table, one row per method; its name comes first."""
+    """Return the summary table, with one row per method, whose name comes first."""
     rows = [
         {
             "": name,
@@ -140,12 +140,12 @@ def overall_rows(summaries: Mapping[str, Summary]) -> list[dict[str, str]]:
 
 
 def files_of(policies: Sequence[str]) -> tuple[File, ...]:
-    """Return the files of policies for a file of results."""
+    """Return the names and checksums of policies' files for a file of results."""
     return tuple(File(name=policy, sha256=file_digest(policy)) for policy in policies)
 
 
 def made(view: View, env_id: str, rows: Mapping[str, Row], **given: Any) -> Results:
-    """Return a view of an environment's table, with the data that repeat it."""
+    """Return a view of an environment's table, with the data needed to reproduce it."""
     return Results(
         view=view,
         id=env_id,
@@ -187,7 +187,7 @@ def results_of(
 
 
 def _run(outcomes: Sequence[episodes.Outcome]) -> Run:
-    """Return episodes as columns, with magnets and drawn speeds in place of scenes."""
+    """Return a run's episodes as columns; magnets and drawn speeds stand in place of scenes."""
     details: dict[str, Any] = {
         name: [getattr(each, name) for each in outcomes]
         for name in ("word", "status", "reward", "built", "built_score")

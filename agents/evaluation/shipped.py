@@ -1,4 +1,4 @@
-"""Trained policies of the project, and the cards with their results.
+"""Trained policies that the project ships, and the cards with their results.
 
 `load_shipped("ppo-tube-feed")` loads one, and so does `load_shipped(env)`; in `agents.evaluate`,
 the name means the policies of all its seeds. A set of policies in ``configs/policies`` consists of
@@ -26,11 +26,11 @@ from magfold_env.scoring.results import Results, Row, View, one_line_lists
 
 
 class CardError(ValueError):
-    """A card that cannot be read, or that belongs to other policies."""
+    """A card that cannot be read, or that does not belong to the policies beside it."""
 
 
 class Training(FrozenModel):
-    """The origin of the policy of one seed."""
+    """The origin of one seed's policy."""
 
     file: str
     """Name of the file."""
@@ -46,7 +46,7 @@ class Card(FrozenModel):
     name: str
     """Name of the set."""
     settings: dict[str, Any]
-    """Settings of the training, as in its YAML file, without the seed."""
+    """Training settings, as in their YAML file, without the seed."""
     policies: tuple[Training, ...]
     """Policies, one per seed."""
     results: tuple[Results, ...] = ()
@@ -54,7 +54,7 @@ class Card(FrozenModel):
     on a track, with the episodes of these policies only."""
 
     def of(self, view: View) -> list[Results]:
-        """Return the results of one of these commands."""
+        """Return the results with this view, each from one command."""
         return [each for each in self.results if each.view == view]
 
     @property
@@ -68,7 +68,7 @@ class Card(FrozenModel):
         Raises
         ------
         ValueError
-            If a file of the row belongs to none of them.
+            If a file of the row belongs to none of the card's policies.
         """
         return [[each.sha256 for each in self.policies].index(str(f.sha256)) for f in row.files]
 
@@ -79,7 +79,7 @@ class Card(FrozenModel):
         Raises
         ------
         CardError
-            If it is damaged or belongs to other policies than those beside it.
+            If the card is damaged, or belongs to policies other than those beside it.
         """
         try:
             card = cls.model_validate_json(path.read_bytes())
@@ -87,7 +87,7 @@ class Card(FrozenModel):
             raise CardError(f"{path}: is not a card of policies: {error}") from None
         for policy in card.policies:
             if file_digest(str(path.parent / policy.file)) != policy.sha256:
-                raise CardError(f"{path}: {policy.file} is missing, or is not the one it describes")
+                raise CardError(f"{path}: {policy.file} is missing, or does not match the card")
         return card
 
     def write(self, path: Path) -> None:
@@ -103,7 +103,7 @@ def shipped_card(name: str) -> Card:
     Raises
     ------
     ValueError
-        If there are none, or they are damaged.
+        If there are no such policies, or they are damaged.
     """
     if name not in policies.shipped_names():
         known = ", ".join(policies.shipped_names())

@@ -1,1 +1,1 @@
-"""Open loops, which are chosen before an episode of a track begins, and their search."""
+"""Open loops, which are chosen before an episode of a track begins, and the search for them."""

@@ -1,16 +1,16 @@
-"""Orders of feed, chosen before an episode begins: components of a tray, orientations and speeds.
+"""Feed orders, chosen before an episode begins: a tray's components, orientations and speeds.
 
-The first orders are the minimiser's chain, which sets b, at every available speed, that of b first.
-The sequences of all others are drawn from those whose only ground state by energy is the task's
-target, assuming sound magnets; the rank by gap is log-uniform. If any fold counts, half of them
-instead use a word that is drawn uniformly. Equal components and equivalent orientations are drawn.
-Half of the orders have one speed, and half one speed per component. No component is drawn back or
-tested, because an open loop does not use observations.
+The first orders are the minimiser's chain, which sets the baseline b, at every available speed, b's
+speed first. The sequences of all other orders are drawn from those whose only ground state by
+energy is the task's target, assuming sound magnets; their rank by gap is log-uniform. If any fold
+counts, half of these orders instead use a word that is drawn uniformly. Equal components and
+equivalent orientations are selected at random. Half of the orders have one speed, and half one
+speed per component. No component is drawn back or tested, because open loops use no observations.
 
-The oracle knows the strengths of an episode, so equal components differ for it. Half of its
-candidates are the best orders of the task's search. The others are the best of `KNOWN` orders drawn
-as above: those whose lowest target word has the largest energy gap to all other words with these
-strengths. Their speeds are those of the best orders of the search.
+The oracle knows the magnets' strengths in an episode, so components with equal patterns differ for
+it. Half of its candidates are the best orders of the task's search. The others are the best of
+`KNOWN` orders drawn as above: with these strengths, their lowest target word has the largest energy
+gap to all other words. They take their speeds from the best orders of the search.
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,7 +33,7 @@ from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words
 
 KNOWN = 4000
-"""Number of orders whose energies are compared at the strengths of an episode."""
+"""Number of orders whose energies are compared, with the strengths of an episode."""
 
 Fed = tuple[tuple[int, int], ...]
 """Components, by their places on the tray, and orientations, in the order of feed."""
@@ -70,9 +70,9 @@ class Orders:
         """The first components of a tray, unturned, at the highest speed."""
 
     def candidates(self, count: int, number: int) -> list[FeedOrder]:
-        """Return a number of orders for a task, given by its number; all differ in poles or speeds.
+        """Return `count` orders for the task with this number; all differ in poles or speeds.
 
-        A longer list begins with the orders of a shorter one.
+        A longer list begins with the orders of a shorter list.
         """
         task, baseline = self._env.tasks[number], self._env.baseline_of(number)
         speeds: list[float] = self._world.actions.speeds.tolist()
@@ -100,16 +100,16 @@ class Orders:
         return in_order(np.array(fed), np.array(speeds))
 
     def drawn(self) -> tuple[Scene, TrayTask]:
-        """Return the scene and task of the environment's episode with their draws."""
+        """Return the scene and the task of the environment's episode, with their draws."""
         episodes: Any = self._env.episodes
         task: Any = self._env.task
         strengths = tuple(map(tuple, episodes.strengths[0].tolist()))
         return episodes.scene(0), task.model_copy(update={"strengths": strengths})
 
     def raced(self, best: list[FeedOrder], number: int, task: TrayTask) -> list[FeedOrder]:
-        """Return orders for the oracle to race, as many as the given best ones of a task's search.
+        """Return orders for the oracle to race, as many as in `best`, the best of a task's search.
 
-        `number` is that of the task; `task` contains the strengths.
+        `number` is the task's number; `task` contains the strengths.
         """
         kept = best[: (len(best) + 1) // 2]
         if number not in self._known:
@@ -123,7 +123,7 @@ class Orders:
         ]
 
     def gaps(self, fed: Ints, number: int, task: TrayTask) -> Floats:
-        """Return the energy gaps of orders between the lowest target word and others [J], (k,).
+        """Return each order's energy gap between its lowest target word and all others [J], (k,).
 
         `fed` contains components and orientations, (k, n, 2); `task` contains the strengths.
         """
@@ -141,12 +141,12 @@ class Orders:
 
     @cached_property
     def _forms(self) -> tuple[tuple[str, ...], Floats]:
-        """All words, and the forms of their energies with sound magnets."""
+        """All words, and the quadratic forms of their energies with sound magnets."""
         lattice = all_words(self._world.scene.n)
         return lattice.words, quadratic_forms(self._world.scene, lattice)
 
     def _drawn(self, number: int, rng: np.random.Generator) -> Iterator[Fed]:
-        """Yield components of a task's tray and their orientations endlessly."""
+        """Yield drawn components of a task's tray with their orientations, endlessly."""
         listed, ways = self._sequences(number), LYING[self._world.patterns[number]]
         step = 1 if self._env.tasks[number].direction == "forward" else -1
         while True:
@@ -161,7 +161,7 @@ class Orders:
             yield tuple(found[::step])
 
     def _sequences(self, number: int) -> list[Any]:
-        """Return the sequences from a task's tray for every allowed word, its target first."""
+        """Return the sequences from a task's tray for every word that counts, the target first."""
         if number not in self._listed:
             task, lists = self._env.tasks[number], list[Any]()
             for word in dict.fromkeys((task.target, *self._others)):
@@ -171,7 +171,7 @@ class Orders:
         return self._listed[number]
 
     def _key(self, order: FeedOrder, number: int) -> Any:
-        """Return what distinguishes orders if equal components are alike: poles and speeds."""
+        """Return the poles and speeds, which distinguish orders if equal patterns are alike."""
         part, lie = np.array(order.fed).T
         return tuple(LYING[self._world.patterns[number, part], lie].tolist()), order.speeds
 

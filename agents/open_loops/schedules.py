@@ -1,4 +1,4 @@
-"""Schedules of feed, chosen before an episode begins: speeds, each up to an advance of the feed.
+"""Feed schedules, chosen before an episode begins: speeds, each up to an advance of the feed.
 
 ============== ===================================================================================
 family         what is drawn
@@ -18,8 +18,8 @@ refold         for two folds: up to where the tube holds nothing but 0.1 to 0.9 
 
 Speeds are from 0.03 to 0.6 m/s. Speeds, lengths of pulses and standstill times are log-uniform.
 Schedules that need more than four fifths of the time limit to feed the chain out are drawn again.
-Because schedules change speed at advances and not at times, they compensate for errors of the
-drive, as can any player that observes the advance of the feed.
+Because schedules change speed at advances rather than times, they compensate for errors of the
+drive, as any player can that observes the advance of the feed.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -40,10 +40,10 @@ from magfold_env.scene import Scene
 Way = tuple[Leg, ...]
 
 LONGEST_PAUSE = 25
-"""Pause between two pulses, in steps."""
+"""Longest pause between two pulses, in steps."""
 
 STANDS = 5, 60
-"""Pause between two folds, in steps."""
+"""Shortest and longest pause between two folds, in steps."""
 
 
 class Schedule(NamedTuple):
@@ -51,10 +51,10 @@ class Schedule(NamedTuple):
 
     family: str
     way: Way
-    """Its legs in order; the last one continues."""
+    """The legs in order; the last leg has no end."""
 
     def time(self, length: float) -> float:
-        """Return the time at which the feed reaches an advance [m] with an exact drive [s]."""
+        """Return the time [s] at which the feed of an exact drive reaches an advance [m]."""
         gone, passed = 0.0, 0.0
         for leg in self.way:
             place = min(leg.until, length)
@@ -76,7 +76,7 @@ class Schedule(NamedTuple):
 
 
 def constant(speed: float) -> Schedule:
-    """Return the schedule of one speed [m/s]."""
+    """Return the schedule with one constant speed [m/s]."""
     return Schedule("baseline", (Leg(speed),))
 
 
@@ -84,13 +84,13 @@ class Schedules:
     """The open loops of an environment in which only the feed speed is free."""
 
     fastest = constant(FASTEST)
-    """The highest speed."""
+    """The schedule with the highest speed."""
 
     def __init__(self, env: FeedTrackEnv) -> None:
         self._env = env
 
     def candidates(self, count: int, number: int) -> list[Schedule]:
-        """Return a number of schedules for a task, given by its number."""
+        """Return `count` schedules for the task with this number."""
         env: Any = self._env
         scene, refolds = env.world.scene, len(env.tasks[number].words) > 1
         simple = [constant(speed) for speed in SPEEDS]
@@ -103,22 +103,22 @@ class Schedules:
         return Following([each.way for each in found])
 
     def drawn(self) -> tuple[Scene, FeedTask]:
-        """Return the scene and task of the environment's episode with their draws."""
+        """Return the scene and the task of the environment's episode, with their draws."""
         task: Any = self._env.task
         return self._env.to_scene(), task
 
     def raced(self, best: list[Schedule], number: int, task: FeedTask) -> list[Schedule]:
-        """Return the schedules for the oracle to race: the best ones of the search."""
+        """Return the schedules for the oracle to race, which are the best of the search."""
         return best
 
 
 def schedules(
     count: int, scene: Scene, horizon: int, seed: int, simple: Iterable[Schedule], refolds: bool
 ) -> list[Schedule]:
-    """Return schedules for a chain, beginning with given simple ones.
+    """Return schedules for a chain, beginning with the `simple` ones.
 
-    A longer list begins with the schedules of a shorter one. If the chain must fold twice, all
-    others are of the family ``refold``.
+    A longer list begins with the schedules of a shorter list. If the chain must fold twice, all
+    schedules that are not `simple` belong to the family ``refold``.
     """
     key = (crc32(b"schedules"),)
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
@@ -144,7 +144,7 @@ def _refold(rng: np.random.Generator, length: float, diagonal: float, second: "_
 
 
 def _stretches(count: int, rng: np.random.Generator, start: float, length: float) -> Way:
-    """Return legs of a number of speeds that divide the way."""
+    """Return `count` legs that divide the way, each with its own speed."""
     places = np.sort(rng.uniform(start, length, count - 1)).tolist()
     return tuple(Leg(_speed(rng), place) for place in (*places, np.inf))
 

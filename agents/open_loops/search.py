@@ -2,7 +2,7 @@
 
 Successive halving finds the best candidates within a budget of episodes: the better half continues
 and plays more (Jamieson and Talwalkar, *Non-stochastic best arm identification*, 2016). Every round
-has about the same share of the budget.
+gets about the same share of the budget.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,8 +20,8 @@ from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scoring.player import play
 
 Trial = Callable[[Ints, int, int], Floats]
-"""Maps some candidates, the first draw and the draw after the last to success and score of their
-episodes, (candidates, draws, 2)."""
+"""A function that maps candidates, the first draw and the draw after the last to the success and
+score of their episodes, (candidates, draws, 2)."""
 
 
 class Ranked(NamedTuple):
@@ -30,18 +30,18 @@ class Ranked(NamedTuple):
     place: int
     """Index of the candidate, from 0."""
     successes: int
-    """Number of its successful episodes; for the best candidate the share is optimistic."""
+    """Number of successful episodes; the best candidate's share of successes is optimistic."""
     draws: int
-    """Number of its episodes."""
+    """Number of episodes played."""
 
 
 def rounds(candidates: int, budget: int) -> list[tuple[int, int]]:
-    """Return the number of candidates in each round, and of their further draws.
+    """Return each round's number of candidates and the number of draws that each of them adds.
 
     Raises
     ------
     ValueError
-        If the budget is too small for one more draw per round.
+        If the budget is too small for one draw per candidate and round.
     """
     fields = [candidates]
     while fields[-1] > 2:
@@ -60,9 +60,9 @@ def rounds(candidates: int, budget: int) -> list[tuple[int, int]]:
 
 
 def halving(candidates: int, budget: int, trial: Trial) -> list[Ranked]:
-    """Return some candidates, the best first, by share of successes, then by mean score.
+    """Rank candidates by share of successes, then by mean score; return them, the best first.
 
-    Candidates that continued come before the others, and the first of equally good ones is
+    Candidates that continued come before the others, and of equally good candidates the first is
     preferred. `budget` is the largest number of episodes, as in `rounds`.
     """
     field, ends = np.arange(candidates), np.zeros((candidates, 0, 2))
@@ -104,15 +104,15 @@ class RolloutPool:
     episodes: Any
     """`CameraEpisodes`, as many as are played in parallel."""
     open_loops: Any
-    """The open loops of their environment."""
+    """The open loops of the episodes' environment."""
     actions: Any = None
-    """Form of the actions, if choices are to be expressed as actions: the nearest available speed
-    is fed."""
+    """Form of the actions in which choices are expressed, so that the nearest available speed is
+    fed; None feeds choices unchanged."""
 
     def search(self, number: int, stream: str, effort: Search) -> list[Ranked]:
-        """Return the candidates tried in a task, given by its number, the best first.
+        """Return the candidates tried in the task with this number, the best first.
 
-        Indices are those among as many candidates. `stream` is that of the draws.
+        Places are indices among `effort.candidates` candidates; `stream` names the draws' stream.
         """
         tried = self.open_loops.candidates(effort.candidates, number)
         return self.race(number, tried, stream, effort.budget)
@@ -125,9 +125,9 @@ class RolloutPool:
         budget: int,
         following: Callable[[Sequence[Any]], Plan] | None = None,
     ) -> list[Ranked]:
-        """Try some open loops in a task and return them, the best first; see `halving`.
+        """Try some open loops in a task and return their ranks, the best first; see `halving`.
 
-        Other objects are possible if `following` returns their plan.
+        `tried` may contain other objects if `following` returns the plan that plays them.
         """
         plan = following or self.open_loops.following
 
@@ -142,14 +142,14 @@ class RolloutPool:
         return halving(len(tried), budget, trial)
 
     def follow(self, numbers: Ints, seeds: list[int], found: Sequence[Any]) -> Floats:
-        """Return success and score of episodes played by open loops, (m, 2).
+        """Return the success and score of episodes played by open loops, (m, 2).
 
-        `numbers` contains those of their tasks.
+        `numbers` contains the numbers of the tasks.
         """
         return self.play(numbers, seeds, lambda part: self.open_loops.following(found[part]))
 
     def play(self, numbers: Ints, seeds: list[int], plan: Callable[[slice], Plan]) -> Floats:
-        """Return success and score of episodes played by the plans that `plan` returns."""
+        """Return the success and score of episodes played by the plans that `plan` returns."""
 
         def written(part: slice) -> Plan:
             own, table = plan(part), self.actions

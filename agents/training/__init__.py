@@ -1,1 +1,1 @@
-"""Training runs: learners, environments, stored files and resumption."""
+"""Training runs: their learners, environments, stored files and resumption."""

@@ -1,12 +1,12 @@
-"""Retracting wrong folds and releasing them again: demonstrations of folds that can fail.
+"""A player that draws wrong folds back in and releases them again, for imitation.
 
 The player follows a task's best open loop until a joint outside the tube turns the wrong way. Then
-it draws that joint in, except for the chain's first component, and feeds it again with another open
-loop or the same one; a second attempt often succeeds. It does the same with misplaced joints while
-the feed stands still at the end of a first fold, before the chain is drawn in for a second.
+it draws that joint in, but never the first component fed, and feeds it again with the same or
+another open loop; a second attempt often succeeds. It does the same with misplaced joints while the
+feed stands still at the end of a first fold, before it draws the chain in for a second fold.
 
-Its settings (the wrong angle of a joint, the length that is drawn in, and the next open loop) are
-selected once per task for many runs, from uniformly drawn candidates, on draws of their own stream.
+The player's settings (the angle at which a joint counts as wrong, the length that is drawn in, and
+the next open loop) are selected once per task for many runs, among random candidates.
 """
 
 from collections.abc import Sequence
@@ -33,57 +33,57 @@ STREAM = "drawing back"
 """Stream of the draws that select settings."""
 
 EFFORT = Search(192, 4000)
-"""Number of compared settings of a task, and of their episodes."""
+"""Number of settings that are compared per task, and of all their episodes."""
 
 SAME = 0.3
-"""Share of the settings that repeat the same open loop."""
+"""Share of settings that use the same open loop again."""
 
 STANDS = LONGEST_PAUSE + 1, 75
 """Steps of standstill at the end of a first fold, longer than any pause between pulses."""
 
 LEAST = 0.02
-"""Smallest length of the chain that stays outside when it is drawn in, or in the tube when it is
-let out again before it is drawn in further [diagonals]."""
+"""Smallest length of the chain that stays outside the tube when it is drawn in, or inside when it
+is let out again before it is drawn in further [diagonals]."""
 
 SLIPS = 0.9
-"""Share of the drive's largest pull above which it may slip."""
+"""Share of the drive's largest pull above which the drive may slip."""
 
 PATIENCE = 0.8
-"""Share of the time limit after which no joint is drawn in any more."""
+"""Share of the time limit after which no more joints are drawn in."""
 
 
 class Redoing(NamedTuple):
-    """The settings of a fold."""
+    """The player's settings for one fold."""
 
     first: Schedule
     again: Schedule
     """The open loop after drawing in."""
     wrong: float
-    """Wrong angle of a joint at which it is drawn in [rad]."""
+    """Angle in the wrong direction above which a joint is drawn in [rad]."""
     at_last: float
     """The same angle while the last component, which cannot be drawn in again, comes out [rad]."""
     depth: float
     """Advance of the feed after drawing in, relative to the point where the component before the
     joint begins to come out [diagonals]."""
     speed: float
-    """Speed of drawing in [m/s], negative."""
+    """Speed at which the joint is drawn in [m/s], negative."""
     stands: float = np.inf
     """Steps of standstill before a misplaced joint is drawn in."""
 
 
 class Refolding(NamedTuple):
-    """The settings of two folds."""
+    """The player's settings for two folds."""
 
     first: Redoing
     second: Redoing
     back: float
-    """Speed of drawing in the chain between them [m/s], negative."""
+    """Speed at which the chain is drawn in between the folds [m/s], negative."""
     slack: float
     """Length that is let out again if the drive slips [diagonals]."""
 
 
 class DrawingBack:
-    """Plays folds whose first attempt may fail, in every row of episodes, by the row's settings."""
+    """A plan that repeats failed parts of a fold, with its own settings in each row of episodes."""
 
     def __init__(self, found: Sequence[Redoing]) -> None:
         self._first = Following([each.first.way for each in found])
@@ -114,7 +114,7 @@ class DrawingBack:
         return (speeds,)
 
     def _judge(self, episodes: Any, rows: Ints, gone: Floats) -> None:
-        """Start drawing in in the rows with a joint that has turned the wrong way."""
+        """Begin to draw in the rows with a joint that has turned the wrong way."""
         is_last = gone[rows] > episodes.world.scene.n - 1
         wrong = np.where(is_last, self._at_last[rows], self._wrong[rows])
         is_wrong = _turned_wrong(episodes, rows, wrong, self._stood[rows] >= self._stands[rows])
@@ -140,7 +140,7 @@ def _turned_wrong(episodes: Any, rows: Ints, wrong: Floats, stood: Bools) -> Boo
 
 
 class DrawingBackTwice:
-    """Plays two folds, with the chain drawn in between, in every row of episodes."""
+    """A plan for two folds, between which it draws the chain in, in every row of episodes."""
 
     def __init__(self, found: Sequence[Refolding]) -> None:
         self._folds = {
@@ -162,7 +162,7 @@ class DrawingBackTwice:
         return (speeds,)
 
     def _drawn_in(self, episodes: Any, rows: Ints) -> Floats:
-        """Return the speeds of some rows while they draw the chain in [m/s]."""
+        """Return the speeds [m/s] of some rows that are drawing the chain in."""
         gone, scene = episodes.chains.advances()[rows], episodes.world.scene
         slips = episodes.infos(rows)["force"] < -SLIPS * scene.feed.force_limit
         more = gone + self._slack[rows] * scene.casing.diagonal
@@ -176,9 +176,9 @@ class DrawingBackTwice:
 def searched(
     settings: EnvSettings, effort: Search, folder: Path
 ) -> list[Redoing] | list[Refolding]:
-    """Return the best settings for every task of an environment in which a given chain folds.
+    """Return the best settings for every task of an environment in which given chains fold.
 
-    `effort` is that of the search for open loops; `folder` stores searches, also for other runs.
+    `effort` is the effort of the search for open loops; `folder` stores searches for all runs.
     """
     best = best_open_loops(settings, effort, folder)
     key = {"open loops": effort, "drawing back": EFFORT}
@@ -205,12 +205,12 @@ def _tried(env: Any, number: int, best: Sequence[Schedule]) -> Sequence[Redoing 
 
 
 def playing(found: Sequence[Any]) -> Plan:
-    """Return a plan that plays by some settings, one per row."""
+    """Return a plan that plays with the found settings, one per row."""
     return (DrawingBackTwice if isinstance(found[0], Refolding) else DrawingBack)(found)
 
 
 def candidates(best: Sequence[Schedule], number: int, count: int) -> list[Redoing]:
-    """Return the candidates for a task, by its number, from its best open loops."""
+    """Return `count` candidates, made from the best open loops of the task with this number."""
     rng = _rng(number)
     found = [Redoing(best[0], each, 0.6, 0.3, 0.2, -0.3) for each in (best[0], *_onward(best))]
     while len(found) < count:
@@ -221,7 +221,7 @@ def candidates(best: Sequence[Schedule], number: int, count: int) -> list[Redoin
 def candidates_twice(
     best: Sequence[Schedule], number: int, count: int, scene: Scene
 ) -> list[Refolding]:
-    """Return the candidates for a task of two folds, by its number, from its best open loops."""
+    """Return `count` candidates for a task of two folds; see `candidates`."""
     rng = _rng(number)
     firsts, backs, seconds = zip(*map(_parted, best), strict=True)
     found: list[Refolding] = []
@@ -248,7 +248,7 @@ def _drawn(rng: np.random.Generator, best: Sequence[Schedule]) -> Redoing:
 
 
 def _creeping(rng: np.random.Generator, first: Schedule, scene: Scene) -> Schedule:
-    """Return a first fold that pauses, and then lets the last component out a little more."""
+    """Return a first fold that pauses and then lets the last component out a little more."""
     speed = float(np.exp(rng.uniform(np.log(SLOWEST_LEVEL), np.log(0.15))))
     until = (scene.n - rng.uniform(0.03, 0.3)) * scene.casing.diagonal
     stand = Leg(0.0, steps=int(rng.integers(5, LONGEST_PAUSE)))
@@ -257,17 +257,17 @@ def _creeping(rng: np.random.Generator, first: Schedule, scene: Scene) -> Schedu
 
 
 def _early(rng: np.random.Generator, count: int) -> int:
-    """Return a random index below a number, with a preference for small ones."""
+    """Return a random index below `count`, with a preference for small ones."""
     return int(count * rng.random() ** 2)
 
 
 def _onward(best: Sequence[Schedule]) -> list[Schedule]:
-    """Return the candidates that never draw in, or all if there are none."""
+    """Return the schedules that never draw the chain in, or all if there are none."""
     return [each for each in best if all(leg.speed >= 0.0 for leg in each.way)] or list(best)
 
 
 def _parted(found: Schedule) -> tuple[Schedule, float, Schedule]:
-    """Return the first of two folds up to its pause, the speed back, and the second."""
+    """Return a first fold up to its pause, the speed of drawing in, and the second fold."""
     back = next(place for place, leg in enumerate(found.way) if leg.speed < 0.0)
     first = found.way[: back - 1]
     second = found.way[back + 1 :]

@@ -1,4 +1,4 @@
-"""The environments of a training run, and their state."""
+"""The environments of a training run and their state."""
 
 from typing import Any, cast
 
@@ -16,7 +16,7 @@ from magfold_env.scoring.shown import View, shown_space
 
 
 class ShownVecEnv(vec_env.VecEnvWrapper):
-    """Environments of Stable-Baselines3 with observations in the form for networks."""
+    """Stable-Baselines3's environments, with observations in the form that networks read."""
 
     def __init__(self, venv: vec_env.VecEnv, shown: Shown) -> None:
         layout = venv.get_attr("layout")[0] if shown.blind else None
@@ -37,7 +37,7 @@ class ShownVecEnv(vec_env.VecEnvWrapper):
 
 
 def make_env(settings: EnvSettings, gamma: float | None = None) -> gymnasium.Env[Any, Any]:
-    """Return an environment; `gamma` is the discount of its shaping, where there is any."""
+    """Return an environment; `gamma` is the discount of its shaping, if it has any."""
     return gymnasium.make(settings.id, disable_env_checker=True, **settings.options(gamma))
 
 
@@ -64,7 +64,7 @@ def check_envs(settings: TrainSettings) -> None:
 
 
 def make_training_envs(settings: TrainSettings, phase: int) -> vec_env.VecMonitor:
-    """Return the environments of a phase of the run, numbered from 0, seeded."""
+    """Return the seeded environments of a phase of the run; phases are numbered from 0."""
     env, learner = settings.phases[phase].env, settings.learner
     envs = make_sb3_vec(env.id, settings.envs, **env.options(learner.gamma))
     if (learner.frames, learner.blind) != (1, False):
@@ -76,7 +76,7 @@ def make_training_envs(settings: TrainSettings, phase: int) -> vec_env.VecMonito
 
 
 def envs_state(envs: vec_env.VecMonitor) -> dict[str, Any]:
-    """Return the state of `envs`: the episodes, their statistics, and stacked observations."""
+    """Return the state of `envs`: episodes, their statistics, and stacked observations."""
     vector, kept = _inner(envs)
     return {
         "episodes": vector.get_state(),
@@ -97,7 +97,7 @@ def set_envs_state(envs: vec_env.VecMonitor, state: dict[str, Any]) -> None:
 
 
 def _inner(envs: vec_env.VecMonitor) -> tuple[ChainVectorEnv[Any], NDArray[Any] | None]:
-    """Return the native vector environment within, and the stacked observations, if any."""
+    """Return the native vector environment inside `envs`, and stacked observations, if any."""
     inner: Any = envs.venv
     if not isinstance(inner, ShownVecEnv):
         return inner.vector, None

@@ -1,6 +1,6 @@
 """Features of a tube-fed chain, counted from the mouth of the tube.
 
-The resume state of training runs contains the name of this module, so the module must not move.
+The stored state of training runs contains this module's name, so the module must not move.
 """
 
 from collections.abc import Mapping
@@ -16,10 +16,10 @@ from magfold_env.envs.wrappers.mouth_order import LETTERS, mouth_order
 
 
 class FromTheMouth(BaseFeaturesExtractor):
-    """Reorders observations of tube feed as in `magfold_env.envs.wrappers.mouth_order`.
+    """Reorders observations of tube feed, as `magfold_env.envs.wrappers.mouth_order` does.
 
-    It is a part of the network, so that hindsight can change goals earlier, and the policy plays
-    the unchanged environment.
+    Reordering is part of the network, so that hindsight can replace goals before it, and the policy
+    plays the unchanged environment.
 
     Parameters
     ----------
@@ -31,13 +31,13 @@ class FromTheMouth(BaseFeaturesExtractor):
     Raises
     ------
     ValueError
-        If the observation is a different one.
+        If the space is a different one.
     """
 
     _order: torch.Tensor
 
     def __init__(self, observation_space: Space[object], backward: bool = False) -> None:
-        # The target's letters, one-hot, or the target angles of the joints.
+        # The target is given by its letters, one-hot, or by the target angles of the joints.
         if isinstance(observation_space, spaces.Dict):
             n, width = int(np.prod(observation_space["desired_goal"].shape or 0)), 1
             size = int(np.prod(observation_space["observation"].shape or 0)) + n - 1

@@ -38,28 +38,28 @@ class RunInfo:
     """The contents of ``run.json``."""
 
     name: str
-    """Name from the settings, which are stored beside this file; so is the algorithm."""
+    """Name in the settings, which are stored beside this file and also contain the algorithm."""
     algorithm: str
     seed: int
     """Seed of the run."""
     made: dict[str, str]
     """Commit of the sources, versions, machine and starting time."""
     steps: int = 0
-    """Number of environment steps made."""
+    """Number of environment steps taken."""
     seconds: float = 0.0
-    """Time spent on them [s]."""
+    """Training time [s]."""
     resumed_at: list[int] = field(default_factory=list)
     """Steps of the checkpoints from which the run was resumed."""
     validation: dict[str, float] | None = None
     """Result of the last validation."""
     start: str | None = None
-    """SHA-256 of the initial policy; None if weights were random."""
+    """SHA-256 of the initial policy; None if the initial weights were random."""
     finished: bool = False
     """Whether the training has finished."""
 
     @classmethod
     def begin(cls, name: str, algorithm: str, seed: int) -> Self:
-        """Return the record for the beginning of a run."""
+        """Return the record of a run that begins."""
         return cls(name, algorithm, seed, machine.describe() | versions())
 
     @classmethod
@@ -71,12 +71,12 @@ class RunInfo:
             return None
 
     def write(self, folder: Path) -> None:
-        """Write to `folder`."""
+        """Write the record to `folder`."""
         write_text(folder / FILE, json.dumps(asdict(self), indent=1) + "\n")
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that a run depends on."""
+    """Return the versions of Python and of the packages on which a run depends."""
     return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
 
 
@@ -95,7 +95,7 @@ def provenance() -> dict[str, Any]:
 
 
 def file_digest(policy: str) -> str | None:
-    """Return the SHA-256 of a policy's file; None for a policy that has none."""
+    """Return the SHA-256 of a policy's file, or None if the policy has no file."""
     path = Path(policy)
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
 
@@ -114,7 +114,7 @@ class RunFolder:
 
     @property
     def key(self) -> dict[str, Any]:
-        """Everything that must be equal for a run to be resumed; its length may grow."""
+        """Everything that must be unchanged when a run is resumed; its length may grow."""
         return {
             "settings": self.settings.model_dump(mode="json", exclude=_LENGTHS),
             "physics": physics_digest(),
@@ -125,8 +125,8 @@ class RunFolder:
         """Return whether training remains; prepare the folder if the run is new.
 
         If the run is resumed, a checkpoint is at `state`. If `resume` is True, the run must exist;
-        it is lengthened, finished or not, if the settings ask for more. False removes the files of
-        an earlier run. None resumes the same run if there is one, and refuses another.
+        if the settings ask for more steps or minutes, it is lengthened, finished or not. False
+        removes an earlier run's files. None resumes a run with equal settings and refuses others.
 
         Raises
         ------
@@ -134,7 +134,7 @@ class RunFolder:
             If the folder contains another run, or no run to resume.
         """
         for partial in (*self.path.glob(".*.zip"), *self.path.glob(".*.safetensors")):
-            # Remains of a file whose writing was interrupted.
+            # The remains of an interrupted write.
             partial.unlink()
         if resume is not False and self._settings_file.is_file():
             longer = self._compare(bool(resume))
@@ -175,14 +175,14 @@ class RunFolder:
 def event_sizes(folder: Path) -> dict[str, int]:
     """Return the size of each of TensorBoard's files in `folder` in bytes, by name.
 
-    Records are only appended. The files at the time of a checkpoint are therefore the first bytes
-    of the present ones, and records after it, which will be written again, can be cut off.
+    TensorBoard only appends records. A file's content at the time of a checkpoint is therefore the
+    start of its present content, and later records, which will be written again, can be cut off.
     """
     return {path.name: path.stat().st_size for path in sorted(folder.glob(EVENTS))}
 
 
 def cut_events(folder: Path, sizes: dict[str, int]) -> None:
-    """Cut the event files in `folder` to `sizes`; remove files without a size."""
+    """Cut the event files in `folder` to `sizes`; remove files that have no size."""
     for path in folder.glob(EVENTS):
         if path.name not in sizes:
             path.unlink()

@@ -1,11 +1,11 @@
-"""Imitation of a fairly good player of a task, before a learner continues by itself.
+"""Imitation of a fairly good player, from which reinforcement learning then continues.
 
-Where success is rare, such as two folds in one episode, a learner finds nothing by chance. Simple
-schedules sometimes succeed (`magfold_env.envs.baselines`), and players that see a failure mend it
+Where success is rare, as with two folds in one episode, random exploration never succeeds. Simple
+schedules sometimes do (`magfold_env.envs.baselines`), and players that see a failure repair it
 (`agents.training.drawing_back`, `agents.training.mending`). The networks learn to choose the
-actions of such a player and to expect its returns. In some of the actions a random entry is
-replaced, so that the learner also sees states that the player alone would not meet (Laskey et al.,
-*DART: noise injection for robust imitation learning*, 2017); the intended actions are imitated.
+actions of such a player and to predict its returns. In some actions, a random entry is replaced, so
+that the learner also sees states that the player itself would never reach (Laskey et al., *DART:
+noise injection for robust imitation learning*, 2017); the intended actions are imitated.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -42,21 +42,21 @@ class Steps(NamedTuple):
     """Steps of episodes, one entry per step."""
 
     seen: NDArray[Any]
-    """Observations in the form for networks."""
+    """Observations in the form that networks read."""
     actions: NDArray[Any]
-    """The intended actions."""
+    """Intended actions, without replaced entries."""
     returns: Floats
-    """Returns from each step to the end."""
+    """Return from each step to the end of its episode."""
     episodes: Ints
-    """Numbers of their episodes, with steps in the order of time."""
+    """Number of each step's episode; the steps of an episode are in order of time."""
 
     def batches(
         self, size: int, rng: np.random.Generator, by_episode: bool
     ) -> Iterator[NDArray[Any]]:
-        """Yield the indices of all steps once, about `size` at a time, in random order.
+        """Yield the index of every step once, about `size` at a time, in random order.
 
-        Their shape is (size,), or with `by_episode` (episodes, longest) with whole episodes in
-        rows, padded with −1.
+        The shape of a batch is (size,) or, if `by_episode`, (episodes, longest), with one whole
+        episode per row, padded with −1.
         """
         count = len(self.returns)
         if not by_episode:
@@ -74,7 +74,7 @@ class Steps(NamedTuple):
 
 
 class Demonstrations:
-    """Episodes of all tasks in turn, by the imitated player; arguments are those of `imitate`."""
+    """The imitated player's episodes of all tasks in turn; for the arguments, see `imitate`."""
 
     def __init__(self, settings: TrainSettings, folder: Path) -> None:
         assert settings.imitate is not None
@@ -95,7 +95,7 @@ class Demonstrations:
             self._plan = env.plan_of
 
     def block(self, seeds: Sequence[int], first: int = 0) -> Steps:
-        """Return the steps of episodes with given seeds, numbered from `first`."""
+        """Return the steps of episodes with the given seeds, numbered from `first`."""
         count = len(seeds)
         episodes: Episodes[Any] = self._env.make_episodes(self._world, count)
         numbers: list[int] = (np.arange(first, first + count) % len(self._env.tasks)).tolist()
@@ -121,7 +121,7 @@ class Demonstrations:
         return Steps(*map(np.concatenate, (seen, actions, returns[::-1], numbers_of)))
 
     def _disturbed(self, actions: NDArray[Any]) -> NDArray[Any]:
-        """Return actions with a random entry replaced in some of them."""
+        """Return actions, in some of which a random entry is replaced."""
         actions = actions.copy()
         entries = actions.reshape(len(actions), -1)
         for row in np.flatnonzero(self._rng.random(len(actions)) < self._given.random).tolist():
@@ -133,7 +133,7 @@ class Demonstrations:
 def imitate(model: PPO | RecurrentPPO, settings: TrainSettings, folder: Path) -> None:
     """Let a new model with these settings imitate a player of its tasks.
 
-    A recurrent model learns from whole episodes. `folder` stores searches, also for other runs.
+    A recurrent model learns from whole episodes. `folder` stores searches for all runs.
     """
     given = settings.imitate
     assert given is not None
@@ -166,7 +166,7 @@ def evaluated(
 ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
     """Return a policy's values, the log-probabilities of the actions, and the returns.
 
-    They belong to a `batch` of steps from `Steps.batches`, without the padding after the ends.
+    They are those of the steps in a `batch` from `Steps.batches`, without padding.
     """
     flat = batch.ravel()
     seen, actions, returns = (
@@ -183,9 +183,9 @@ def evaluated(
 
 
 def _steps(settings: TrainSettings, episodes: int, folder: Path) -> Steps:
-    """Return the steps of a number of episodes."""
+    """Return the steps of `episodes` episodes."""
     shown = Demonstrations(settings, folder)
-    # Below 2³², as seeds of training are.
+    # Training seeds are below 2³².
     numbers = np.random.SeedSequence(settings.seed, spawn_key=(0,)).generate_state(episodes)
     seeds: list[int] = numbers.tolist()
     parts: list[Steps] = []

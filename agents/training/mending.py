@@ -1,11 +1,11 @@
-"""Building a chain, testing it, and rebuilding it if it fails: demonstrations for an anchor.
+"""A player of the anchor's environment that tests chains and rebuilds bad ones, for imitation.
 
-With some bad magnets on a tray, the first chain often fails, and a test shows this before the chain
-is left: it bears less than the pull, or is not a fold. Then the player draws it back, except for
-its first component, and builds another chain of the same fold. A search selects these chains for
-each task on draws of its own stream: the first one on all draws, every later one on the draws in
-which the earlier ones fail. The search is stored beside the runs. On ``MagFold/Tray-v0`` this does
-not help, because only the last component shows whether a chain is right, and then it is too late.
+If a tray contains bad magnets, the first chain often fails, and a test shows this before the player
+leaves the chain: it bears less than the pull, or is not folded. Then the player draws it back,
+except for its first component, and builds another chain with the same fold. A search selects each
+task's chains on draws of a separate stream: the first chain on all draws, and every later chain on
+the draws in which the earlier ones fail. The search is stored beside the runs. In
+``MagFold/Tray-v0``, this does not help: only the last component shows whether a chain is right.
 """
 
 from collections.abc import Sequence
@@ -30,37 +30,37 @@ STREAM = "mending"
 
 DRAWS = 48
 SEQUENCES = 60
-"""Largest number of sequences tried per task, those of largest gap."""
+"""Largest number of sequences tried per task, in order of decreasing gap."""
 
 TRIED = 40
-"""Largest number of compared chains."""
+"""Largest number of chains that are compared."""
 
 CHAINS = 4
 """Largest number of chains built in an episode."""
 
 SPEED_BACK = 0.28
-"""Approximate speed of drawing back [m/s]."""
+"""Approximate speed at which components are drawn back [m/s]."""
 
 PATIENCE = 0.75
-"""Share of the time limit after which no component is drawn back any more."""
+"""Share of the time limit after which no more components are drawn back."""
 
 BEARS = 0.9
-"""Measured share of a pull that counts as the whole pull."""
+"""Share of a pull that counts as the whole pull when it is measured."""
 
 
 class Chain(NamedTuple):
-    """Components from the tray, and their feed."""
+    """Components from the tray and the way they are fed."""
 
     fed: tuple[tuple[int, int], ...]
     """Components and orientations, in the order of feed."""
     speed: float
-    """Feed speeds [m/s]."""
+    """Feed speed of all components [m/s]."""
 
 
 class Mending:
-    """Builds and tests chains, one after another, in every row of episodes.
+    """A plan that builds and tests chains, one after another, in every row of episodes.
 
-    `ways` contains the chains of each row, which have the same first component.
+    `ways` contains the chains of each row, which all have the same first component.
     """
 
     def __init__(self, ways: Sequence[Sequence[Chain]]) -> None:
@@ -75,11 +75,11 @@ class Mending:
         fed, n = episodes.arrays.fed[rows], episodes.world.scene.n
         self._back[rows] &= fed > 1
         chains = [self._ways[row][place] for row, place in zip(rows, self.at[rows], strict=True)]
-        # Of the actions on a complete chain, only the way matters.
+        # When the chain is complete, only the kind of step matters.
         pairs = zip(chains, np.minimum(fed, n - 1), strict=True)
         parts, lies = np.array([chain.fed[place] for chain, place in pairs]).T
         back = self._back[rows]
-        # With only one chain, a test changes nothing.
+        # A row with only one chain does not need a test.
         test = np.array([len(self._ways[row]) > 1 for row in rows.tolist()])
         test &= episodes.is_whole(rows) & ~back & ~episodes.is_tested(rows)
         speeds = np.where(back, SPEED_BACK, [each.speed for each in chains])
@@ -98,8 +98,8 @@ class Mending:
 def mended(settings: EnvSettings, folder: Path, draws: int = DRAWS) -> list[tuple[Chain, ...]]:
     """Return the chains to build one after another for every task of an environment.
 
-    `folder` stores the search, also for other runs; `draws` is the number of draws on which the
-    chains of a task are compared.
+    `folder` stores the search for all runs; `draws` is the number of draws on which the chains of a
+    task are compared.
     """
     env: Any = make_env(settings).unwrapped
     jobs = [(settings, number, draws) for number in range(len(env.tasks))]
@@ -109,7 +109,7 @@ def mended(settings: EnvSettings, folder: Path, draws: int = DRAWS) -> list[tupl
 
 
 def _search(settings: EnvSettings, number: int, draws: int) -> list[Chain]:
-    """Return the chains of a task, by its number."""
+    """Return the chains for the task with this number."""
     env: Any = make_env(settings).unwrapped
     task, speeds = env.tasks[number], env.actions.speeds.tolist()
     seeds, rng = episode_seeds(STREAM, draws), np.random.default_rng([number])
@@ -136,7 +136,7 @@ def _tried(
     speeds: Sequence[float],
     rng: np.random.Generator,
 ) -> list[Chain]:
-    """Return chains that can follow others, with the components that these have used least."""
+    """Return chains that can follow `chains`, preferring components that these have used least."""
     if not chains:
         orders: list[Any] = [task.order_of(each) for each in sequences[: TRIED // 2]]
         best, *others = (tuple(task.as_fed(order)) for order in orders)
@@ -161,7 +161,7 @@ def _tried(
 
 
 def _ends(env: Any, number: int, tried: Sequence[Chain], seeds: Sequence[int]) -> Bools:
-    """Return where chains succeed that are left without a test, (chains, draws)."""
+    """Return which untested chains succeed on which draws, (chains, draws)."""
     count = len(tried) * len(seeds)
     episodes: Any = env.make_episodes(env.world, count)
     plan = Mending([(chain,) for chain in tried for _ in seeds])

@@ -1,7 +1,7 @@
 """Models of Stable-Baselines3 and sb3-contrib: creation and resumption.
 
-The complete state of a training run is in one file, which is complete or absent and belongs to one
-run.
+One file contains the complete state of a training run; an interrupted write never leaves part of
+it.
 """
 
 import io
@@ -69,14 +69,14 @@ class LearningRate:
     rate: float
     """The rate at the start of a phase."""
     anneal: bool
-    """Whether it falls."""
+    """Whether the rate falls."""
     start: int = 0
-    """Steps made at the start of the phase."""
+    """Total steps at the start of the phase."""
     end: int = 1
-    """Steps made at its end."""
+    """Total steps at the end of the phase."""
 
     def __call__(self, remaining: float) -> float:
-        """Return the rate when the share `remaining` of `end` remains."""
+        """Return the rate at which a share `remaining` of `end` steps remains."""
         if not self.anneal:
             return self.rate
         # The last rollout may exceed the end.
@@ -86,12 +86,12 @@ class LearningRate:
 def make_model(
     settings: train_settings.LearnerSettings, env: vec_env.VecEnv, seed: int, device: str = "cpu"
 ) -> base_class.BaseAlgorithm:
-    """Return an untrained model; `seed` is that of networks and actions.
+    """Return an untrained model; `seed` sets the initial networks and the random actions.
 
     Raises
     ------
     ValueError
-        If the features are symmetric and the scene is not.
+        If the features are symmetric but the scene is not.
     """
     own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight", "features"}
     own |= {"anneal_entropy", "lstm", *train_settings.Shown.model_fields}
@@ -131,7 +131,7 @@ def network(
 ) -> tuple[Any, dict[str, Any]]:
     """Return the class of a policy, and the options of its features and its memory.
 
-    The arguments state whether observations are a `dictionary`, and whether the last component
+    `dictionary` says whether observations are a dictionary; `backward`, whether the last component
     leaves the tube first.
     """
     name = f"{'MultiInput' if dictionary else 'Mlp'}{'' if lstm is None else 'Lstm'}Policy"
@@ -164,14 +164,14 @@ def enter(model: base_class.BaseAlgorithm, envs: vec_env.VecEnv) -> None:
     if isinstance(buffer, HerReplayBuffer):
         buffer.env = envs
         with warnings.catch_warnings():
-            # The message reports the requested behaviour.
+            # The warning only reports the requested behaviour.
             warnings.filterwarnings("ignore", "The last trajectory in the replay buffer")
             buffer.truncate_last_trajectory()
 
 
 @dataclass
 class Progress:
-    """The progress of a run, which with the model decides its continuation."""
+    """The progress of a run; together with the model, it determines how the run continues."""
 
     phase: int = 0
     """Number of the current phase, from 0."""
@@ -184,22 +184,22 @@ class Progress:
     saved_at: int = 0
     """Steps at the last checkpoint."""
     before: int = 0
-    """Training steps of the initial policy."""
+    """Number of training steps of the initial policy."""
     last: dict[str, float] | None = None
     """Result of the last validation of the phase."""
     best: dict[str, float] | None = None
-    """Result of its best validation."""
+    """Result of the best validation of the phase."""
     validations: int = 0
-    """Validations of the phase."""
+    """Number of validations in the phase."""
     stale: int = 0
-    """Validations since the best one."""
+    """Number of validations since the best one."""
     stopping: bool = False
     """Whether the phase ends with the next step."""
 
     def note(self, result: dict[str, float], stop: train_settings.StopSettings) -> bool:
         """Record the result of a validation; return whether it is the best of the phase.
 
-        More successes are better; the score decides ties.
+        The higher success rate is better; the score decides ties.
         """
         self.last = result
         self.validations += 1
@@ -226,17 +226,17 @@ class Progress:
 
 
 def random_state() -> tuple[Any, ...]:
-    """Return the states of the random numbers of Python, NumPy, torch and the GPUs."""
+    """Return the states of the random generators of Python, NumPy, torch and the GPUs."""
     return (
         random.getstate(),
-        np.random.get_state(),  # noqa: NPY002 (what Stable-Baselines3 draws from)
+        np.random.get_state(),  # noqa: NPY002 (Stable-Baselines3 draws from this generator)
         torch.get_rng_state(),
         torch.cuda.get_rng_state_all() if torch.cuda.is_available() else [],
     )
 
 
 def set_random_state(state: tuple[Any, ...]) -> None:
-    """Restore `state`."""
+    """Restore the state of all random generators."""
     random.setstate(state[0])
     np.random.set_state(state[1])  # noqa: NPY002
     torch.set_rng_state(state[2])
@@ -257,7 +257,7 @@ def pack(
     rest = {
         "progress": progress,
         "random": random_state(),
-        "actions": model.action_space,  # with the random numbers of random actions
+        "actions": model.action_space,  # with the generator of random actions
         "envs": envs_state(envs),
         "records": {name: dict(getattr(model.logger, name)) for name in _RECORDS},
         "events": events,
@@ -275,10 +275,10 @@ def unpack_model(
     envs: vec_env.VecMonitor,
     records: logger.Logger,
 ) -> base_class.BaseAlgorithm:
-    """Return the model in the state at which `pack` returned `parts`.
+    """Return the model in the state that `pack` stored in `parts`.
 
-    Environments of the same phase of the same run are restored, and the logger gets the unwritten
-    values.
+    `envs`, environments of the same phase of the same run, are restored, too, and the logger gets
+    back the values that were not yet written.
     """
     rest: dict[str, Any] = pickle.loads(parts[REST])
     model = CLASSES[settings.learner.algorithm].load(
@@ -289,7 +289,7 @@ def unpack_model(
     model.set_logger(records)
     for name in _RECORDS:
         getattr(records, name).update(rest["records"][name])
-    # Last, because making a model seeds all of these.
+    # Restored last, because making a model seeds all of these.
     model.action_space = rest["actions"]
     if isinstance(model, RecurrentPPO):
         model._last_lstm_states = rest["memory"]
@@ -305,9 +305,9 @@ def _written(save: Any) -> bytes:
 
 
 def write_archive(path: Path, key: Mapping[str, Any], members: Mapping[str, bytes]) -> None:
-    """Write a zip file of `members`, by name, at `path`, under a temporary name until complete.
+    """Write named `members` to a zip file at `path`, under a temporary name until it is complete.
 
-    `key` is everything that they depend on, as JSON values. Zip files have checksums.
+    `key` contains everything on which the members depend, as JSON values. Zip files have checksums.
     """
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         archive.writestr(KEY, json.dumps(key, indent=1))

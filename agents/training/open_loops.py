@@ -1,6 +1,6 @@
-"""The best open loops of every task, searched once for many runs.
+"""The best open loops of every task, for which one search serves many runs.
 
-The search is long. It is stored beside the runs in ``open-loops-ID-KEY``, for all runs with the
+The search takes long. It is stored beside the runs in ``open-loops-ID-KEY``, for all runs with the
 same imitation, scene, tasks and actions, and an interrupted search continues.
 """
 
@@ -23,13 +23,13 @@ STREAM = "imitation"
 """Stream of the draws of the search for open loops."""
 
 KEPT = 16
-"""Most open loops of a task that are kept."""
+"""Largest number of open loops that are kept per task."""
 
 
 def best_open_loops(settings: EnvSettings, effort: Search, folder: Path) -> list[list[Any]]:
-    """Return for every task of an environment its best open loops, the best first.
+    """Return the best open loops of every task of an environment, the best first.
 
-    Open loops use the environment's actions. `effort` is that for every task, and `folder` contains
+    Open loops use the environment's actions. `effort` is the effort per task, and `folder` contains
     the folders of searches.
     """
     env: Any = make_env(settings).unwrapped
@@ -52,8 +52,8 @@ def kept_search(
 ) -> list[Any]:
     """Return the results of a search for every task of an environment, stored beside runs.
 
-    `search` returns the result of a task as JSON values; it is called in processes with the `jobs`,
-    one for every task. `effort` contains further values that the results depend on, and `folder`
+    `search` returns the result of a task as JSON values; several processes call it with `jobs`, one
+    per task. `effort` contains further values on which the results depend, and `folder` contains
     the folders of searches.
     """
     env: Any = make_env(settings).unwrapped

@@ -20,33 +20,33 @@ from magfold_env.scoring.shown import shown_space
 _ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 _WRITTEN = {"net_arch", "activation_fn", "features_extractor_class", "features_extractor_kwargs"}
 _WRITTEN |= {"lstm_hidden_size", "n_lstm_layers", "shared_lstm", "enable_critic_lstm"}
-"""Options of a policy in its settings; others have Stable-Baselines3's defaults."""
+"""Options of a policy that its settings contain; others have Stable-Baselines3's defaults."""
 
 
 @dataclass(frozen=True)
 class SavedPolicy:
-    """A policy that was read."""
+    """A policy read from a file."""
 
     policy: policies.BasePolicy
     """The networks, ready to choose actions."""
     shown: Shown
-    """The form of their observations."""
+    """The form of the observations that they read."""
     steps: int
-    """Environment steps of its training."""
+    """Number of environment steps in the policy's training."""
 
 
 def _kind(settings: PolicySettings) -> tuple[type[policies.BasePolicy], dict[str, Any]]:
-    """Return the class of a policy with given settings, and the options of its features."""
+    """Return the class of a policy with these settings, and the options of its features."""
     boxes = isinstance(settings.observations, policy_file.Boxes)
     own = settings.algorithm, settings.features, boxes, settings.backward, settings.lstm
     return network(*own)
 
 
 def make(settings: PolicySettings) -> policies.BasePolicy:
-    """Return an untrained policy with given settings."""
+    """Return an untrained policy with these settings."""
     kind, options = _kind(settings)
     if settings.algorithm not in ("sac", "tqc"):
-        options |= {"ortho_init": False}  # slow, for weights that are replaced
+        options |= {"ortho_init": False}  # slow, and the weights are replaced anyway
     judge = "vf" if "ortho_init" in options else "qf"
     return kind(
         shown_space(settings, settings.observations.space()),
@@ -63,13 +63,13 @@ def save(
 ) -> None:
     """Write the policy of `model` to `path` under a temporary name and move it into place.
 
-    `shown` is the form of its observations; None means unchanged observations. `before` is the
-    number of its training steps before the model was made.
+    `shown` is the form of the observations; None means unchanged observations. `before` is the
+    number of the policy's training steps before the model was made.
 
     Raises
     ------
     ValueError
-        If the policy is not one that `load` can restore.
+        If `load` could not restore the policy.
     """
     settings = _settings_of(model, shown or Shown())
     settings = settings.model_copy(update={"steps": settings.steps + before})
@@ -81,8 +81,8 @@ def save(
 def begin_with(path: str | Path, model: base_class.BaseAlgorithm, shown: Shown) -> int:
     """Set the networks of `model` to the weights of a policy that `save` wrote.
 
-    Nothing else of the policy is used; optimisers start fresh. Returns the number of its training
-    steps.
+    Nothing but the weights is used; optimisers start fresh. Returns the number of the policy's
+    training steps.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def begin_with(path: str | Path, model: base_class.BaseAlgorithm, shown: Shown) 
     both = saved.shown, _settings_of(model, shown)
     theirs, own = (settings.model_dump(exclude=aside) for settings in both)
     if where := difference(theirs, own):
-        raise ValueError(f"{path}: holds another policy, {where}; must be one of the same networks")
+        raise ValueError(f"{path}: holds another policy, {where}; must have the same networks")
     model.policy.load_state_dict(saved.policy.state_dict())
     return saved.steps
 
@@ -104,7 +104,7 @@ def load(path: str | Path) -> SavedPolicy:
     Raises
     ------
     ValueError
-        If there is no such file, it is damaged, or a model of Stable-Baselines3.
+        If there is no such file, it is damaged, or it is a model that Stable-Baselines3 wrote.
     """
     file = policy_file.read(path)
     try:
@@ -114,7 +114,7 @@ def load(path: str | Path) -> SavedPolicy:
     shapes = {name: tuple(tensor.shape) for name, tensor in policy.state_dict().items()}
     try:
         if unknown := file.tensors.keys() - shapes.keys():
-            raise ValueError(f"{min(unknown)}: is not one of the network's")
+            raise ValueError(f"{min(unknown)}: is not a weight of the networks")
         weights = file.weights(shapes)
     except ValueError as error:
         raise ValueError(f"{path}: weights: {error}") from None
@@ -124,7 +124,7 @@ def load(path: str | Path) -> SavedPolicy:
 
 
 def _settings_of(model: base_class.BaseAlgorithm, shown: Shown) -> PolicySettings:
-    """Return the settings that can restore the policy of `model`."""
+    """Return the settings from which `load` can restore the policy of `model`."""
     policy: Any = model.policy
     hidden, extractor = policy.net_arch, policy.features_extractor_class
     if not isinstance(hidden, dict):
@@ -166,7 +166,7 @@ def _settings_of(model: base_class.BaseAlgorithm, shown: Shown) -> PolicySetting
 
 
 def _described(space: spaces.Space[Any], stacked: bool = False) -> dict[str, Any]:
-    """Return the description of a space, for one of its frames, as JSON values."""
+    """Return the description of a space as JSON values; if `stacked`, of one of its frames."""
     if isinstance(space, spaces.Dict):
         return {"boxes": {name: _described(each) for name, each in space.items()}}
     names = ("low", "high", "n", "nvec")

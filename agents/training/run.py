@@ -27,15 +27,15 @@ from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scoring.player import Player, play
 
 EPISODES_PER_RECORD = 60
-"""Interval at which off-policy learners write their numbers."""
+"""Number of episodes after which off-policy learners write their records."""
 
 Watch = Callable[[int, dict[str, float]], object]
-"""Called with the number, from 1, and the result of each validation of the main phase. An exception
-that it raises ends the run."""
+"""A function that is called with the number, from 1, and the result of each validation of the main
+phase. An exception that it raises ends the run."""
 
 
 class DivergedError(ArithmeticError):
-    """The networks contain numbers that are not finite, which makes further learning impossible."""
+    """The networks contain numbers that are not finite, so they can learn no further."""
 
 
 def train(
@@ -44,10 +44,10 @@ def train(
     resume: bool | None = None,
     watch: Watch | None = None,
 ) -> Path:
-    """Run the training described by `settings`, or the rest of it; return the policy.
+    """Run the training that `settings` describe, or the rest of it; return the policy's file.
 
-    All files of the run lie in the folder `path`, see `TrainingRun`; `RunFolder.open` describes
-    `resume`. `watch` follows the validations.
+    All files of the run are in the folder `path` (see `TrainingRun`); `RunFolder.open` describes
+    `resume`. `watch` is called after validations.
 
     Raises
     ------
@@ -58,13 +58,13 @@ def train(
         If the checkpoint to resume is damaged or belongs to another run, or a run is active in the
         folder.
     DivergedError
-        If the networks contain numbers that are not finite.
+        If the networks contain numbers that are not finite after an update.
     """
     # The networks are small; more threads would only compete with the simulations.
     torch.set_num_threads(1)
     folder = run_folder.RunFolder(path, settings)
     if settings.start is not None and not folder.state.is_file():
-        # Before anything is written to the folder.
+        # Check the initial policy before anything is written to the folder.
         envs = make_training_envs(settings, 0)
         _make_model(settings, envs)
         envs.close()
@@ -83,7 +83,7 @@ def train(
 def _make_model(
     settings: TrainSettings, envs: vec_env.VecEnv
 ) -> tuple[base_class.BaseAlgorithm, int]:
-    """Return the initial model of a run and the number of its training steps."""
+    """Return the initial model of a run and the number of steps it was trained for before."""
     model = models.make_model(settings.learner, envs, settings.seed, settings.device)
     if settings.start is None:
         return model, 0
@@ -94,9 +94,9 @@ def _make_model(
 
 
 class Validation:
-    """Plays a number of episodes at once, with all targets in turn and the most probable actions.
+    """Plays episodes in parallel, with all targets in turn and the most probable actions.
 
-    The draws differ from those of training and of reported results.
+    Training and reported results use other draws.
     """
 
     def __init__(self, settings: EnvSettings, episodes: int, shown: Shown) -> None:
@@ -108,7 +108,7 @@ class Validation:
         self._episodes: Episodes[Any] = self._env.make_episodes(world, episodes)
 
     def __call__(self, model: base_class.BaseAlgorithm) -> dict[str, float]:
-        """Return the rate of success and the mean score of `model`."""
+        """Return the success rate and the mean score of `model`."""
         plan = Player(model.policy, self._shown, self._env, self._episodes.count).plan(self._env)
         (ends,) = play(self._episodes, self._numbers, self._seeds, lambda _: plan)
         return {
@@ -118,9 +118,9 @@ class Validation:
 
 
 class BoundaryCallback(callbacks.BaseCallback):
-    """Validates and saves between rollouts, where a run can be resumed, and ends it in time.
+    """Validates and saves between rollouts, where a run can be resumed, and ends the run on time.
 
-    It updates `state` and calls `validate` and `save` when they are due.
+    It updates `state` and calls `validate` and `save` when either is due.
     """
 
     def __init__(
@@ -138,13 +138,13 @@ class BoundaryCallback(callbacks.BaseCallback):
 
     @property
     def out_of_time(self) -> bool:
-        """Whether the time limit of the run is reached."""
+        """Whether the run has reached its time limit."""
         return self._state.seconds >= self._limit
 
     def visit(self) -> None:
         """Perform the actions that are due between two rollouts."""
         state, steps = self._state, self.model.num_timesteps
-        # When a multiple has been passed since the last time.
+        # Both are due when a multiple of their interval has been passed since the last time.
         every = self._settings.validate_every
         if steps // every > state.validated_at // every:
             self._validate()
@@ -166,7 +166,7 @@ class BoundaryCallback(callbacks.BaseCallback):
 
 
 class TrainingRun:
-    """A running training, and its folder.
+    """A training run and its folder.
 
     The folder contains:
 
@@ -174,7 +174,7 @@ class TrainingRun:
     - TensorBoard's files;
     - ``checkpoints/``: intermediate policies; ``best.safetensors``: the best one in validations;
     - ``resume.zip``: the state for resumption; it contains pickles, so resume only your own runs;
-    - ``policy.safetensors``, at the end.
+    - ``policy.safetensors``: the policy at the end.
 
     The run continues from the state in `parts`, if there is one.
     """
@@ -218,7 +218,7 @@ class TrainingRun:
                 self._write(self._model, self._folder.policy)
             self._info.finished = True
         except ValueError as error:
-            # torch's own message on numbers that are not finite is long.
+            # torch's own message about numbers that are not finite is long.
             model = self._model
             if model is None or all(bool(x.isfinite().all()) for x in model.policy.parameters()):
                 raise
@@ -233,7 +233,7 @@ class TrainingRun:
     def _learn(
         self, model: base_class.BaseAlgorithm, envs: vec_env.VecMonitor, phase: Phase
     ) -> bool:
-        """Train to the end of a phase; return whether the time limit of the run is reached."""
+        """Train to the end of a phase; return whether the run has reached its time limit."""
         settings, progress = self._settings, self._progress
         start, end = progress.phase_start, progress.phase_start + phase.timesteps
         rate: Any = model.learning_rate
@@ -261,7 +261,7 @@ class TrainingRun:
                 model.learn(
                     end - model.num_timesteps,
                     callback=[callbacks.ConvertCallback(show), boundaries],
-                    # Off policy, no more than one, because the episodes of all environments end
+                    # Off policy, write at most once when the episodes of all environments end
                     # together.
                     log_interval=1 if on_policy else max(EPISODES_PER_RECORD, settings.envs),
                     reset_num_timesteps=False,
@@ -278,7 +278,7 @@ class TrainingRun:
         return boundaries.out_of_time
 
     def _model_in(self, envs: vec_env.VecMonitor) -> base_class.BaseAlgorithm:
-        """Return the model, new, resumed or continued, with its environments."""
+        """Return the model, which is new, resumed or continued, with `envs` as its environments."""
         settings = self._settings
         if self._model is not None:
             models.enter(self._model, envs)
@@ -297,7 +297,7 @@ class TrainingRun:
     def _validate(
         self, model: base_class.BaseAlgorithm, validation: Validation, phase: Phase
     ) -> None:
-        """Validate, log it and keep the policy if it is the best."""
+        """Validate, log the result, and keep the policy if it is the best."""
         result = validation(model)
         # A separate logger, because the model's recorded values belong to a later step.
         own = logger.Logger(None, model.logger.output_formats)

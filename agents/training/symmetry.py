@@ -1,11 +1,11 @@
-"""A network that treats a chain, its mirror image and both with swapped poles as equal.
+"""A network that treats a chain, its mirror image, and both with swapped poles alike.
 
 The mirror image of a chain folds into the mirror image of its fold, and swapping N and S everywhere
 changes no force. The network sees one of these four chains, selected by the target and the
-components outside the tube, and its choice is transformed back, so that learning from one applies
-exactly to all.
+components outside the tube, and its choice is transformed back. What it learns from one of them
+therefore applies exactly to all.
 
-The resume state of training runs names this module: it loads only while it is found here.
+The stored state of training runs contains this module's name, so the module must not move.
 """
 
 from collections.abc import Mapping
@@ -24,14 +24,14 @@ from magfold_env.envs.spaces import actions, observation
 from magfold_env.scene import Scene
 
 VIEWS = 2
-"""Features that describe the transformation of the network's view: mirrored, and poles swapped."""
+"""Number of features that describe the transformed view: mirrored or not, poles swapped or not."""
 
 _FACE_WEIGHTS = (8.0, 4.0, 2.0, 1.0)
-"""Weights with which the poles of a component's faces never cancel."""
+"""Weights with which the poles of a component's faces never sum to zero."""
 
 
 def is_symmetric(scene: Scene) -> bool:
-    """Return whether the scene, except for its poles, is its own mirror image."""
+    """Return whether the scene is its own mirror image, apart from its poles."""
     sizes = ("width", "height", "thickness", "inset", "remanence")
     faces = [np.atleast_1d(getattr(scene.magnets, name)) for name in sizes]
     even = all(np.array_equal(each, each[..., ::-1]) for each in faces)
@@ -41,10 +41,10 @@ def is_symmetric(scene: Scene) -> bool:
 class FromOneSide(FromTheMouth):
     """Transforms every chain so that the joint that folds next turns left, if it folds.
 
-    The first pole of the component that left the tube last is N. The last two features state
+    The first pole of the component that left the tube last becomes N. The last two features state
     whether left and right, and N and S, were swapped.
 
-    Parameters and errors are those of `agents.training.features.FromTheMouth`.
+    The parameters and errors are those of `agents.training.features.FromTheMouth`.
     """
 
     _mirror: torch.Tensor
@@ -87,7 +87,7 @@ class FromOneSide(FromTheMouth):
     def _first_pole_north(
         self, entries: torch.Tensor, step: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return the entries with poles set by the last component, and whether they are swapped."""
+        """Return the entries, with poles swapped if the last component needs it, and the swaps."""
         n, start = self._layout.n, self.width * (self._layout.n - 1)
         span = self._layout.slices["magnets"]
         poles = entries[:, start + span.start : start + span.stop].reshape(-1, n, 4)
@@ -101,7 +101,7 @@ class FromOneSide(FromTheMouth):
 def _mirror_image(
     layout: observation.Layout, width: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Return the source of each entry of a mirror image, and its sign.
+    """Return the source and the sign of each entry of a mirror image.
 
     The target comes first, with `width` entries per joint, then the chain of `layout`.
     """
@@ -128,7 +128,7 @@ def _mirror_image(
 
 
 class _Inner(nn.Module):
-    """The hidden layers, which ignore the transformation of the view and pass it to the actor."""
+    """The hidden layers, which ignore how the view is transformed and pass this on to the actor."""
 
     def __init__(self, layers: torch_layers.MlpExtractor) -> None:
         super().__init__()
@@ -147,7 +147,7 @@ class _Inner(nn.Module):
 
 
 class _TurnedBack(nn.Module):
-    """The last layer, which transforms its choice back to the view of the environment."""
+    """The last layer, which transforms the choice back to the environment's view."""
 
     _patterns: torch.Tensor
 
@@ -155,7 +155,7 @@ class _TurnedBack(nn.Module):
         super().__init__()
         self.layer = layer
         rest = len(actions.SIGNS) + np.arange(other_choices)
-        # The index of each in every view: unchanged, swapped, mirrored, both.
+        # The index of each pattern in every view: unchanged, swapped, mirrored, both.
         signs, mirrored = actions.SIGNS, actions.SIGNS[:, ::-1]
         views = [np.argmax(view @ signs.T, axis=1) for view in (signs, -signs, mirrored, -mirrored)]
         orders = [np.append(each, rest) for each in views]
@@ -168,12 +168,12 @@ class _TurnedBack(nn.Module):
 
 
 class Symmetric(policies.BasePolicy):
-    """A mixin that gives an actor and critic the features of `FromOneSide`.
+    """A mixin that gives actor and critic the features of `FromOneSide`.
 
     Raises
     ------
     ValueError
-        If an action is anything but one of the 16 patterns and a speed.
+        If actions do not consist of one of the 16 patterns and a speed.
     """
 
     def __init__(
@@ -206,7 +206,7 @@ class Symmetric(policies.BasePolicy):
         """Create the networks and the optimiser."""
         parent: Any = super()
         parent._build(lr_schedule)
-        # Its weights are the same objects, which the optimiser already has.
+        # The wrapped layer keeps its weights, which the optimiser already has.
         self.action_net: Any = _TurnedBack(self.action_net, self._speeds)
 
 

@@ -1,9 +1,9 @@
-"""The smallest cost of a swinging chain: one loop for a pinned pendulum, and nothing else.
+"""The lowest possible cost of a swinging chain: a single loop for a pinned pendulum.
 
-It takes the engine's own steps: Dormand and Prince's pair, the same error estimate and the same
-rule for the next step, and therefore the same number of evaluations. It omits everything that a
+The loop takes the engine's own steps, with Dormand and Prince's pair, the same error estimate and
+the same rule for the next step. It therefore needs as many evaluations. It omits everything that a
 pendulum does not need, such as magnets, contact, friction and recording, and all checks for them.
-Accelerations come from `recursion`, the shortest form of the recursion in this project.
+Accelerations come from `recursion`, this project's shortest form of the recursion.
 """
 
 from collections.abc import Callable
@@ -53,7 +53,7 @@ class Pendulum(NamedTuple):
 
 @kernel
 def swing(p: Pendulum, until: float) -> int:
-    """Advance by a time [s] and return the evaluations."""
+    """Advance to the time `until` [s] and return the number of evaluations."""
     time, step, before, last_error = 0.0, FIRST / p.typical_rate, 0.0, 0.0
     copy(p.v, p.slope_q[0], 0)
     accelerate(p, p.q, p.v, p.slope_v[0])
@@ -87,13 +87,13 @@ def swing(p: Pendulum, until: float) -> int:
 
 @inlined
 def accelerate(p: Pendulum, q: Array, v: Array, out: Array) -> None:
-    """Angular accelerations (n,) [rad/s²]; a hinge that accelerates upwards is gravity."""
+    """Angular accelerations (n,) [rad/s²]; gravity acts as an upward acceleration of the hinge."""
     recursion.accelerate(p.bodies, -p.gravity_x, -p.gravity_y, q, v, p.force, p.scratch, out)
 
 
 @inlined
 def stages(p: Pendulum, h: float) -> None:
-    """Fill the slopes of a step and its end."""
+    """Fill in the slopes of a step and the state at its end."""
     for s in range(1, STAGES):
         q, v = (p.stage_q, p.stage_v) if s < STAGES - 1 else (p.new_q, p.new_v)
         for k in range(q.size):
@@ -109,7 +109,7 @@ def stages(p: Pendulum, h: float) -> None:
 
 @inlined
 def step_error(p: Pendulum, h: float) -> float:
-    """Estimated error of a step relative to the allowed one, as in the engine."""
+    """Estimated error of a step relative to the allowed error, as in the engine."""
     error = 0.0
     allowed = LOCAL * p.tolerance
     for k in range(p.q.size):
@@ -124,7 +124,7 @@ def step_error(p: Pendulum, h: float) -> float:
 
 
 def pendulum(scene: Scene) -> Pendulum:
-    """Return the pendulum of a scene, a drawn, pinned chain in gravity, in its initial state."""
+    """Return the pendulum in its initial state for a scene, a drawn, pinned chain under gravity."""
     bare = scene.mount == "pinned" and scene.magnets is None and not scene.contact
     if not bare or scene.frictions.any() or scene.start_angles is None:
         raise ValueError("scene: must be a drawn, pinned chain without magnets, friction, contact")
@@ -149,7 +149,7 @@ def pendulum(scene: Scene) -> Pendulum:
 
 
 def prepare_swing(scene: Scene) -> Callable[[], int]:
-    """Return a task to time that swings a scene's pendulum for the scene's duration."""
+    """Return a task to time: the swing of a scene's pendulum over the scene's duration."""
     made, until = pendulum(scene), scene.duration
-    reference(made)  # finds addresses now, so that the swing need not
+    reference(made)  # finds addresses now, outside the timed swing
     return lambda: swing(made, until)

@@ -1,6 +1,6 @@
-"""The commands of `python -m magfold_bench`: each benchmark, all as one suite, stress, paper."""
+"""Commands of `python -m magfold_bench`: each benchmark, the whole suite, `stress` and `paper`."""
 
-# No postponed annotations, because an option's help below is made with the command.
+# Annotations must not be postponed: an option's help below depends on the command.
 
 from importlib import import_module
 from pathlib import Path
@@ -24,7 +24,7 @@ def suite(
     *,
     quick: Annotated[
         bool,
-        typer.Option("--quick", help="Run all benchmarks with small efforts, in some minutes."),
+        typer.Option("--quick", help="Run all benchmarks with little effort, within minutes."),
     ] = False,
     full: Annotated[
         bool, typer.Option("--full", help="Run all benchmarks as the documentation quotes them.")
@@ -36,14 +36,14 @@ def suite(
 ) -> None:
     """Measure this machine and this version with all benchmarks, or with one by name.
 
-    The results of all benchmarks are on one page, report.html, beside tables and diagrams. An
-    interrupted run continues in its folder.
+    One page, report.html, shows the results of all benchmarks; tables and diagrams are beside it.
+    An interrupted run continues if the same folder is given.
     """
     if context.invoked_subcommand is not None:
         if quick or full or out is not None:
             name = context.invoked_subcommand
             raise typer.BadParameter(
-                f"--quick, --full and --out before {name!r} are the suite's; put its own after it"
+                f"--quick, --full and --out before {name!r} apply to all; give others after it"
             )
         return
     if quick == full:
@@ -65,7 +65,7 @@ def _add(name: str, summary: Summary) -> None:
         quick: options.Quick = False,
         only: Annotated[
             list[str] | None,
-            typer.Option(help=f"A part: {', '.join(summary.parts)}; may repeat."),
+            typer.Option(help=f"A part: {', '.join(summary.parts)}; repeatable."),
         ] = None,
         out: Annotated[
             Path | None, typer.Option(help="Folder for CSV, JSON and PNG files, created if needed.")
@@ -77,28 +77,28 @@ def _add(name: str, summary: Summary) -> None:
 
 def stress(
     *,
-    cases: Annotated[int, typer.Option(help="Scenes to try.")] = 1000,
+    cases: Annotated[int, typer.Option(help="Number of scenes to try.")] = 1000,
     seed: options.DrawSeed = 0,
     only: Annotated[
-        list[str] | None, typer.Option(help="A kind of scenes, see the table; may repeat.")
+        list[str] | None, typer.Option(help="A kind of scene (see the table); repeatable.")
     ] = None,
-    workers: Annotated[int, typer.Option(help="Processes.")] = 1,
+    workers: Annotated[int, typer.Option(help="Number of processes.")] = 1,
     minutes: Annotated[
-        float | None, typer.Option(help="Begin no more after this time; no limit if left out.")
+        float | None, typer.Option(help="Begin no more after this time; no limit by default.")
     ] = None,
     out: options.Results = Path("runs/stress"),
     rerun: Annotated[
         Path | None,
-        typer.Option(help="Judge the scene in this file, as --seed draws it, and nothing else."),
+        typer.Option(help="Judge only the scene in this file, as --seed draws it."),
     ] = None,
 ) -> None:
-    """Try to break the simulation by random and extreme scenes; exit code 1 if a law is broken."""
+    """Try to break the simulation with random and extreme scenes; exit code 1 if a law fails."""
     from magfold_bench.stress import campaign, laws, report  # noqa: PLC0415 - for this command only
 
     with options.errors_in_one_line():
         options.check_folder("--out", out)
         if rerun is not None and not rerun.is_file():
-            raise ValueError(f"--rerun: {str(rerun)!r} is not allowed; must be the file of a scene")
+            raise ValueError(f"--rerun: {str(rerun)!r} is not allowed; must be a scene file")
         if rerun is not None:
             errors.refuse(errors.unless_whole("seed", seed, 0))
             scene = load_scene(rerun).draw(np.random.default_rng(seed))
@@ -127,13 +127,13 @@ def paper(
         list[str] | None,
         typer.Option(
             help="table-1, figure-7, figure-11, figure-12, figures-13-14, figure-15, figure-16, "
-            "figure-18 or figure-19; may repeat."
+            "figure-18 or figure-19; repeatable."
         ),
     ] = None,
     quick: options.Quick = False,
     out: options.Results = Path("runs/paper"),
 ) -> None:
-    """Reproduce the paper's figures and tables on one page, with the agreement of each."""
+    """Reproduce the paper's figures and tables on one page, and judge the agreement."""
     with options.errors_in_one_line():
         options.need_render()
         from magfold_bench.paper import run as runs  # noqa: PLC0415 - for this command only

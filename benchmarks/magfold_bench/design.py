@@ -1,4 +1,4 @@
-"""Design for every target and mode of release, compared with designs by energy alone."""
+"""Designs for every target and mode of release, compared with designs that use only energies."""
 
 from collections.abc import Mapping
 from itertools import product
@@ -17,11 +17,11 @@ from magfold_env.shapes import folded_words
 WANTED = 0.9  # share of successes
 RUNS = 100
 SELECTION = 16
-"""Releases per speed that select the speed of the minimiser's design."""
+"""Number of releases per speed that select the speed of the minimiser's design."""
 
 
 def targets(quick: bool, progress: Progress) -> Measurement:
-    """Design for each target, and count successes on releases that no search has used."""
+    """Design for each target and count successes in releases that no search has used."""
     scene = load_scene("design")
     if quick:
         scene = scene.replace(sequence=scene.sequence[:4])
@@ -58,7 +58,7 @@ def targets(quick: bool, progress: Progress) -> Measurement:
 def minimisers_choice(
     scene: Scene, word: str, mode: Mode, by_energy: Mapping[str, tuple[str, ...] | None], seed: int
 ) -> Choice | None:
-    """Return the sequence of the largest gap at its best speed."""
+    """Return the sequence with the largest gap, at its best speed."""
     sequence = by_energy[word]
     if sequence is None:
         return None

@@ -1,9 +1,9 @@
 """Tube-feed episodes per second, in single and in vector environments.
 
-Episodes are simulated at the default tolerance, until the chains have settled; magnets
-are random, speeds log-uniform over their whole range. In a round, all contestants play the same
-episodes, one after another or in parallel. Every round has other episodes, because some take a
-hundred times as long as others. On one core, processor time counts; with threads, the wall clock.
+Episodes are simulated at the default tolerance until the chains have settled. Magnets are random,
+and speeds are log-uniform over their whole range. In a round, all contestants play the same
+episodes, one after another or in parallel. Every round has new episodes, because some take a
+hundred times as long as others. One core is timed by processor time, threads by the wall clock.
 """
 
 import time
@@ -31,11 +31,11 @@ Vector = VectorEnv[Any, Any, Any]
 
 LENGTHS = (4, 6, 8, 12)
 SEED = 17
-COMPONENTS = 6  # of the chains with the highest requirement
+COMPONENTS = 6  # length of the chains with the strictest requirements
 
 
 class Way(NamedTuple):
-    """A way to play."""
+    """A way to play episodes."""
 
     form: str  # `SINGLE` or `VECTOR`
     threads: int
@@ -74,15 +74,15 @@ FULL = Effort(LENGTHS, ENVS, 7)
 
 
 def single(**options: Any) -> Single:
-    """Return one environment in the form for users, with Gymnasium's default wrappers."""
+    """Return one environment as users make it, with Gymnasium's default wrappers."""
     register_envs()
     return gymnasium.make(TUBE_FEED, **options)
 
 
 def vector(count: int, threads: int = 1, **options: Any) -> Vector:
-    """Return ``count`` environments in parallel, which begin anew within the step that ends them.
+    """Return ``count`` parallel environments, which reset within the step that ends an episode.
 
-    They step on several threads.
+    They step on ``threads`` threads.
     """
     register_envs()
     kind: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP, "threads": threads}
@@ -90,9 +90,9 @@ def vector(count: int, threads: int = 1, **options: Any) -> Vector:
 
 
 def play_single(env: Single, seed: int, actions: NDArray[Any]) -> None:
-    """Play one after another the episodes that `play_vector` plays in parallel.
+    """Play, one after another, the episodes that `play_vector` plays in parallel.
 
-    Their seeds count up from ``seed``; actions have the shape (steps, episodes, …).
+    The episodes' seeds count up from ``seed``; actions have the shape (steps, episodes, …).
     """
     for k in range(actions.shape[1]):
         env.reset(seed=seed + k)
@@ -103,25 +103,25 @@ def play_single(env: Single, seed: int, actions: NDArray[Any]) -> None:
 
 
 def play_vector(env: Vector, seed: int, actions: NDArray[Any]) -> None:
-    """Play an episode on every environment; arguments are those of `play_single`."""
+    """Play an episode in every environment; the arguments are those of `play_single`."""
     env.reset(seed=seed)
     for action in actions:
         env.step(action)
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
-    """Measure episodes of every length."""
+    """Measure episodes with chains of every length."""
     effort = QUICK if quick else FULL
     rows: list[Row] = []
     cases = list(product(effort.lengths, WAYS))
     for (n, clock), tick in tables.each_case(progress, cases, lambda case: f"n = {case[0]}"):
         rows.extend(measure(n, clock, effort, tick))
-    title = f"Tube-feed episodes a second, dynamics, {effort.envs} in a round"
+    title = f"Tube-feed episodes per second, dynamics, {effort.envs} per round"
     return Measurement(rows, [Table(title, rows)], _findings(rows))
 
 
 def measure(n: int, clock: str, effort: Effort, tick: Tick) -> list[Row]:
-    """Return a row for each way to play chains of n components that uses a clock."""
+    """Return a row for each way to play, timed by a clock, with chains of n components."""
     ways = WAYS[clock]
     tasks = {way: _task(n, way, effort.envs) for way in ways}
     times = timing.take_turns(tasks, effort.rounds, 0.0, CLOCKS[clock], tick)
@@ -140,7 +140,7 @@ def measure(n: int, clock: str, effort: Effort, tick: Tick) -> list[Row]:
 
 
 def _task(n: int, way: Way, envs: int) -> timing.Task:
-    """Return the task that plays a number of episodes."""
+    """Return the task that plays `envs` episodes."""
     options: dict[str, Any] = {"components": n, "actions": "box", "baseline": None}
     if way.form == SINGLE:
         play = partial(play_single, single(**options))
@@ -150,7 +150,7 @@ def _task(n: int, way: Way, envs: int) -> timing.Task:
 
     def prepare() -> Callable[[], None]:
         k = next(rounds)
-        # Every magnet is N or S with equal chance, and speeds are log-uniform.
+        # Every magnet is N or S with equal probability, and speeds are log-uniform.
         drawn = np.random.default_rng([SEED, n, k]).uniform(-1.0, 1.0, (n, envs, 5))
         actions = drawn.astype(np.float32)
         return lambda: play(SEED + k * envs, actions)
@@ -166,9 +166,9 @@ def _findings(rows: list[Row]) -> list[str]:
             cores = "one core" if way.threads == 1 else f"{way.threads} threads"
             found.append(
                 f"n = {n}, {way.form}, {cores}: {rate:.0f} episodes/s; at least "
-                f"{wanted:,.0f} are asked for: {tables.verdict(rate >= wanted)}"
+                f"{wanted:,.0f} are required: {tables.verdict(rate >= wanted)}"
             )
     return found
 
 
-DIAGRAM = Lines("Tube-feed episodes a second, dynamics", "n", "episodes/s", "way", ("clock",))
+DIAGRAM = Lines("Tube-feed episodes per second, dynamics", "n", "episodes/s", "way", ("clock",))

@@ -1,9 +1,9 @@
 """Whole folds at several tolerances: their cost, their accuracy, and the cost of the first use.
 
-The chains have six components. Sequences are drawn so that they pull towards a folded word, and
-kept if the reference, at a tolerance of `REFERENCE`, folds. Errors are those of the relative angles
-at the end. A fold that ends at its stops is either exact or very wrong, so a tolerance counts as
-sufficient only if every fold ends within `CLOSE` of its reference.
+The chains have six components. Sequences are drawn so that they pull towards a folded word, and are
+kept if the reference, run at the tolerance `REFERENCE`, folds. Errors are errors of the joint
+angles at the end. A fold that ends at its stops is either exact or very wrong, so a tolerance
+counts as sufficient only if every fold ends within `CLOSE` of its reference.
 """
 
 import os
@@ -89,7 +89,7 @@ def folds(quick: bool, progress: Progress) -> Measurement:
 
 
 def scene_of(kind: str, seed: int) -> Scene:
-    """Return a drawn scene; in tubes, every second one is fed backward."""
+    """Return a drawn scene; in tubes, every second chain is fed backward."""
     rng = np.random.default_rng([seed, COMPONENTS])
     feed = {"speed": SPEED, "direction": ("forward", "backward")[seed % 2]}
     scene = Scene(sequence=designed_sequence(rng, COMPONENTS))
@@ -97,7 +97,7 @@ def scene_of(kind: str, seed: int) -> Scene:
 
 
 def at_tolerance(scene: Scene, tolerance: float) -> Scene:
-    """Return a scene with a tolerance [rad] and the usual work limit."""
+    """Return a scene with another tolerance [rad] and the usual work limit."""
     return scene.replace(solver={"tolerance": tolerance})
 
 
@@ -126,11 +126,11 @@ def _table(kind: str, rows: list[Row]) -> Table:
                 "longest, ms": float(tables.numbers(mine, "time [ms]").max()),
             }
         )
-    return Table(f"A whole fold of {COMPONENTS} components, {kind}: medians", shown)
+    return Table(f"Whole folds of {COMPONENTS} components, {kind}: medians", shown)
 
 
 def finding(kind: str, rows: list[Row]) -> str:
-    """Return the cost at the default tolerance and at the loosest sufficient one."""
+    """Return the cost at the default tolerance and at the loosest sufficient tolerance."""
     parts: list[str] = []
     for tolerance in sorted(tables.distinct(rows, "tolerance [rad]"), reverse=True):
         mine = _at(tolerance, rows)
@@ -146,7 +146,7 @@ def finding(kind: str, rows: list[Row]) -> str:
 
 
 def first_use(quick: bool, progress: Progress) -> Measurement:
-    """Start Python, import the package and fold a chain out of its tube, first without a cache."""
+    """Start Python, import the package and fold a chain from a tube, first without a cache."""
     rows: list[Row] = []
     uses = [FIRST, *[LATER] * (1 if quick else LATER_USES)]
     with tempfile.TemporaryDirectory() as cache:
@@ -164,7 +164,7 @@ def first_use(quick: bool, progress: Progress) -> Measurement:
         middle = float(mine[len(mine) // 2])
         within = f"{'within' if middle <= limit else 'NOT within'} {limit:.0f} s"
         table.append({"process": kind, "processor time [s]": round(middle, 1), "wanted": within})
-    return Measurement(rows, [Table("one fold in a process of its own", table)])
+    return Measurement(rows, [Table("one fold in a separate process", table)])
 
 
 def _children() -> float:

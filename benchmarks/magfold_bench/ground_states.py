@@ -1,4 +1,4 @@
-"""The time to prove which fold of a long chain has the lowest energy."""
+"""Times to prove which fold of a long chain has the lowest energy."""
 
 import time
 
@@ -28,7 +28,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
     ground_state(random_scene(rng, 4))  # compiles
     rows: list[Row] = []
     for n, count in lengths.items():
-        ground_state(random_scene(rng, n))  # the first of a length computes the couplings
+        ground_state(random_scene(rng, n))  # the first chain of each length computes the couplings
         taken: list[float] = []
         nodes: list[int] = []
         for k in range(count):

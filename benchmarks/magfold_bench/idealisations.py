@@ -1,4 +1,4 @@
-"""The effect of small deviations from idealisations on the end of a chain.
+"""Effects of small deviations from idealisations on how a chain ends.
 
 Random chains, which are not selected for robustness, are compared with successful designs.
 """
@@ -22,7 +22,7 @@ CHAINS, QUICK_CHAINS = 60, 3
 SUITE = "n6"
 
 Change = Callable[[Scene, np.random.Generator], Scene]
-"""Returns a concrete scene with a small change."""
+"""A function that returns a concrete scene with a small change."""
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
@@ -45,7 +45,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def random_chains(count: int) -> list[Scene]:
-    """Return drawn chains of the paper's device: free, fed forward and fed backward, in turn."""
+    """Return drawn chains of the paper's device, in turn free, fed forward and fed backward."""
     rng = np.random.default_rng(0)
     device = load_scene("paper/sequence-1")
     sequences = [random_sequence(rng, COMPONENTS) for _ in range(count)]
@@ -56,7 +56,7 @@ def random_chains(count: int) -> list[Scene]:
 
 
 def designed_chains(count: int) -> list[Scene]:
-    """Return drawn chains that fold according to a suite, also free, forward and backward."""
+    """Return drawn chains that fold according to a suite: free, fed forward and fed backward."""
     suite, rng = load_suite(SUITE), np.random.default_rng(0)
     found: list[tuple[Witness, Mode]]
     found = [(witnesses[mode], mode) for witnesses in suite.words.values() for mode in MODES]

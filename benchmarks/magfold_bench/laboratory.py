@@ -1,8 +1,8 @@
 """Time the laboratory in a headless Chromium: ``python -m magfold_bench.laboratory [FILE]``.
 
-For an idle machine, in a checkout. Without a FILE the page is built first. Prints, each with what
-it may be at most: when the page is ready, a fold of six components by the page's own clock, a click
-on a face to the frame that shows it, and the page's size.
+Run this in a checkout on an idle machine. Without a FILE, the page is built first. The command
+prints, each with its limit, the time until the page is ready, the time of a fold of six components
+by the page's own clock, the time from a click on a face to its frame, and the page's size.
 """
 
 import gzip
@@ -19,7 +19,7 @@ from magfold_env.browser import build
 from tests.replay import chromium
 
 REPEATS = 41
-# Notes when the page has made its laboratory, on the clock that begins with the navigation.
+# Notes the time, counted from the navigation, when the page has made its laboratory.
 WATCH = """
 let made;
 Object.defineProperty(window, "laboratory", {
@@ -39,7 +39,7 @@ FOLD = """(() => {
   chain.free();
   return took;
 })()"""
-# Times a click from the moment of the input, before the page has a hand free for it.
+# Times a click from the moment of the input, before the page can handle it.
 LISTEN = """addEventListener("click", ({ timeStamp }) => {
   requestAnimationFrame(() => { window.took = performance.now() - timeStamp; });
 }, true)"""
@@ -52,7 +52,7 @@ FACE = """(() => {
 
 
 def opened(page: chromium.Page, file: Path) -> float:
-    """Open a page and return when it was ready [ms]."""
+    """Open a page and return the time until it was ready [ms]."""
     page.call("Page.navigate", url="about:blank")
     page.open(file)
     page.until("window.readyAt !== undefined")
@@ -63,7 +63,7 @@ def clicked(page: chromium.Page) -> float:
     """Turn a pole and return the time to the frame that shows it [ms]."""
     x, y = page.value(FACE)
     for kind in ("mousePressed", "mouseReleased"):
-        # At any moment of what the page does meanwhile.
+        # Click at a random moment, whatever the page is doing.
         time.sleep(0.1 + 0.1 * random.random())
         page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
     page.until("window.took !== undefined")
@@ -71,13 +71,13 @@ def clicked(page: chromium.Page) -> float:
 
 
 def show(what: str, values: Any, allowed: str) -> None:
-    """Print a median and where 95 % lie, in ms."""
+    """Print the median and the 95th percentile [ms]."""
     median, most = np.percentile(values, [50, 95])
     print(f"{what}: {median:.1f} ms, 95 % within {most:.1f} ms ({allowed})", flush=True)  # noqa: T201
 
 
 def main() -> None:
-    """Measure all, and print it."""
+    """Measure and print everything."""
     file = Path(sys.argv[1]) if sys.argv[1:] else build.page()
     size = len(gzip.compress(file.read_bytes()))
     print(f"the page, gzipped: {size / 1e6:.2f} MB (1.5)")  # noqa: T201

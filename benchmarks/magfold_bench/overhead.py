@@ -1,8 +1,8 @@
-"""Time that Python adds to a step of a vector environment, by number of environments.
+"""The time that Python adds to a vector environment's step, by number of environments.
 
-It is measured in three ways. The first step of an episode feeds a component without physics, and
-the whole step counts. For intermediate steps, and for the last step, in which every episode ends
-and another begins, the time outside the compiled kernels counts.
+There are three measurements. The first step of an episode feeds a component without physics, so the
+whole step counts. In intermediate steps, and in the last step, in which every episode ends and
+another begins, only the time outside the compiled kernels counts.
 """
 
 import sys
@@ -24,17 +24,17 @@ from magfold_env.envs.tasks.world import Fidelity
 COUNTS = (1, 4, 16, 64, 256)
 COMPONENTS = 6
 FIRST, ON_THE_WAY, LAST = "first step", "steps on the way", "last step"
-WANTED = (20.0, 0.5)  # µs a step, µs an environment
+WANTED = (20.0, 0.5)  # µs per step, µs per environment
 SEED = 29
 PACKAGE = "magfold_env."
 
 
 @contextmanager
 def watched_kernels() -> Generator[Callable[[], float]]:
-    """Yield a function that returns the time so far [s] of calls from Python to kernels.
+    """Yield a function that returns the total time so far [s] of calls from Python to kernels.
 
-    Kernels that these call are included, and so is the cost of a call before the kernel begins. All
-    must have been compiled: a kernel that is compiled meanwhile does not find the others.
+    The time includes kernels that these kernels call, and the cost of a call before the kernel
+    begins. All kernels must have been compiled, because compilation does not find watched ones.
     """
     inside = 0.0
 
@@ -84,7 +84,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def measure(fidelity: Fidelity, counts: tuple[int, ...], rounds: int, tick: Tick) -> list[Row]:
-    """Return a row for each number of environments and way to measure."""
+    """Return a row for each number of environments and each way to measure."""
     envs = {count: vector(count, components=COMPONENTS, fidelity=fidelity) for count in counts}
 
     def first_step(env: Vector) -> timing.Task:
@@ -114,14 +114,14 @@ def measure(fidelity: Fidelity, counts: tuple[int, ...], rounds: int, tick: Tick
 
 
 def drawn_actions(env: Vector, steps: int) -> list[Any]:
-    """Return random actions, each with one for every environment."""
+    """Return random actions for some steps, each with one action per environment."""
     space = cast("Any", env).action_space
     space.seed(SEED)
     return [space.sample() for _ in range(steps)]
 
 
 def outside_kernels(env: Vector, rounds: int) -> Array:
-    """Return the time of each step of an episode [s] outside the kernels, shape (rounds, steps)."""
+    """Return the time [s] that each step of an episode spends outside kernels, (rounds, steps)."""
     actions = drawn_actions(env, COMPONENTS)
     env.reset(seed=SEED)
     for action in actions:
@@ -138,7 +138,7 @@ def outside_kernels(env: Vector, rounds: int) -> Array:
 
 
 def fit(rows: list[Row]) -> tuple[float, float]:
-    """Return µs per step and µs per environment, by least squares of relative errors."""
+    """Return µs per step and µs per environment, fitted by least squares of relative errors."""
     count, taken = tables.numbers(rows, "envs"), tables.numbers(rows, "time [µs]")
     lines = np.stack([1.0 / taken, count / taken], axis=1)
     (step, env), *_ = np.linalg.lstsq(lines, np.ones(len(rows)))
@@ -146,17 +146,17 @@ def fit(rows: list[Row]) -> tuple[float, float]:
 
 
 def allowed(count: int) -> float:
-    """Return the time limit of a step of a number of environments [µs]."""
+    """Return the time limit [µs] of a step of `count` environments."""
     return WANTED[0] + WANTED[1] * count
 
 
 def _finding(rows: list[Row]) -> str:
-    """Return the time of a step of one fidelity, measured in one way."""
+    """Return a sentence on the time of a step with one fidelity, measured in one way."""
     step, env = fit(rows)
     held = sum(float(row["time [µs]"]) <= allowed(int(row["envs"])) for row in rows)
     return (
-        f"{rows[0]['fidelity']}, {rows[0]['measured on']}: {step:.3g} µs a vector step and "
-        f"{env:.2g} µs an environment; at most {WANTED[0]:g} and {WANTED[1]:g} are asked for: "
+        f"{rows[0]['fidelity']}, {rows[0]['measured on']}: {step:.3g} µs per vector step and "
+        f"{env:.2g} µs per environment; at most {WANTED[0]:g} and {WANTED[1]:g} are allowed: "
         f"holds for {held} of {len(rows)} numbers of environments"
     )
 

@@ -1,6 +1,6 @@
-"""The parts of every benchmark: their measurement, drawing and execution.
+"""The parts of every benchmark, and how to measure, draw and run them.
 
-Their descriptions are in `descriptions.toml`.
+Descriptions of the parts are in `descriptions.toml`.
 """
 
 from collections.abc import Callable, Sequence
@@ -34,7 +34,7 @@ class Part:
     """A part that can be measured on its own."""
 
     measure: Callable[[bool, Progress], Measurement]
-    """Measures the part; the arguments are whether to measure less, and a function for progress."""
+    """Measures the part; the arguments are whether to measure less, and a `Progress` function."""
     draw: Callable[[list[Row]], Any] | None = None
     """Turns the rows into a matplotlib figure."""
 
@@ -68,7 +68,7 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
 
 
 def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
-    """Measure parts of a benchmark, all if none is named, print, and write tables and diagrams.
+    """Measure and print parts of a benchmark, all if `only` is empty, and write their results.
 
     CSV, JSON and PNG files are written into the folder ``out``, unless it is None.
     """
@@ -87,13 +87,13 @@ def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
 
 
 def measure(name: str, part: Part, quick: bool) -> Measurement:
-    """Measure one part; the bar is on stderr and vanishes with it."""
+    """Measure one part, with a progress bar on stderr that vanishes at the end."""
     with options.progress_of(1.0) as tell:
         return part.measure(quick, lambda share, what: tell(share, f"{name}: {what}"))
 
 
 def write(name: str, part: Part, found: Measurement, folder: Path) -> list[Path]:
-    """Write a part's rows and its diagram, if it has them, and return the files."""
+    """Write a part's rows and its diagram, if it has any, and return the files."""
     if not found.rows:
         return []
     written = [folder / f"{name}.csv"]

@@ -14,14 +14,14 @@ from magfold_bench import tables
 from magfold_bench.tables import Row
 from magfold_env.reporting import plotting
 
-DENSE = 20  # points of a line from which on they have no markers
-WIDE = 1e3  # factor that an axis spans from which on only powers of ten are written
+DENSE = 20  # lines with more points have no markers
+WIDE = 1e3  # axes that span at least this factor label only powers of ten
 BESIDE: dict[str, Any] = {"textcoords": "offset points", "xytext": (5, 4), "fontsize": 8}
-MANY = 7  # panels from which on they are lower
+MANY = 7  # with at least this many panels, each is lower
 
 
 class Description(NamedTuple):
-    """Description of a part: a title, and some sentences for each question."""
+    """Description of a part: a title, and a few sentences on each aspect."""
 
     title: str
     measured: str  # what was measured
@@ -48,7 +48,7 @@ def descriptions() -> dict[str, Summary]:
 
 
 class Lines(NamedTuple):
-    """A log-log diagram of rows: the columns for axes, lines and panels."""
+    """A log-log diagram of rows, with the columns that give its axes, lines and panels."""
 
     title: str
     x: str
@@ -56,16 +56,16 @@ class Lines(NamedTuple):
     line: str
     panel: tuple[str, ...] = ()
     text: str = ""
-    """Labels of the points."""
+    """Column that labels the points."""
     star: str = ""
-    """Column that marks the rows in which it is true."""
+    """Column that marks a row with a star if it is true."""
     shared: bool = True
     """Whether all panels have the same limits."""
     linear: str = ""
-    """Axes that are not logarithmic: x, or xy."""
+    """Axes that are linear instead: x or xy."""
 
     def draw(self, rows: list[Row]) -> Any:
-        """Return a figure of matplotlib's, with a panel for rows that are alike in some columns."""
+        """Return a matplotlib figure, with a panel per set of values in the `panel` columns."""
         groups = list(dict.fromkeys(tuple(row[name] for name in self.panel) for row in rows))
         size = (8.0, 5.0) if len(groups) == 1 else (5.2, 4.6 if len(groups) < MANY else 3.0)
         figure, axes = plotting.panels(len(groups), self.title, *size, shared=self.shared)
@@ -91,10 +91,10 @@ class Lines(NamedTuple):
             axis.set(**{f"{axle}scale": "linear" for axle in self.linear})
         for axis in () if self.linear else axes:
             low, high = axis.get_xlim()
-            middle = math.sqrt(low * high)  # a decade at least, so that its ticks tell
+            middle = math.sqrt(low * high)  # at least a decade, so that there are enough ticks
             axis.set_xlim(min(low, 0.3 * middle), max(high, middle / 0.3))
             if high < WIDE * low:
-                # Whole numbers at 1, 2 and 5 of every decade.
+                # Label 1, 2 and 5 in every decade, as plain numbers.
                 locator = importlib.import_module("matplotlib.ticker").LogLocator(subs=(1, 2, 5))
                 axis.xaxis.set_major_locator(locator)
                 axis.xaxis.set_major_formatter("{x:,g}")
@@ -106,9 +106,9 @@ class Lines(NamedTuple):
 def curve(
     axis: Any, rows: Sequence[Row], x: str, y: str, k: int, **options: Any
 ) -> tuple[Any, Any]:
-    """Draw one column against another, log against log, with the k-th marker; return both.
+    """Draw one column against another on log-log axes with the k-th marker; return both columns.
 
-    Options are matplotlib's; the colour is the one after black and k more if they name none.
+    Options are matplotlib's. If they name no colour, the colour is number k + 1, where 0 is black.
     """
     across, up = tables.numbers(rows, x), tables.numbers(rows, y)
     colour = plotting.COLOURS[(k + 1) % len(plotting.COLOURS)]

@@ -1,4 +1,4 @@
-"""Whole runs of scenes: under a setting, to their end, recorded, compared, and timed."""
+"""Whole runs of scenes: functions that set, finish, record, compare and time them."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from magfold_env.fold import Fold
 from magfold_env.scene import Magnets, Scene, Solver
 from magfold_env.simulation.session import Session
 
-STEPS_ALLOWED = 10_000_000  # accuracy must not be cut short by the work cap
-FRAME_RATE = 2000.0  # [1/s] rate of comparison of motions
+STEPS_ALLOWED = 10_000_000  # the work limit must not end an accurate run early
+FRAME_RATE = 2000.0  # [1/s] at which motions are compared
 NUDGE = 1e-6  # [rad]
 CLOSE = 0.02  # [rad] allowed error of an angle
 FRICTION = 0.35
@@ -25,7 +25,7 @@ KINDS: dict[str, dict[str, Any]] = {
     f"free, friction {FRICTION}": {"mount": "free", "friction": FRICTION},
     f"tube, {SPEED} m/s": {"mount": "tube", "friction": FRICTION, "feed": {"speed": SPEED}},
 }
-"""Converts a scene to one of a kind."""
+"""Changes that make a scene one of each kind."""
 
 Method = Literal["adaptive", "paper"]
 
@@ -36,7 +36,7 @@ class Setting(NamedTuple):
     method: Method
     step: float  # tolerance [rad], or the paper's time step [s]
     accuracy: float | None = None
-    """Accuracy of the magnets; None if the scene has no such choice or keeps its own."""
+    """Accuracy of the magnets; None if the scene has no such option or keeps its own value."""
 
     def __str__(self) -> str:
         step = f"{self.step:g} rad"
@@ -51,7 +51,7 @@ class Setting(NamedTuple):
         return default and (self.method, self.step) == (Solver().method, Solver().tolerance)
 
     def as_tight(self, other: Setting) -> bool:
-        """Whether no value is looser than in another setting of the same method."""
+        """Whether the other setting has the same method and this one is no looser in any value."""
         finer = (self.accuracy or 0.0) <= (other.accuracy or 0.0)
         return self.method == other.method and self.step <= other.step and finer
 
@@ -70,12 +70,12 @@ class Setting(NamedTuple):
 
 
 def has_accuracy(scene: Scene) -> bool:
-    """Whether the magnets' accuracy is a choice: points have their nodes, pendula no magnets."""
+    """Whether the magnets have an accuracy: point magnets have fixed nodes, pendula no magnets."""
     return scene.magnets is not None and scene.magnets.model == "strips"
 
 
 def finish(session: Session) -> None:
-    """Run a session to its end."""
+    """Feed and settle a session's chain to the end."""
     while session.status is None and session.released < session.n:
         session.feed_one()
     session.settle()
@@ -94,7 +94,7 @@ def recorded(scene: Scene) -> Fold:
 
 
 def run_task(*scenes: Scene, frame_rate: float | None = None) -> timing.Task:
-    """Return a task to time: runs of drawn scenes, one after another, prepared without timing."""
+    """Return a task to time: runs of drawn scenes, one after another; preparation is not timed."""
 
     def prepare() -> Callable[[], None]:
         sessions = [Session(scene, frame_rate) for scene in scenes]
@@ -109,16 +109,16 @@ def run_task(*scenes: Scene, frame_rate: float | None = None) -> timing.Task:
 
 
 def difference(one: Fold, other: Fold) -> float:
-    """Largest difference of a joint's angle at any time [rad]; a chain at rest stays at rest."""
+    """Largest difference in a joint's angle at any time [rad]; a chain at rest stays at rest."""
     last = max(one.time, other.time)
     times = np.append(np.arange(0.0, last, 1.0 / FRAME_RATE), last)
     return float(np.abs(_joints(one, times) - _joints(other, times)).max(initial=0.0))
 
 
 def _joints(fold: Fold, times: Array) -> Array:
-    """Joint angles at some times, (n - 1, times) [rad]; straight between frames, then at rest.
+    """Joint angles at some times, (n - 1, times) [rad], linear between frames and then constant.
 
-    The paper's solver has its frames at the ends of its own steps.
+    The frames of the paper's solver are at the ends of its steps.
     """
     motion = fold.trajectory
     assert motion is not None
@@ -128,5 +128,5 @@ def _joints(fold: Fold, times: Array) -> Array:
 
 
 def final_difference(one: Fold, other: Fold) -> float:
-    """Largest difference of a joint's angle at the end [rad]."""
+    """Largest difference in a joint's angle at the end [rad]."""
     return float(np.abs(one.joint_angles - other.joint_angles).max(initial=0.0))

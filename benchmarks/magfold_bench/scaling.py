@@ -1,12 +1,12 @@
-"""Times to compute a chain's accelerations: this engine, the paper's equation 39, and peers.
+"""Times to compute a chain's accelerations with this engine, the paper's equation 39 and peers.
 
 The chain is pinned, and gravity and motors in its hinges act on it. Every contender is built for
-one problem and returns its accelerations once, for a comparison before anything is timed. Each call
-does many evaluations, so that its own cost is negligible. The contenders take turns, so that ratios
-compare measurements close in time. Their rows differ in content: Pinocchio's algorithm works in
-three dimensions and is called from Python; the cost of a call at n = 1, with almost nothing to
-compute, has a row of its own and is subtracted from the times at all other lengths. MuJoCo's row is
-a whole step in three dimensions, with positions, velocities and constraints beside accelerations.
+one problem and first returns its accelerations once, which are compared before anything is timed.
+Each timed call does many evaluations, so the cost of the call itself is negligible. The contenders
+take turns, so that ratios compare measurements close in time. Their rows differ in content.
+Pinocchio's algorithm works in three dimensions and is called from Python; the cost of a call at n =
+1, with almost nothing to compute, has a separate row and is subtracted from all other times.
+MuJoCo's row is a whole step in three dimensions, with positions, velocities and constraints.
 """
 
 import importlib
@@ -45,17 +45,17 @@ class ChainProblem(NamedTuple):
 
     @property
     def forces(self) -> Array:
-        """Generalised forces (n,) [N·m] of the motors and of their reactions."""
+        """Generalised forces (n,) [N·m] of the motors and their reactions."""
         return self.torques - np.append(self.torques[1:], 0.0)
 
     @property
     def joint_angles(self) -> Array:
-        """Turn of each component relative to the one before, of the first to x; (n,) [rad]."""
+        """Angles of components relative to the previous one, the first to x; (n,) [rad]."""
         return np.diff(self.angles, prepend=0.0)
 
     @property
     def joint_rates(self) -> Array:
-        """Their rates (n,) [rad/s]."""
+        """Rates of the joint angles (n,) [rad/s]."""
         return np.diff(self.rates, prepend=0.0)
 
 
@@ -85,11 +85,11 @@ MUJOCO = "MuJoCo mj_step"
 
 LENGTHS = (1, 2, 6, 20, 60, 200, 450, 1000, 3000, 10_000)
 QUICK_LENGTHS = (1, 6, 60, 450)
-LONG = 60  # components from which growth is judged
-AGREE = 1e-9  # of the largest acceleration, up to `LONG` components
+LONG = 60  # length from which growth is judged
+AGREE = 1e-9  # relative to the largest acceleration, up to `LONG` components
 OVERHEAD = "a call of Pinocchio"
 
-# At these lengths: how many times faster than Pinocchio one chain must be.
+# By length, how many times faster than Pinocchio a single chain must be.
 PINOCCHIO_FACTORS = {6: 6.0, 60: 12.0, 450: 12.0}
 LANES_AT, LANES_FACTOR = 6, 8.0
 STEEPEST = 1.1  # power of n
@@ -104,7 +104,7 @@ class Contender(NamedTuple):
 
     accelerations: Array  # of the headings (n,) [rad/s²]
     work: Callable[[], object]  # what is timed
-    evaluations: int  # how many chains' accelerations it finds
+    evaluations: int  # how many chains' accelerations one call finds
 
 
 Build = Callable[[ChainProblem], Contender]
@@ -128,13 +128,13 @@ def repeat_scalar(
 
 @allocating_kernel
 def repeat_lanes(times: int, bodies: Bodies, base: tuple[float, float], lanes: Array) -> None:
-    """Do the same for a block of chains."""
+    """Compute the same accelerations of a block of chains repeatedly."""
     for _ in range(times):
         recursion.accelerate_lanes(bodies, base[0], base[1], lanes)
 
 
 def scalar(problem: ChainProblem) -> Contender:
-    """One chain after the other."""
+    """One chain after another, by the engine's kernel."""
     out, scratch = np.zeros(problem.n), np.zeros((recursion.ROWS, problem.n))
     given = (BASE, problem.angles, problem.rates, problem.forces, scratch, out)
     times = _times(problem.n, 20_000)
@@ -143,7 +143,7 @@ def scalar(problem: ChainProblem) -> Contender:
 
 
 def lanes(problem: ChainProblem) -> Contender:
-    """`recursion.LANES` chains side by side; the first is the problem's, the others move slower."""
+    """`recursion.LANES` chains side by side: the problem's first, then slower copies of it."""
     n, bodies = problem.n, problem.bodies
     block = recursion.new_lanes(recursion.LANES, n)[0]
     slower = 1.0 - np.arange(recursion.LANES) / recursion.LANES
@@ -158,7 +158,7 @@ def lanes(problem: ChainProblem) -> Contender:
 
 
 def dense(problem: ChainProblem) -> Contender:
-    """Solve the paper's equation 39 directly; parts that no state changes are computed earlier."""
+    """Solve the paper's equation 39 directly, with precomputed parts that no state changes."""
     bodies = problem.bodies
     arms = levers(bodies.reach, bodies.length)
     coupling = arms.T @ (bodies.mass[:, None] * arms)
@@ -188,7 +188,7 @@ def pinocchio(problem: ChainProblem) -> Contender:
         place = pin.SE3(np.eye(3), np.array([bodies.length[i], 0.0, 0.0]))
     data = model.createData()
     aba: Any = pin.aba
-    # Of its two conventions the faster one.
+    # WORLD is the faster of Pinocchio's two conventions.
     given = (problem.joint_angles, problem.joint_rates, problem.torques, pin.Convention.WORLD)
     times = _times(problem.n, 2_000)
 
@@ -200,9 +200,9 @@ def pinocchio(problem: ChainProblem) -> Contender:
 
 
 def mujoco(problem: ChainProblem) -> Contender:
-    """MuJoCo's step, forward dynamics and explicit Euler, repeated in C.
+    """MuJoCo's step, which is forward dynamics and explicit Euler, repeated in C.
 
-    It is so short that the chain does not move.
+    The time step is so short that the chain does not move.
     """
     mj: Any = importlib.import_module("mujoco")
     bodies = problem.bodies
@@ -246,15 +246,15 @@ BUILDS: dict[str, Build] = {
     DENSE: dense,
 }
 
-# Longer chains would take minutes or many gigabytes: these keep matrices of n² numbers or more.
+# Longer chains would take minutes or many gigabytes: these store matrices of at least n² numbers.
 LONGEST = {PINOCCHIO: 450, MUJOCO: 1000, DENSE: 1000}
 
 
 def measure(quick: bool, progress: Progress) -> list[Row]:
     """Time every contender at every length, or at fewer lengths if ``quick``.
 
-    Return one row per contender and length; peers that are not installed have none. Contenders that
-    disagree about the accelerations raise an ArithmeticError.
+    Return one row per contender and length; peers that are not installed have no rows. If
+    contenders disagree about the accelerations, an ArithmeticError is raised.
     """
     lengths, rounds = (QUICK_LENGTHS, 5) if quick else (LENGTHS, 15)
     absent = missing()
@@ -265,7 +265,7 @@ def measure(quick: bool, progress: Progress) -> list[Row]:
 
 
 def _measure(n: int, rounds: int, absent: list[str], tick: Tick) -> list[Row]:
-    """Rows of all contenders that can do n components."""
+    """Rows of all contenders that can handle n components."""
     names = [name for name in BUILDS if name not in absent and n <= LONGEST.get(name, n)]
     problem = random_problem(n)
     contenders = {name: BUILDS[name](problem) for name in names}
@@ -300,7 +300,7 @@ def _differences(n: int, contenders: Mapping[str, Contender]) -> dict[str, float
     """Largest differences from the scalar kernel, as shares of the largest acceleration."""
     expected = contenders[SCALAR].accelerations
     scale = float(np.abs(expected).max())
-    # Mass matrices, which some contenders form, grow ill-conditioned with the length.
+    # Mass matrices, which some contenders form, become ill-conditioned as chains grow.
     bound = AGREE * max(1.0, n / LONG) ** 2
     apart: dict[str, float] = {}
     for name, contender in contenders.items():
@@ -314,12 +314,12 @@ def _differences(n: int, contenders: Mapping[str, Contender]) -> dict[str, float
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every contender at every length, like `measure`.
 
-    Peers that are not installed have no rows, and a finding says that they are absent.
+    Peers that are not installed have no rows; a finding states that they are absent.
     """
     rows = measure(quick, progress)
     lines = tables.pivot(rows, "n", "contender", "time [µs]", "")
     found = _findings(rows) + [f"{name} is absent" for name in missing()]
-    title = "Accelerations of a pinned chain: µs an evaluation and chain"
+    title = "Accelerations of a pinned chain: µs per evaluation and chain"
     return Measurement(rows, [Table(title, lines)], found)
 
 
@@ -330,37 +330,37 @@ def _findings(rows: list[Row]) -> list[str]:
         for row in tables.select(rows, contender=PINOCCHIO, n=n):
             times = timing.Spread(*(float(row[key]) for key in QUARTILES))
             found.append(
-                f"n = {n}: {times} times faster than Pinocchio; at least {factor} is asked for: "
+                f"n = {n}: {times} times faster than Pinocchio; at least {factor} is required: "
                 f"{tables.verdict(times.median >= factor)}"
             )
     for row in tables.select(rows, contender=LANES, n=LANES_AT):
         middle, low, high = (1.0 / float(row[key]) for key in QUARTILES)
-        times = timing.Spread(middle, high, low)  # a reciprocal turns the quartiles around
+        times = timing.Spread(middle, high, low)  # a reciprocal swaps the quartiles
         found.append(
-            f"n = {LANES_AT}: in lanes {times} times faster than one chain after the other; at "
-            f"least {LANES_FACTOR} is asked for: {tables.verdict(times.median >= LANES_FACTOR)}"
+            f"n = {LANES_AT}: in lanes {times} times faster than one chain after another; at "
+            f"least {LANES_FACTOR} is required: {tables.verdict(times.median >= LANES_FACTOR)}"
         )
     steps = tables.numbers(tables.select(rows, contender=MUJOCO), "times one chain's")
     if steps.size:
         found.append(f"at least {steps.min():.3g} times faster than a MuJoCo step at all lengths")
-    # The rows of many long chains outgrow the processor's cache: nothing is asked of their slope.
+    # Many long chains do not fit into the processor's cache, so there is no limit for their slope.
     for name in (SCALAR, LANES):
         slope = tables.growth(tables.select(rows, contender=name), LONG)
         if math.isfinite(slope):
-            said = f"{name}: the time grows like n to the {slope:.3f} from n = {LONG} on"
+            said = f"{name}: the time grows as n to the power {slope:.3f} from n = {LONG} on"
             if name == SCALAR:
-                said += f"; at most {STEEPEST} is asked for: {tables.verdict(slope <= STEEPEST)}"
+                said += f"; at most {STEEPEST} is allowed: {tables.verdict(slope <= STEEPEST)}"
             found.append(said)
     return found
 
 
 def draw(rows: list[Row]) -> Any:
-    """Draw the time of an evaluation against the length, without the cost of a call."""
+    """Draw the time per evaluation against the length, without the row for the cost of a call."""
     title = "Accelerations of a pinned chain"
     shown = [row for row in rows if row["contender"] != OVERHEAD]
     return Lines(title, "n", "time [µs]", "contender").draw(shown)
 
 
 def _times(n: int, components: int) -> int:
-    """Return the number of repetitions of an evaluation for about ``components`` components."""
+    """Return how many evaluations of n components process about ``components`` components."""
     return max(1, components // n)

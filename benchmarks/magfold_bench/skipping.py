@@ -1,10 +1,10 @@
 """The cost of each feature of a scene; unused features must cost nothing.
 
-A scene with all features loses each one separately, then one after another until a pinned pendulum
-is left. The lower bound is a program for that pendulum without any features. Because every scene
-moves differently, the benchmark compares the time per evaluation of the accelerations in a run,
-including everything else that the run does and calls from Python. Preparations of a run, which
-convert a scene to arrays, are timed separately.
+Starting from a scene with all features, each feature is removed separately; then all are removed
+one after another, until a pinned pendulum is left. The lower bound, or floor, is a program for that
+pendulum that has no other features. Because every scene moves differently, the benchmark compares
+the time of a run per evaluation of the accelerations, including everything else that the run does.
+The preparation of a run, which converts a scene to arrays, is timed separately.
 """
 
 import math
@@ -22,12 +22,12 @@ from magfold_env.simulation.session import Session
 SEQUENCE = "paper/sequence-3"
 FRAME_RATE = 240.0  # [1/s]
 SEED = 0  # of the start angles
-WIDTH = 0.005  # [rad] of those that a tube has room for
+WIDTH = 0.005  # [rad] largest start angles for which a tube has room
 SPEED = 0.2  # [m/s] of the feed
-TILT = (0.5, 0.0)  # [m/s²] along the feed: a floor that slopes by 3°
-LONGEST = 10.0  # [s] at most, from the last release; what friction stops rests far sooner
+TILT = (0.5, 0.0)  # [m/s²] along the feed, as on a 3° slope
+LONGEST = 10.0  # [s] after the last release; friction stops chains far sooner
 FIELD = {
-    "uniform": (0.0, 2e-5),  # [T] as much as the Earth's
+    "uniform": (0.0, 2e-5),  # [T] about the Earth's field
     "magnet": {
         "position": (0.05, 0.3),  # [m]
         "heading": -0.5 * math.pi,
@@ -36,8 +36,8 @@ FIELD = {
         "thickness": 0.02,
     },
 }
-MOST_STEPS = 1000  # twice what any scene needs but the one in which magnets pass each other
-ALLOWED = 1.1  # time of the scene that lacks everything over the floor's
+MOST_STEPS = 1000  # twice what scenes need, except the one in which magnets pass each other
+ALLOWED = 1.1  # time without any feature, relative to the floor
 
 RECORDING = "recording"
 SWITCHED_OFF: dict[str, dict[str, Any]] = {
@@ -48,7 +48,7 @@ SWITCHED_OFF: dict[str, dict[str, Any]] = {
     "magnets": {"magnets": None},
     "contact": {"contact": False},
 }
-"""Functions that switch features off, in the order of removal."""
+"""Changes that switch features off, in the order of removal."""
 
 EVERYTHING, ONE, TOGETHER, FLOOR = "everything", "one off", "together off", "floor"
 BEFORE, BEFORE_FLOOR = "preparation", "preparation of the floor"
@@ -101,21 +101,21 @@ def run(quick: bool, progress: Progress) -> Measurement:
         rows.append({**cells, "end": str(session.status), "simulated [s]": session.time})
     last = row(FLOOR, FLOOR, "bare pendulum", swung)
     rows.append({**last, "end": "unsettled", "simulated [s]": bare.scene.duration})
-    title = f"What a scene does not need: {SEQUENCE}, fed backward on a slope"
+    title = f"The cost of unused features: {SEQUENCE}, fed backward on a slope"
     table = Table(title, tables.without_quartiles(rows))
     spread = timing.Spread(*(float(rows[-2][name]) for name in OVER_SPREAD))
     own, other = (1e6 * times[name].median for name in (BEFORE, BEFORE_FLOOR))
     findings = [
-        f"a scene that lacks everything takes {spread} times as long an evaluation as the floor; "
-        f"{ALLOWED:g} is asked for: {tables.verdict(spread.median <= ALLOWED)}",
-        f"before its run, which is left out above, that scene takes {own:.0f} µs to be prepared, "
-        f"the floor {other:.0f} µs",
+        f"a scene without any feature takes {spread} times as long per evaluation as the floor; "
+        f"at most {ALLOWED:g} is allowed: {tables.verdict(spread.median <= ALLOWED)}",
+        f"preparing the run, which is not included above, takes {own:.0f} µs for that scene and "
+        f"{other:.0f} µs for the floor",
     ]
     return Measurement(rows, [table], findings)
 
 
 def variants() -> list[Variant]:
-    """Return the scene with all features, without each one, and with fewer and fewer."""
+    """Return the scene with all features, without each one of them, and with fewer and fewer."""
     scene = load_scene(SEQUENCE)
     whole = scene.replace(
         mount="tube",

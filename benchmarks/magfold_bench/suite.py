@@ -1,9 +1,9 @@
 """Run every benchmark, store finished parts, and report everything on one page.
 
-The speed of a shared machine changes, so times taken an hour apart are comparable only if it did
-not. The same fixed work is therefore timed before and after every part: a pendulum's swing (see
-`bare_pendulum`), which like the engine's kernels is compiled arithmetic on numbers that fit into
-the cache.
+The speed of a shared machine changes, and times measured an hour apart are comparable only if the
+speed stayed the same. The same fixed work is therefore timed before and after every part: a
+pendulum's swing (see `bare_pendulum`), which, like the engine's kernels, is compiled arithmetic on
+numbers that fit into the cache.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ Effort = Literal["quick", "full"]
 
 PAGE, RESULTS = "report.html", "bench.json"
 PACE_ROUNDS = 9
-LEFT_OUT = {"dynamics first-use": "it compiles the engine anew, which takes most of a minute"}
+LEFT_OUT = {"dynamics first-use": "it compiles the engine again, which takes most of a minute"}
 """Parts that `--quick` omits, and why."""
 
 LEAD = (
-    "This page is made by one command, which runs every benchmark of magfold_env: a simulator of "
+    "One command made this page. It runs every benchmark of magfold_env, a simulator of "
     "chains of square casings with magnets that fold themselves when they leave a tube.",
     "Contenders that are compared take turns, round after round, because a machine's pace "
-    "drifts; ratios are taken within a round, and the two numbers in brackets after a median are "
-    "the quartiles over the rounds. Times are of one core, and are processor time where not said "
-    "otherwise. Times from different sections compare only as far as the machine kept its pace: "
-    "fixed work, timed before and after each part, tells how far it did.",
+    "drifts. Ratios are taken within a round, and the two numbers in brackets after a median are "
+    "the quartiles over the rounds. Times are processor times of one core, unless stated "
+    "otherwise. Times from different sections are comparable only if the machine kept its pace: "
+    "fixed work, timed before and after each part, shows whether it did.",
 )
 SHORT = (
-    "A quick run: fewer cases, lengths and rounds, to see that everything works. Its numbers are "
-    "not to be quoted."
+    "A quick run has fewer cases, lengths and rounds, to check that everything works. Do not "
+    "quote its numbers."
 )
 WORDS: dict[page.Tone, str] = {"good": "holds", "bad": "falls short"}
 
@@ -64,7 +64,7 @@ class Entry(NamedTuple):
 
     @property
     def title(self) -> str:
-        """The names of benchmark and part."""
+        """Names of the benchmark and the part."""
         return f"{self.benchmark} {self.name}"
 
     @property
@@ -78,8 +78,8 @@ class Result(NamedTuple):
 
     name: str  # of the benchmark and the part
     found: Measurement
-    seconds: float  # what it took, by the clock
-    pace: tuple[float, float]  # time of the fixed work just before and just after it [s]
+    seconds: float  # wall-clock time of the part
+    pace: tuple[float, float]  # time of the fixed work just before and just after the part [s]
 
     def to_json(self) -> dict[str, Any]:
         """Return everything; numbers that are not finite become null."""
@@ -90,7 +90,7 @@ class Result(NamedTuple):
 
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> Result:
-        """Return the part from the result of `to_json`; null becomes NaN."""
+        """Return the results that `to_json` turned into JSON; null becomes NaN."""
         shown = [Table(each["title"], _rows(each["rows"])) for each in data["tables"]]
         found = Measurement(_rows(data["rows"]), shown, data["findings"])
         before, after = data["pace"]
@@ -124,9 +124,9 @@ def identify() -> dict[str, str]:
 def run(effort: Effort, out: Path) -> bool:
     """Measure all parts that are not in the folder yet; return whether all succeeded.
 
-    The folder contains the page, everything as JSON, one folder per benchmark with CSV and PNG
-    files, and the finished parts, from which an interrupted run continues. Parts of another commit,
-    machine or effort are refused.
+    The folder contains the page, all results as JSON, one folder per benchmark with CSV and PNG
+    files, and the finished parts, from which an interrupted run continues. Parts from another
+    commit, machine or effort are refused.
     """
     plotting.figure_class()
     console, identity = options.wide_console(), identify()
@@ -139,7 +139,7 @@ def run(effort: Effort, out: Path) -> bool:
                 continue
             try:
                 measured = _measure(entry, effort, out / entry.benchmark)
-            except Exception as error:  # a part that breaks must not lose the others
+            except Exception as error:  # one failing part must not lose the others
                 missing[entry.title] = f"{type(error).__name__}: {error}"
                 console.print(escape(f"{entry.title}: {missing[entry.title]}"), style="red")
                 continue
@@ -183,9 +183,9 @@ def _page(
     system: Mapping[str, str],
     folder: Path,
 ) -> page.Page:
-    """Return the report on the measured parts, and on the reasons for missing ones, by title.
+    """Return the report on the parts in `done`, and on the reasons in `missing`, both by title.
 
-    Diagrams are in the folder.
+    Diagrams are read from the folder.
     """
     usual = float(np.median([pace for each in done.values() for pace in each.pace] or [1.0]))
     sections: list[page.Section] = []
@@ -201,15 +201,15 @@ def _page(
     lead: list[page.Block] = [
         f"{met} of {met + len(short)} requirements are met, in {len(done)} of {len(plan)} parts "
         "that were measured.",
-        Table("The parts, and how many requirements each meets", [_met(e, done) for e in plan]),
+        Table("Parts, and the requirements that each meets", [_met(e, done) for e in plan]),
     ]
     if effort == "quick":
         lead.insert(1, SHORT)
         left = [f"{name}: {why}" for name, why in LEFT_OUT.items()]
         lead.append(page.Details("Left out of a quick run", [page.Points(left)]))
     if short:
-        lead.append(page.Details(f"What falls short ({len(short)})", [page.Points(short)]))
-    lead.append(page.Details("What this page is, and how it was measured", LEAD))
+        lead.append(page.Details(f"Missed requirements ({len(short)})", [page.Points(short)]))
+    lead.append(page.Details("About this page and its measurements", LEAD))
     taken = sum(each.seconds for each in done.values())
     provenance = {
         "command": f"magfold bench --{effort}",
@@ -220,7 +220,7 @@ def _page(
 
 
 def tone(finding: str) -> page.Tone:
-    """Return whether a sentence states a met requirement, a missed one, or neither."""
+    """Return the tone of a sentence: good for a met requirement, bad for a missed one."""
     counted = re.search(r"\bholds for (\d+) of (\d+)", finding)
     if re.search(r"\bFAILS\b|\bNOT\b", finding) or (counted and counted[1] != counted[2]):
         return "bad"
@@ -228,7 +228,7 @@ def tone(finding: str) -> page.Tone:
 
 
 def _met(entry: Entry, done: Mapping[str, Result]) -> Row:
-    """Return the number of requirements that a part meets."""
+    """Return the table row with the numbers of requirements that a part meets and misses."""
     each = done.get(entry.title)
     tones = [tone(finding) for finding in each.found.findings] if each else []
     return {

@@ -1,4 +1,4 @@
-"""Rows of what was measured: columns of them, and how they are shown, written and judged."""
+"""Rows of measurements: functions that select, show, write and judge them."""
 
 import json
 import math
@@ -15,30 +15,30 @@ from rich.table import Table as RichTable
 from magfold_env.reporting.tables import Cell, Row, Table, cell_text
 
 Progress = Callable[[float, str], None]
-"""Receives the finished share of a part, 0 to 1, and the present step."""
+"""A function that receives the finished share of a part, 0 to 1, and the current step."""
 
 Tick = Callable[[float], None]
-"""Receives the finished share of one case of a part, 0 to 1."""
+"""A function that receives the finished share of one case of a part, 0 to 1."""
 
 Case = TypeVar("Case")
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """What one part of a benchmark found."""
+    """The results of one part of a benchmark."""
 
     rows: list[Row] = field(default_factory=list[Row])
     """Everything measured, for CSV and JSON."""
     tables: list[Table] = field(default_factory=list[Table])
-    """What of it is worth reading."""
+    """The tables that are worth reading."""
     findings: list[str] = field(default_factory=list[str])
-    """Requirements and how they are met, a sentence each."""
+    """Findings, one sentence each, such as whether a requirement is met."""
 
 
 def each_case(
     progress: Progress, cases: Sequence[Case], name: Callable[[Case], str] = str
 ) -> Iterator[tuple[Case, Tick]]:
-    """Yield cases one after another, each with what takes its progress, and tell its name."""
+    """Yield cases one after another, each with its `Tick`, and report their names and progress."""
     for k, case in enumerate(cases):
 
         def tick(share: float, k: int = k, what: str = name(case)) -> None:
@@ -57,12 +57,12 @@ def numbers(rows: Sequence[Row], name: str) -> Any:
 
 
 def distinct(rows: Sequence[Row], name: str) -> list[Any]:
-    """Return the cells of a column, each once, in order."""
+    """Return the distinct cells of a column, in order."""
     return list(dict.fromkeys(row[name] for row in rows))
 
 
 def select(rows: Sequence[Row], cells: Mapping[str, Any] | None = None, **more: Any) -> list[Row]:
-    """Return the rows that have certain cells."""
+    """Return the rows that have these cells."""
     wanted = {**(cells or {}), **more}
     return [row for row in rows if all(row[name] == cell for name, cell in wanted.items())]
 
@@ -79,7 +79,7 @@ def pivot(rows: Sequence[Row], line: str, column: str, value: str, missing: str)
 
 
 def without_quartiles(rows: Sequence[Row], *hidden: str) -> list[Row]:
-    """Return rows without their quartiles, and without some more columns."""
+    """Return rows without quartiles and without the `hidden` columns."""
     return [
         {name: cell for name, cell in row.items() if "quartile" not in name and name not in hidden}
         for row in rows
@@ -87,7 +87,7 @@ def without_quartiles(rows: Sequence[Row], *hidden: str) -> list[Row]:
 
 
 def power(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
-    """Return with which power of x y grows, by least squares; nan of fewer than two points."""
+    """Return the power of x with which y grows, by least squares; nan for fewer than two points."""
     if np.size(x) < 2:
         return math.nan
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])
@@ -96,13 +96,13 @@ def power(x: npt.ArrayLike, y: npt.ArrayLike) -> float:
 def growth(
     rows: Sequence[Row], since: int, until: float = math.inf, time: str = "time [µs]"
 ) -> float:
-    """Return with which power of "n" a time grows between two lengths; nan if too few."""
+    """Return the power of "n" with which a time grows between two lengths; nan if unknown."""
     mine = [row for row in rows if since <= float(row["n"]) <= until]
     return power(numbers(mine, "n"), numbers(mine, time))
 
 
 def verdict(held: object) -> str:
-    """Return the word for whether something that was asked for is met."""
+    """Return the word that states whether a requirement is met."""
     return "holds" if held else "FAILS"
 
 
@@ -110,7 +110,7 @@ def verdict(held: object) -> str:
 
 
 def chosen(parts: Mapping[str, Case], only: Sequence[str]) -> dict[str, Case]:
-    """Return the parts of these names, in their own order; all if there is none."""
+    """Return the parts with these names, in the order of `parts`; all if no name is given."""
     for name in only:
         if name not in parts:
             raise ValueError(f"--only: {name!r} is not allowed; must be one of {', '.join(parts)}")
@@ -118,7 +118,7 @@ def chosen(parts: Mapping[str, Case], only: Sequence[str]) -> dict[str, Case]:
 
 
 def show(console: Console, machine: Mapping[str, str], measured: Mapping[str, Measurement]) -> None:
-    """Print the tables, then what follows from them."""
+    """Print the tables, then the findings and the machine."""
     for each in measured.values():
         for table in each.tables:
             console.print(rich_table(table))
@@ -131,12 +131,12 @@ def show(console: Console, machine: Mapping[str, str], measured: Mapping[str, Me
 
 
 def rich_table(table: Table) -> RichTable:
-    """Return a table for the console, numbers to three figures."""
+    """Return a table for the console, with numbers to three figures."""
     shown = RichTable(title=escape(table.title))
     texts = [[escape(cell_text(cell)) for cell in row.values()] for row in table.rows]
     for k, (name, cell) in enumerate(table.rows[0].items()):
         justify = "left" if isinstance(cell, str) else "right"
-        # Headings may be broken, cells not.
+        # Headings may wrap; cells may not.
         shown.add_column(escape(name), justify=justify, min_width=max(len(row[k]) for row in texts))
     for row in texts:
         shown.add_row(*row)
@@ -154,7 +154,7 @@ def to_json(machine: Mapping[str, str], measured: Mapping[str, Measurement]) -> 
 
 
 def plain(rows: Sequence[Row]) -> list[dict[str, Cell | None]]:
-    """Return rows as JSON has them, null where a cell is no number."""
+    """Return rows as JSON values, with null where a number is not finite."""
     return [{name: _plain(cell) for name, cell in row.items()} for row in rows]
 
 
@@ -162,5 +162,5 @@ def _plain(cell: Cell) -> Cell | None:
     if isinstance(cell, str):
         return cell
     if not isinstance(cell, float):
-        return int(cell)  # NumPy's integers are numbers that JSON does not know
+        return int(cell)  # JSON does not accept NumPy's integers
     return float(cell) if math.isfinite(cell) else None

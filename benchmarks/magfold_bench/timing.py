@@ -1,8 +1,8 @@
 """Compare the times of several tasks.
 
-The speed of a machine drifts with other programs, clock and heat. The tasks therefore take turns in
-rounds, and ratios are taken within each round, where the drift cancels. The clock is the processor
-time of the calling thread, so that time used by other programs does not count.
+The speed of a machine drifts with other programs, clock rate and heat. The tasks therefore take
+turns in rounds, and ratios are taken within each round, where the drift cancels out. The clock is
+the processor time of the calling thread, so that time used by other programs does not count.
 """
 
 import gc
@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 Task = Callable[[], Callable[[], object]]
-"""Prepares one call without timing and returns the function to time."""
+"""A function that prepares one call, untimed, and returns the function to time."""
 
 Key = TypeVar("Key", bound=Hashable)
 
@@ -26,7 +26,7 @@ LASTING = 1e-2  # [s]; calling a kernel with many arrays takes 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Median and quartiles of a quantity measured once per round."""
+    """Median and quartiles of a quantity that is measured once per round."""
 
     median: float
     low: float
@@ -36,7 +36,7 @@ class Spread:
         return f"{self.median:.3g} ({self.low:.3g} to {self.high:.3g})"
 
     def cells(self, name: str) -> dict[str, float]:
-        """Return the cells of a table row for these values under a name."""
+        """Return these values as the cells of a table row, under a name."""
         return {
             name: self.median,
             f"{name}, lower quartile": self.low,
@@ -44,7 +44,7 @@ class Spread:
         }
 
     def time_cells(self, unit: str, scale: float = 1.0) -> dict[str, float]:
-        """Return the cells of a table row for times, ``scale`` times the values, in ``unit``."""
+        """Return the values times ``scale``, in ``unit``, as the cells of a table row for times."""
         return {
             f"time [{unit}]": scale * self.median,
             f"lower quartile [{unit}]": scale * self.low,
@@ -70,7 +70,7 @@ class Timing:
         return self.spread.median
 
     def each_of(self, count: int) -> Self:
-        """Return the time of one of several items that one call processes."""
+        """Return the time per item if one call processes several items."""
         return type(self)(self.samples / count)
 
 
@@ -86,7 +86,7 @@ def ratio(slow: Timing, fast: Timing) -> Spread:
 
 
 def unprepared(call: Callable[[], object]) -> Task:
-    """Return the task that calls a function without preparation."""
+    """Return the task that calls a function and needs no preparation."""
     return lambda: call
 
 
@@ -97,12 +97,12 @@ def take_turns(
     clock: Callable[[], float] = time.thread_time,
     tick: Callable[[float], None] | None = None,
 ) -> dict[Key, Timing]:
-    """Time tasks in turns, and take a sample of each in every round.
+    """Time tasks in turn, with one sample of each in every round.
 
-    Each runs twice before the first round: to compile and fill caches, then to find the number of
-    calls per sample. Calls shorter than ``shortest`` [s] are repeated; the sample is their mean.
-    The clock is in seconds; work on several threads needs `time.perf_counter`. ``tick`` is called
-    with the finished share of the work, 0 to 1.
+    Each task runs twice before the first round: first to compile and to fill caches, then to find
+    the number of calls per sample. Calls shorter than ``shortest`` [s] are repeated, and the sample
+    is their mean. The clock is in seconds; work on several threads needs `time.perf_counter`.
+    ``tick`` is called with the finished share of the work, 0 to 1.
     """
     calls: dict[Key, int] = {}
     for name, task in tasks.items():

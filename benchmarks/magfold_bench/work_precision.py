@@ -1,11 +1,11 @@
-"""Run time against error of whole folds: solver tolerance × accuracy of the magnets × time step.
+"""Run time against error of whole folds, by solver tolerance, accuracy of magnets and time step.
 
-Ten named scenes are each run from several starts at every setting. A setting's error is its median
-over the starts, its time their mean. Errors are of the joints' angles, against the same scene run
-far more exactly. Starts whose outcome a nudge of 1e-6 rad decides are set aside, and
-those whose reference has not converged.
-The paper's solver runs the pinned scenes. It stops joints in its own way, so that its error does
-not vanish with its step. Sessions are prepared untimed.
+Ten named scenes are each run from several starts with every setting. A setting's error is its
+median error over the starts, and its time is the mean. Errors are errors of joint angles relative
+to the same scene run far more exactly. Starts are set aside if a nudge of 1e-6 rad changes their
+outcome, or if their reference has not converged. The paper's solver runs only the pinned scenes. It
+stops joints in its own way, so its error does not vanish with its step. Preparing sessions is not
+timed.
 """
 
 from collections.abc import Sequence
@@ -22,19 +22,19 @@ from magfold_env.engine.state import Array
 from magfold_env.fold import Fold
 from magfold_env.scene import Magnets, Scene, Solver, load_scene
 
-ALLOWED = 1.5  # times the run time of the fastest setting that is as exact
+ALLOWED = 1.5  # relative to the run time of the fastest equally exact setting
 WAY, END = "error on the way [rad]", "final error [rad]"
 BEHIND, SURELY, AT_END = "default / fastest", "without luck", "at the end"
 COMPARED = {
     BEHIND: "on the way",
-    SURELY: "on the way, settings that are as exact by luck alone left out",
+    SURELY: "on the way, without settings that are as exact only by luck",
     AT_END: "at the end",
 }
-"""Columns for the time of the default relative to an equally exact setting, and where it is
-found."""
+"""Columns with the default's time relative to the fastest equally exact setting, and where the
+error is measured."""
 TABLES = {
     "The default: medians over starts": ("words right", "set aside", WAY, END, "ms"),
-    "The default beside the fastest setting that is as exact": ("fastest as exact", *COMPARED),
+    "The default and the fastest setting that is as exact": ("fastest as exact", *COMPARED),
 }
 """Columns of the tables, by title."""
 SET_ASIDE = {
@@ -42,10 +42,10 @@ SET_ASIDE = {
     "unsure": f"the reference is not known to {CLOSE:g} rad",
 }
 
-LONGEST = 1.0  # [s] simulated after the last release; most folds rest before that
+LONGEST = 1.0  # [s] simulated after the last release; most folds come to rest earlier
 SWING = 0.3  # [s] of the pendulum, seven times √(d/g): longer swings are chaotic
 SPREAD = 0.03  # [rad] of the start angles
-LONG = 12  # components of the longest chain
+LONG = 12  # number of components in the longest chain
 PENDULUM = "pendulum of three"
 LOOSER = 10.0
 
@@ -56,9 +56,9 @@ class Effort(NamedTuple):
     starts: int
     tolerances: tuple[float, ...]
     accuracies: tuple[float, ...]
-    time_steps: tuple[float, ...]  # of the paper's solver [s]; the paper's own is 1/1200
-    reference: tuple[float, float]  # tolerance [rad] and accuracy of the magnets
-    rounds: int  # samples of every timing
+    time_steps: tuple[float, ...]  # of the paper's solver [s]; the paper used 1/1200
+    reference: tuple[float, float]  # tolerance [rad], and accuracy of the magnets
+    rounds: int  # number of samples per timing
 
 
 QUICK = Effort(1, (1e-3, 1e-4), (1e-2, 1e-3), (1 / 1200,), (1e-6, 1e-6), 3)
@@ -73,9 +73,9 @@ FULL = Effort(
 
 
 def named_scenes() -> dict[str, Scene]:
-    """Return typical scenes of users with every mount and the solver's default settings.
+    """Return typical users' scenes, with every mount and the solver's default settings.
 
-    The start angles of the scenes are not yet drawn.
+    Their start angles are not yet drawn.
     """
     one, two, three = (load_scene(f"paper/sequence-{k}") for k in (1, 2, 3))
     scenes = {
@@ -105,7 +105,7 @@ def named_scenes() -> dict[str, Scene]:
 
 
 def settings_of(scene: Scene, effort: Effort) -> list[Setting]:
-    """Return every combination that a scene allows; the paper's solver needs it pinned."""
+    """Return every combination that a scene allows; the paper's solver needs a pinned chain."""
     chosen = effort.accuracies if has_accuracy(scene) else (None,)
     found = [Setting("adaptive", t, accuracy) for accuracy in chosen for t in effort.tolerances]
     if scene.mount == "pinned":
@@ -114,30 +114,30 @@ def settings_of(scene: Scene, effort: Effort) -> list[Setting]:
 
 
 class Reference(NamedTuple):
-    """The reference of a drawn scene, and its accuracy."""
+    """The reference run of a drawn scene, and its accuracy."""
 
     scene: Scene
     fold: Fold
-    known: float  # what ten times looser settings change on the way [rad]
-    sensitivity: float  # what a start moved by `NUDGE` changes on the way [rad]
+    known: float  # change on the way with ten times looser settings [rad]
+    sensitivity: float  # change on the way if the start moves by `NUDGE` [rad]
 
     @property
     def sensitive(self) -> bool:
-        """Whether small changes of the scene decide the result, rather than the setting."""
+        """Whether small changes to the scene, rather than the setting, decide the result."""
         return self.sensitivity > CLOSE
 
     @property
     def unsure(self) -> bool:
-        """Whether the reference is too inexact for a comparison."""
+        """Whether the reference is too inaccurate for a comparison."""
         return self.known > CLOSE
 
     def error_on_the_way(self, run: Fold) -> float:
-        """Largest difference of a joint's angle at any time [rad], as far as it is known."""
+        """Largest difference in a joint's angle at any time [rad], as far as it is known."""
         return max(runs.difference(run, self.fold), self.known, NUDGE)
 
 
 def reference(scene: Scene, tolerance: float, accuracy: float) -> Reference:
-    """Run a drawn scene with a given accuracy, and twice more to measure the accuracy."""
+    """Run a drawn scene as the reference, and twice more to measure the reference's accuracy."""
     tight, looser = (
         Setting("adaptive", k * tolerance, k * accuracy if has_accuracy(scene) else None)
         for k in (1.0, LOOSER)
@@ -166,7 +166,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[Row], Row]:
-    """Return a row for every setting of a scene, and the findings."""
+    """Return a row for every setting of a scene, and a summary row."""
     starts = [scene.draw(np.random.default_rng(seed)) for seed in range(effort.starts)]
     known = [reference(start, *effort.reference) for start in starts]
     clear = [each for each in known if not (each.sensitive or each.unsure)] or known
@@ -201,7 +201,7 @@ def measure(name: str, scene: Scene, effort: Effort, tick: Tick) -> tuple[list[R
 
 
 def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
-    """Return a setting's errors over the starts, and its number of right words."""
+    """Return a setting's errors over the starts, and its number of correct words."""
     folds = [recorded(setting.on(each.scene)) for each in references]
     pairs = list(zip(folds, references, strict=True))
     way = [each.error_on_the_way(run) for run, each in pairs]
@@ -217,7 +217,7 @@ def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
 
 
 def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[timing.Timing]) -> Row:
-    """Return the default's errors and time, and the ratio to the fastest setting's time."""
+    """Return the default's errors and time, and the ratio to the time of the fastest setting."""
     medians = np.array([time.median for time in times])
     default = next(k for k, setting in enumerate(settings) if setting.is_default)
     way, end = tables.numbers(rows, WAY), tables.numbers(rows, END)
@@ -242,14 +242,14 @@ def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[timin
 
 
 def fastest(times: Array, errors: Array, error: float) -> int:
-    """Return the fastest setting whose error is at most as large."""
+    """Return the index of the fastest setting whose error is at most `error`."""
     return int(np.argmin(np.where(errors <= error, times, np.inf)))
 
 
 def without_luck(settings: Sequence[Setting], errors: Array) -> Array:
-    """Return the largest error of each setting and of all that are at least as tight.
+    """Return, for each setting, the largest error among all settings at least as tight.
 
-    Errors do not fall steadily: a loose setting may be right by chance where tighter ones are not.
+    Errors do not fall steadily: a loose setting may be accurate by chance where tighter ones fail.
     """
     return np.array(
         [

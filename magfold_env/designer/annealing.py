@@ -1,15 +1,15 @@
 """Design by energy for chains of any length: annealing against the relevant rivals.
 
-A long chain has too many words to compare a sequence with all of them, and few come close to the
-target. Annealing therefore compares with some of them, at first the words that differ in one
-letter. The exact search for ground states then finds the real rivals of the resulting sequence, and
-annealing continues with them until the search finds no new ones.
+A long chain has too many words to compare the target with all of them, and few are close in energy.
+Annealing therefore compares it with some words, at first those that differ in one letter. The exact
+search for ground states then finds the real rivals for the resulting sequence, and annealing
+continues with these until the search finds no new rivals.
 
 Annealing can be restricted to sequences whose only stable word is the target. Where joint k of the
 target is L, the faces that touch when it is L must have opposite poles, and the faces that touch
-when it is R equal ones; every other fully folded word then has a conflict. The faces at the
-target's other contacts must have opposite poles as well. Each condition is an equation between the
-signs of two faces. Together they divide the faces into groups in which one sign determines all
+when it is R must have equal poles; every other fully folded word then has a conflict. The faces at
+the target's other contacts must have opposite poles as well. Each condition is an equation between
+the signs of two faces. Together they divide the faces into groups in which one sign determines all
 others.
 """
 
@@ -35,7 +35,7 @@ ROUNDS = 40
 RIVALS = 8
 """Number of lowest states that an exact search adds to the rivals."""
 
-_HOT, _COLD = 1.0, 0.01  # of the spread of the scores of random sequences
+_HOT, _COLD = 1.0, 0.01  # relative to the spread of random sequences' scores
 _SAMPLES = 64
 
 _FRONT_LEFT, _BACK_LEFT, _BACK_RIGHT, _FRONT_RIGHT = range(4)
@@ -47,8 +47,8 @@ class Annealed(NamedTuple):
 
     sequence: tuple[str, ...]
     score: float
-    """Score of the worst rival: the exact energy above the target [J], or the least known
-    tolerance."""
+    """Score of the worst rival: its exact energy above the target [J], or the least tolerance
+    known."""
 
 
 def anneal_sequence(
@@ -61,12 +61,12 @@ def anneal_sequence(
     stable: bool = False,
     good_enough: float = np.inf,
 ) -> Annealed:
-    """Search for the sequence whose worst rival scores highest, or the first above ``good_enough``.
+    """Search for the sequence whose worst rival scores highest, or any above ``good_enough``.
 
     The score of a rival of the target, a word without overlap, is its energy above the target [J],
     or its tolerance if ``tolerant``. The scene's sequence is ignored. If ``stable``, the search
     includes only sequences whose only stable word is the target; see `stable_groups`. Flips tried
-    are added to the ``energies`` of ``calls``, exact searches to its ``ground states``.
+    count as ``energies`` in ``calls``, exact searches as ``ground states``.
     """
     if stable:
         signs, groups = stable_signs(target, rng)
@@ -98,7 +98,7 @@ def anneal_sequence(
 
 
 def sequence_of_signs(signs: Array) -> tuple[str, ...]:
-    """Return the sequence for the signs of its faces, shape (4n,), N positive.
+    """Return the sequence for the signs of its faces, shape (4n,); N is positive.
 
     Flipping all signs changes nothing, so the first face is N.
     """
@@ -109,12 +109,12 @@ def sequence_of_signs(signs: Array) -> tuple[str, ...]:
 def stable_groups(target: str) -> tuple[Array, list[Ints]]:
     """Return signs (4n,) that make a fully folded target the only stable word, and groups of faces.
 
-    Each face is in one group; flipping any groups keeps the property. Contradicting equations,
-    which no word of up to 16 components has, raise a ValueError.
+    Each face is in one group; the property survives if any groups are flipped. A ValueError is
+    raised if equations contradict each other, which happens for no word of up to 16 components.
     """
     equations = [(a, b, _OPPOSITE) for a, b in states.touching_faces(from_words([target]))]
     for k, letter in enumerate(target):
-        # The faces that touch if the joint takes the other letter repel each other.
+        # The faces that would touch with the joint's other letter repel each other.
         front, back = {"L": (_FRONT_RIGHT, _BACK_RIGHT), "R": (_FRONT_LEFT, _BACK_LEFT)}[letter]
         equations.append((4 * k + front, 4 * (k + 1) + back, _EQUAL))
     faces = 4 * (len(target) + 1)
@@ -134,7 +134,7 @@ def stable_groups(target: str) -> tuple[Array, list[Ints]]:
 
 
 def stable_signs(target: str, rng: np.random.Generator) -> tuple[Array, list[Ints]]:
-    """Return such signs, drawn uniformly from all possible ones, and the groups."""
+    """Return signs drawn uniformly from all that `stable_groups` allows, and the groups."""
     signs, groups = stable_groups(target)
     for group in groups:
         signs[group] *= rng.choice([-1.0, 1.0])
@@ -142,7 +142,7 @@ def stable_signs(target: str, rng: np.random.Generator) -> tuple[Array, list[Int
 
 
 def _spread(start: int, linked: list[list[tuple[int, int]]], signs: Array) -> Ints:
-    """Fill the signs that follow from that of ``start``, and return their faces."""
+    """Fill in the signs that follow from the sign of ``start``, and return the faces."""
     group = [start]
     for face in group:
         for other, relation in linked[face]:
@@ -159,9 +159,9 @@ def anneal(
 ) -> float:  # fmt: skip
     """Anneal; write the best signs found to ``signs`` (4n,) and return their score.
 
-    The score is that of the worst rival, see `Rivals`: its energy above the target [J], or if
-    ``tolerant`` its tolerance. ``excess`` (rivals, 4n, 4n) are the rivals' forms. Group g, faces
-    ``faces[first[g]:first[g + 1]]``, flips as one. Step k flips group ``proposals[k]`` if that
+    The score is the worst rival's energy above the target [J] or, if ``tolerant``, its tolerance;
+    see `Rivals`. ``excess`` (rivals, 4n, 4n) are the rivals' forms. The faces of group g,
+    ``faces[first[g]:first[g + 1]]``, flip together. Step k flips group ``proposals[k]`` if that
     raises the score, or if Boltzmann's probability at ``temperatures[k]`` (in units of the score)
     exceeds ``chances[k]``, which is from 0 to 1.
     """
@@ -201,7 +201,7 @@ def anneal(
 
 @allocating_kernel
 def change_of(form: Array, field: Array, signs: Array, group: Ints) -> float:
-    """Return the increase of the energy sᵀ A s when a group of faces flips [J]."""
+    """Return the increase [J] of the energy sᵀ A s if a group of faces flips."""
     change = 0.0
     for f in group:
         others = float(field[f])

@@ -1,4 +1,4 @@
-"""A target among its competitors: evidence for a sequence by energy.
+"""Evidence by energy for a sequence: the target compared with its rivals.
 
 The evidence is exact for chains of any length that the search can handle.
 """
@@ -15,11 +15,11 @@ from magfold_env.scene import Scene
 from magfold_env.shapes import overlaps
 
 LOWEST = 30
-"""Number of states that the search for the least tolerance includes."""
+"""Number of lowest states that the search for the least tolerance includes."""
 
 
 class Rivals:
-    """Words other than the target, with quadratic forms for their energies above it.
+    """Words other than the target, with quadratic forms of their energies above the target's.
 
     The target is a word of the scene's length without overlap; the scene's sequence is ignored.
     """
@@ -30,11 +30,11 @@ class Rivals:
         self._own = energies.quadratic_forms(scene, lattice.from_words([target]))
         self.words: list[str] = []
         self.excess: Array = np.zeros((0, 4 * scene.n, 4 * scene.n))
-        """Energies above the target's as forms [J], shape (rivals, 4n, 4n): sᵀ A s."""
+        """Forms A of the energies above the target's, sᵀ A s [J], shape (rivals, 4n, 4n)."""
         self.add(words)
 
     def add(self, words: Iterable[str]) -> bool:
-        """Add the words that are new and not the target; return whether there were any."""
+        """Add words that are new and not the target; return whether there were any."""
         known = {self.target, *self.words}
         new = [word for word in dict.fromkeys(words) if word not in known]
         if new:
@@ -52,11 +52,11 @@ class Rivals:
 
         If the strengths of all faces vary independently with this relative standard deviation, the
         standard deviation of the rival's energy above the target equals that energy to first order:
-        E / ‖∂E/∂(relative strengths)‖. It is negative for rivals below the target.
+        E / ‖∂E/∂(relative strengths)‖. The tolerance is negative for rivals below the target.
         """
         slopes = 2.0 * signs * (self.excess @ signs)
         size = np.sqrt(np.square(slopes).sum(axis=1))
-        # A rival whose energy is equal for all strengths has no slope either.
+        # If a rival's energy above the target is 0 for all strengths, so is its slope.
         return self.energies(signs) / np.maximum(size, np.finfo(np.float64).tiny)
 
 
@@ -78,14 +78,14 @@ class Evidence:
     energy: float
     """Energy of the target [J]."""
     gap: float
-    """Energy of the lowest other word above the target [J]; negative if it is below."""
+    """Energy of the lowest other word above the target [J]; negative if that word is below."""
     rival: str
     """The lowest other word."""
     tolerance: float
     """Tolerated error of single magnets: the relative standard deviation of all faces' independent
     strengths at which the standard deviation of a rival's energy above the target equals that
-    energy, to first order. The value is the least among the rivals of lowest energy and those that
-    differ in one letter; it is negative if one is below the target."""
+    energy, to first order. The value is the least among the rivals with the lowest energies and
+    those that differ in one letter; it is negative if any rival is below the target."""
     stable: bool
     """Whether the target is fully folded and no equal poles touch."""
     only_stable: bool
@@ -98,9 +98,9 @@ class Evidence:
 
 
 def weigh(scene: Scene, target: str, calls: Counter[str]) -> Evidence:
-    """Compare a target without overlap with the other words of two or more components.
+    """Compare a target without overlap, of two or more components, with the other words.
 
-    The exact searches are added to the ``ground states`` of ``calls``.
+    The number of exact searches is added to ``ground states`` in ``calls``.
     """
     lowest = ground_state(scene, top=LOWEST).states
     stable = ground_state(scene, top=2, among="stable").states

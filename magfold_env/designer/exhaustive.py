@@ -1,4 +1,4 @@
-"""Design by energy over all sequences of a short chain: proven optima, or proof of none."""
+"""Design by energy over all sequences of a short chain, with proven results."""
 
 from collections.abc import Hashable, Iterable
 from functools import lru_cache
@@ -25,13 +25,13 @@ from magfold_env.shapes import folded_words, overlaps, parse_word
 Flags = NDArray[np.bool_]
 
 TOLERANCE = 1e-9
-"""Relative difference below which two gaps count as equal, such as those of symmetric sequences."""
+"""Relative difference below which gaps, such as symmetric sequences', count as equal."""
 
 _BLOCK = 1 << 18  # number of sequences per batch
 
 
 def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, tuple[str, ...] | None]:
-    """Find the sequence of largest energy gap for each target, over all sequences.
+    """Find the sequence with the largest energy gap for each target, among all sequences.
 
     The gap of a sequence is the energy of the best other word without overlap minus the target's.
 
@@ -39,21 +39,21 @@ def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, tuple[
     ----------
     scene
         The scene sets the casing, the magnets and the number of components. Its sequence is
-        ignored: every face of a design is N or S with the strength that the scene sets.
+        ignored: every face of a design is N or S with the scene's strength.
     targets
         Words of the scene's length without overlap.
 
     Returns
     -------
     dict
-        A sequence for each target, in the order given: the alphabetically first one of equal gap,
-        or None where no sequence has the target as its only ground state.
+        A sequence for each target, in the order given: the alphabetically first of those with equal
+        gaps, or None if no sequence has the target as its only ground state.
 
     Raises
     ------
     ValueError
         If the scene has an external field, the chain has fewer than 2 or more than 6 components,
-        or a target is not such a word.
+        or a target is not a word as described above.
     """
     energies.refuse_field(scene)
     wanted = list(dict.fromkeys(targets))
@@ -75,7 +75,7 @@ def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, tuple[
 
 
 def _first_of_largest(scores: Array, tie: float) -> int | None:
-    """Return the number of the first sequence of largest score, None if no score exceeds a tie.
+    """Return the number of the first sequence with the largest score; None if none exceeds a tie.
 
     Scores that differ by rounding count as equal, so that rounding does not decide the result.
     """
@@ -86,9 +86,9 @@ def _first_of_largest(scores: Array, tie: float) -> int | None:
 
 
 class Exhaustive:
-    """Every sequence of a scene's length, compared by the energies of one target and all rivals.
+    """Every sequence of a scene's length, compared by the energies of a target and all its rivals.
 
-    The scene has at most six components; its sequence is ignored. The target does not overlap.
+    The scene has at most six components; its sequence is ignored. The target has no overlap.
     """
 
     def __init__(self, scene: scenes.Scene, target: str) -> None:
@@ -97,7 +97,7 @@ class Exhaustive:
         every = _every_ground_state(magnets, scene.casing.side, scene.n)
         row = every.words.index(target)
         self.calls = len(every.words) * every.gap.size
-        """Number of energies compared."""
+        """Number of energies that are compared."""
         self._words, self.tie = every.words, every.tie
         form = energies.quadratic_forms(scene, from_words([target]))
         own = best_words(form, (target,), every.tie).energy
@@ -123,10 +123,10 @@ class Exhaustive:
         return found
 
     def tolerances(self) -> Array:
-        """Return the tolerance of the worst rival, −inf where the target is no ground state.
+        """Return the worst rival's tolerance, or −inf where the target is not the ground state.
 
-        If a rival scores below the best sequence so far, its value replaces that of the worst
-        rival, because the sequence cannot be the best.
+        If some rival's tolerance is below that of the best sequence so far, it replaces the worst
+        rival's value, because the sequence cannot be the best.
         """
         found = np.full(self.gaps.size, -np.inf)
         numbers = np.flatnonzero(self.gaps > self.tie)
@@ -150,16 +150,16 @@ class Exhaustive:
         return found
 
     def best(self, scores: Array, where: Flags | None = None) -> int | None:
-        """Return the number of the best sequence, the first of equal ones; None if there is none.
+        """Return the number of the best sequence, the first of equally good ones, or None.
 
         Sequences whose scores are not positive, up to rounding, do not qualify. ``where`` selects
-        the sequences to choose from.
+        the sequences from which to choose.
         """
         scores = scores if where is None else np.where(where, scores, -np.inf)
         return _first_of_largest(scores, self.tie)
 
     def spread_out(self, scores: Array, count: int, apart: int) -> list[int]:
-        """Return the numbers of good sequences, best first, that differ in enough faces."""
+        """Return the numbers of good sequences, the best first, at least ``apart`` faces apart."""
         chosen: list[int] = []
         wanted = np.flatnonzero(scores > self.tie)
         for number in wanted[np.argsort(-scores[wanted], kind="stable")].tolist():
@@ -170,7 +170,7 @@ class Exhaustive:
         return chosen
 
 
-@lru_cache(maxsize=1)  # some hundred megabytes and seconds for all targets of one kind of chain
+@lru_cache(maxsize=1)  # hundreds of megabytes and some seconds for all targets of a kind of chain
 def _every_ground_state(magnets: scenes.Magnets | None, side: float, n: int) -> EverySequence:
     casing = scenes.Casing(side=side)
     return every_ground_state(scenes.Scene(sequence=("NNNN",) * n, casing=casing, magnets=magnets))

@@ -1,4 +1,4 @@
-"""The function `design`: from a target shape to magnets and a feed speed.
+"""The function `design`, which finds magnets and a feed speed for a target shape.
 
 The search first selects sequences by energy; for the objective `probability` it releases them.
 """
@@ -27,13 +27,13 @@ Progress = Callable[[str, float], object]
 Report = Callable[[float], object]
 Sequences = list[tuple[str, ...]]
 
-_APART = 4  # faces by which two candidates differ at least
-_COUNT = 6  # of short chains
-_STARTS = 3  # of annealing
-_STABLE = 24  # drawn without annealing
+_APART = 4  # smallest number of faces in which two candidates differ
+_COUNT = 6  # number of candidates for short chains
+_STARTS = 3  # number of annealing runs
+_STABLE = 24  # number of sequences drawn without annealing
 
 
-def design(  # noqa: PLR0913 - what a search depends on, and who does it
+def design(  # noqa: PLR0913 - all that a search depends on, and its workers
     target: str,
     scene: Scene | None = None,
     mode: Mode = "forward",
@@ -57,45 +57,44 @@ def design(  # noqa: PLR0913 - what a search depends on, and who does it
     target
         A word; its length sets the number of components.
     scene
-        Casing, magnets, friction, spreads: everything but the sequence, the feed's direction and
-        its speed. None takes a shipped scene: `design` for up to six components, else
+        Everything except the sequence and the feed's direction and speed, such as casing, magnets,
+        friction and spreads. None selects a shipped scene: `design` for up to six components, else
         `design-long`.
     mode
         How the chain is released: `free`, or out of a tube `forward` or `backward`.
     objective
         `probability` maximises the probability that the chain settles as the target under the
-        scene's spreads. The others use energies alone: `ground` finds any sequence whose only
-        ground state is the target; `unique`, the one of lowest energy whose only stable word is the
-        target; `gap`, the one with the largest energy gap to the next word; `sensitivity`, the one
-        that tolerates the largest error of single magnets.
+        scene's spreads. The others use only energies: `ground` finds any sequence whose only ground
+        state is the target; `unique` finds a sequence whose only stable word is the target, with
+        the largest gap; `gap` finds the sequence with the largest energy gap to the next word;
+        `sensitivity` finds the sequence that tolerates the largest error of single magnets.
     search
         `exhaustive` compares all sequences of up to six components and proves its result;
         `annealing` works for any length. With the objective `probability`, both propose sequences,
         which are then released at one speed after another; better sequences get more releases. If
         the proposals of annealing fail, further sequences whose only stable word is the target are
-        added. If all fail, `cross-entropy` continues from the best. That search can also be
-        selected directly; it needs no energies. None takes `exhaustive` if that is possible, else
-        `annealing`.
+        added. If all fail, `cross-entropy` continues from the best. It can also be selected
+        directly and needs no energies. None selects `exhaustive` if possible, else `annealing`.
     seed
         Seed of all random draws.
     speeds
         Feed speeds [m/s] to choose from for `probability`, tried in this order until one succeeds;
-        None takes 0.2, 0.5, 0.08 and 0.03. Designs by energy keep the scene's speed.
+        None means 0.2, 0.5, 0.08 and 0.03. Designs by energy keep the scene's speed.
     budget
-        Number of releases after which `cross-entropy` begins no further generation that would
-        exceed it; the first generation always runs.
+        Largest number of releases: except for the first, `cross-entropy` begins no generation that
+        would exceed it.
     goal
-        Sufficient probability. The search itself requires a value halfway between this one and 1,
-        because selected choices do slightly worse on other releases.
+        Probability that suffices. The search itself requires a value halfway between this and 1,
+        because selected choices do slightly worse in other releases.
     runs
-        Number of releases that assess the result; the search has not used them. May be 0.
+        Number of releases, not used in the search, that assess the result. May be 0.
     workers, backend
         See `ensemble`.
     state
-        Folder that stores releases as they are made. A search that is interrupted and called again
-        with the same folder follows the same path without repeating them.
+        Folder that stores releases as they are made. If an interrupted search is called again with
+        the same folder, it takes the same course without repeating stored releases.
     progress
-        Called with a description of the current work and its completed share.
+        Function that is called with a description of the current work and its completed share.
 
     Raises
     ------
@@ -137,12 +136,12 @@ class Found(NamedTuple):
     bound: float | None = None
     """Proven upper bound of the score; None if unknown."""
     certificate: str = ""
-    """Why there is no choice."""
+    """The reason if there is no choice."""
 
 
 @dataclass(frozen=True)
 class _Run:
-    """A task, its workers, and the counts of calls so far."""
+    """A task with its workers and the counts of calls so far."""
 
     task: Task
     workers: Workers
@@ -178,7 +177,7 @@ class _Run:
         return evaluations[0]
 
     def assessed(self, found: Found) -> Design:
-        """Collect the evidence for a choice: energies, and releases on draws new to the search."""
+        """Collect the evidence for a choice: energies, and releases new to the search."""
         task, score = self.task, found.score
         scene = weighed = probability = None
         reached = False
@@ -210,7 +209,7 @@ class _Run:
 def _raced(
     task: Task, releases: trials.Trials, few: list[tuple[str, ...]], many: list[tuple[str, ...]]
 ) -> list[trials.Evaluation]:
-    """Try few sequences at the first speed, then more sequences and speeds until one succeeds."""
+    """Try ``few`` sequences at one speed, then ``many`` more and more speeds until one succeeds."""
     speeds = task.speeds or (None,)
     stages = [(few, 1), *(([*few, *many], count) for count in range(1, len(speeds) + 1))]
     evaluations: list[trials.Evaluation] = []
@@ -225,7 +224,7 @@ def _raced(
 def _refined(
     task: Task, releases: trials.Trials, evaluations: list[trials.Evaluation]
 ) -> list[trials.Evaluation]:
-    """Continue from the best choice so far, if there is one, and keep the better result."""
+    """Continue with `cross_entropy` from the best choice so far, if any; return all, ranked."""
     rng = np.random.default_rng([task.searching_seed, 1])
     first = evaluations[0].choice if evaluations else None
     # The target is the only stable word of annealing's proposals, and must remain so.
@@ -260,7 +259,7 @@ def best_by_energy(task: Task, calls: Counter[str], report: Report) -> Found:
 
 
 def candidates(task: Task, calls: Counter[str], report: Report) -> Sequences:
-    """Return distinct sequences that are good by energy, for the more expensive test.
+    """Return distinct sequences that are good by energy, for the more expensive releases.
 
     The target must be fully folded.
     """
@@ -299,7 +298,7 @@ def _best_of_all(task: Task, calls: Counter[str]) -> Found:
     if task.objective == "sensitivity":
         scores = every.tolerances()
     elif task.objective == "unique":
-        # The only stable word need not be the ground state.
+        # The only stable word may differ from the ground state.
         scores = np.where(every.only_stable(), 1.0 + gaps - gaps.min(), 0.0)
     number = every.best(scores)
     if number is None:

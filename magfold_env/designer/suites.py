@@ -10,25 +10,25 @@ from magfold_env.scene import Problem, Scene, base, errors, io, load_scene
 from magfold_env.shapes import overlaps, parse_word
 
 Kind = Literal["ground", "unique", "forward", "backward", "free"]
-"""Kinds of witnesses. The target is the only ground state of the sequence or its only stable word,
-or a chain with the sequence settles as the target when released in one of the three modes."""
+"""Kinds of witnesses. The target is the sequence's only ground state or its only stable word, or a
+chain with the sequence settles as the target when it is released in one of the three modes."""
 
 
 class Witness(base.FrozenModel):
-    """A sequence that makes a target, or the proof that there is none."""
+    """A sequence that makes a target, or a proof that there is none."""
 
     sequence: tuple[str, ...] | None = None
-    """The components, component 1 first; None if none was found."""
+    """The components, component 1 first; None if no sequence was found."""
     speed: float | None = None
     """Feed speed [m/s]."""
     gap: float | None = None
     """For `ground`: energy gap to the next word [J]."""
     successes: Annotated[int, Field(ge=0)] | None = None
-    """For the modes of release: number of the `releases` that settled as the target."""
+    """For the modes of release: number of `releases` that settled as the target."""
     releases: Annotated[int, Field(ge=1)] | None = None
     """Number of releases, none of which the search used."""
     certificate: str = ""
-    """Why there is no such sequence; empty if that is not proved."""
+    """Proof that there is no such sequence; empty without proof."""
 
     @field_validator("sequence", mode="before")
     @classmethod
@@ -49,7 +49,7 @@ class Suite(base.FrozenModel):
     scene_name: str
     """Name of a shipped scene, or a path."""
     words: dict[str, dict[Kind, Witness]]
-    """The targets, in their order, with their witnesses."""
+    """The targets in order, with their witnesses."""
 
     @model_validator(mode="after")
     def _check_words(self) -> Self:
@@ -63,7 +63,7 @@ class Suite(base.FrozenModel):
                     problems.append(Problem(f"words.{word}.{kind}", witness.sequence, allowed))
         lengths = sorted({len(word) for word in self.words})
         if len(lengths) != 1:
-            problems.append(Problem("words", lengths, "must be of one length, at least one"))
+            problems.append(Problem("words", lengths, "must be one or more words of equal length"))
         errors.refuse(problems)
         return self
 
@@ -74,7 +74,7 @@ class Suite(base.FrozenModel):
 
     @property
     def targets(self) -> tuple[str, ...]:
-        """The words, in their order."""
+        """The target words in order."""
         return tuple(self.words)
 
     def scene(self) -> Scene:
@@ -83,7 +83,7 @@ class Suite(base.FrozenModel):
 
 
 def suite_names() -> list[str]:
-    """Return the names of the shipped suites, shortest chains first."""
+    """Return the names of the shipped suites, the shortest chains first."""
     return sorted(io.shipped_names("suites"), key=len)
 
 
@@ -93,7 +93,7 @@ def load_suite(name_or_path: str | Path) -> Suite:
     Parameters
     ----------
     name_or_path
-        The name of a shipped suite ("n6") or the path of a YAML file.
+        The name of a shipped suite, such as "n6", or the path of a YAML file.
 
     Raises
     ------

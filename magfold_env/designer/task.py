@@ -1,4 +1,4 @@
-"""The checked arguments of a design, the choices it makes, and its result."""
+"""The checked arguments of a design, its choices and its result."""
 
 import json
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ Search = Literal["exhaustive", "annealing", "cross-entropy"]
 FORMAT = "magfold_env design 1"
 
 SPEEDS: tuple[float, ...] = (0.2, 0.5, 0.08, 0.03)
-"""Feed speeds that a design may choose from if none are given [m/s]."""
+"""Feed speeds [m/s] from which a design chooses if no others are given."""
 
 
 class Choice(NamedTuple):
@@ -42,11 +42,11 @@ class Choice(NamedTuple):
 
 @dataclass(frozen=True)
 class Task:
-    """A target and everything that a search for it depends on."""
+    """A target and everything on which a search for it depends."""
 
     target: str
     scene: Scene
-    """The scene of a release, except for sequence and speed."""
+    """The scene of a release, with placeholders for sequence and speed."""
     mode: Mode
     objective: Objective
     search: Search
@@ -55,22 +55,22 @@ class Task:
     releases_seed: int
     """Seed of the releases that assess the result."""
     speeds: tuple[float, ...]
-    """Feed speeds to choose from [m/s]; empty without a tube or for energy objectives."""
+    """Available feed speeds [m/s]; empty without a tube or for energy objectives."""
     budget: int
-    """Budget of releases in the search."""
+    """Budget of releases for the search."""
     goal: float
-    """Sufficient probability."""
+    """Probability that suffices."""
     runs: int
     """Number of releases that assess the result."""
 
     @property
     def enough(self) -> float:
-        """Share of successes that ends the search; selected choices do worse later."""
+        """Share of successes that ends the search; selected choices do worse in other releases."""
         return 0.5 * (1.0 + self.goal)
 
     @property
     def impossible(self) -> str:
-        """Why no sequence can meet the objective; empty if one might."""
+        """Reason why no sequence can meet the objective; empty if one might."""
         places = [tuple(cell) for cell in cells(self.target).tolist()]
         for j, place in enumerate(places):
             if place in places[:j]:
@@ -97,7 +97,7 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
     goal: float,
     runs: int,
 ) -> Task:
-    """Check the arguments of `design`, refuse what is not allowed, and fill in defaults."""
+    """Check the arguments of `design`, refuse values that are not allowed, and fill in defaults."""
     n = len(parse_word(target, key="target")) + 1
     problems = [
         *errors.unless_one_of("objective", objective, get_args(Objective)),
@@ -134,7 +134,7 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
     if mode != "free" and objective == "probability":
         chosen = SPEEDS if speeds is None else tuple(speeds)
     for speed in chosen:
-        released.replace(feed={"speed": speed})  # raises if it is not allowed
+        released.replace(feed={"speed": speed})  # raises an error if the speed is not allowed
     search = search or ("exhaustive" if n <= LONGEST_OF_ALL else "annealing")
     one, other = np.random.SeedSequence(seed).generate_state(2).tolist()
     return Task(target, released, mode, objective, search, one, other, chosen, budget, goal, runs)
@@ -164,24 +164,24 @@ class Design(Shown):
     """Whether the objective is met. By energy, the target must be the only ground state, and for
     `unique` the only stable word; for `probability`, the share of successes must reach the goal."""
     score: float | None
-    """The gap [J], or the tolerance or share of successes if that was the objective."""
+    """The gap [J], or the tolerance or share of successes, depending on the objective."""
     bound: float | None
     """Proven upper bound of the score; None if unknown."""
     evidence: Evidence | None
     """The evidence by energy."""
     probability: Share | None
-    """Share of separate releases that settled as the target; None if none were requested."""
+    """Share of separate releases that settled as the target; None without such releases."""
     releases_seed: int
-    """Seed of these releases; ``ensemble(design.scene, runs, design.releases_seed)`` repeats
-    them."""
+    """Seed of the separate releases, which ``ensemble(design.scene, runs, design.releases_seed)``
+    repeats."""
     calls: dict[str, int]
     """Number of calls of each kind in the search: ``energies`` of one word or flips of one face,
     exact searches for ``ground states``, and simulated ``releases``."""
     certificate: str
-    """Why no sequence can meet the objective; empty if that is not proved."""
+    """Proof that no sequence can meet the objective; empty without proof."""
 
     def __repr__(self) -> str:
-        """Return the result and its success rate as text."""
+        """Return the result, with its success rate, as text."""
         if self.scene is None:
             return f"<Design of {self.target}: none; {self.certificate}>"
         speed = "" if self.speed is None else f" at {self.speed} m/s"
@@ -231,13 +231,13 @@ class Design(Shown):
         Raises
         ------
         ValueError
-            If there is none.
+            If there is no sequence.
         """
         return self._found.sequence
 
     @property
     def speed(self) -> base.Each[base.Speed] | None:
-        """Feed speed [m/s], one or one per component; None without a tube.
+        """Feed speed [m/s], one for all components or one for each; None without a tube.
 
         Raises
         ------

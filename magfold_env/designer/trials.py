@@ -1,10 +1,10 @@
-"""Searches among choices by the expensive test: releases of the chain, each with its own draws.
+"""Searches among choices by releases of the chain, which are expensive, each with its own draws.
 
-`successive_halving` tries many choices a few times and the best of them more often.
-`cross_entropy` uses no energies, only results of releases. It draws choices from a distribution
-that is independent for each face (or group of faces that flip together) and for the logarithm of
-the speed, and moves the distribution towards the best choices (Rubinstein and Kroese, *The
-Cross-Entropy Method*, 2004).
+`successive_halving` tries many choices a few times and the best ones more often. `cross_entropy`
+uses only results of releases, not energies. It draws choices from a distribution that is
+independent for each face (or group of faces that flip together) and for the logarithm of the speed,
+and moves the distribution towards the best choices (Rubinstein and Kroese, *The Cross-Entropy
+Method*, 2004).
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -27,21 +27,21 @@ from magfold_env.simulation.simulate import simulate
 
 PACE = 200
 """Steps per component and simulated second, at a tolerance of 1e-3 rad, after which a search
-abandons a release. Chains that fold take at most a third of them; others may rattle up to the
-scene's limit, which takes 200 times as long as a fold."""
+abandons a release. Chains that fold take at most a third of these steps; others may rattle up to
+the scene's limit, which takes 200 times as long as a fold."""
 
 RUNGS: tuple[tuple[int, int | None], ...] = ((1, None), (4, 12), (12, 4))
-"""Releases per choice, and the number of choices that get that many; None means all."""
+"""Number of releases per choice, and of choices that get this many; None means all."""
 
 FINAL = 40
-"""Releases of the finalists of the last rung, one after another until one succeeds."""
+"""Number of releases per finalist of the last rung; finalists are tried until one succeeds."""
 
 POPULATION = 60
 ELITE = 10
 RELEASES = 4
-"""Of every choice."""
+"""Number of releases per choice in a generation."""
 
-_STEP = 0.7  # from the old distribution to that of the elite
+_STEP = 0.7  # share of the step from the old distribution to the elite's
 _SURE = 0.97  # largest certainty of a group of faces
 _NEAR = 0.85  # initial certainty of the first choice
 _NARROW = 0.05  # smallest standard deviation of the speed's logarithm
@@ -58,16 +58,16 @@ class Oracle(Protocol):
         ...
 
     def scores(self, choices: Sequence[Choice], draws: int) -> Array:
-        """Return the scores of the first releases of choices, shape (choices, draws), at most 1."""
+        """Return scores, at most 1, of each choice's first releases, shape (choices, draws)."""
         ...
 
 
 class Evaluation(NamedTuple):
-    """Results of the releases of a choice."""
+    """Results of a choice's releases."""
 
     choice: Choice
     mean: float
-    """Mean score of its releases."""
+    """Mean score of the releases."""
     successes: int
     releases: int
 
@@ -80,10 +80,10 @@ class Evaluation(NamedTuple):
 def successive_halving(
     choices: Sequence[Choice], trials: Oracle, enough: float = 1.0
 ) -> list[Evaluation]:
-    """Try choices on more and more releases, keeping only the best, and return them `ranked`.
+    """Try choices in more and more releases, keep only the best, and return them `ranked`.
 
-    The first of equal choices are preferred. ``enough`` is the share of successes that ends the
-    search; finalists that can no longer reach it are dropped.
+    Of equally good choices, the first are preferred. ``enough`` is the share of successes that ends
+    the search; finalists that can no longer reach it are dropped.
     """
     field = list(dict.fromkeys(choices))
     known: dict[Choice, Evaluation] = {}
@@ -101,7 +101,7 @@ def successive_halving(
 
 
 def ranked(evaluations: Iterable[Evaluation]) -> list[Evaluation]:
-    """Sort by number of releases, then by successes, then by mean, in descending order."""
+    """Sort by number of releases, then by successes, then by mean, all in descending order."""
     return sorted(evaluations, key=lambda each: (-each.releases, -each.successes, -each.mean))
 
 
@@ -121,7 +121,7 @@ class _Distribution(NamedTuple):
     kept: Array
     """Probability that each group has these signs, shape (groups,)."""
     mean: float
-    """Of the speed's logarithm."""
+    """Mean of the speed's logarithm."""
     deviation: float
 
 
@@ -137,11 +137,11 @@ def cross_entropy(
 ) -> list[Evaluation]:
     """Search for the choice that folds into the target most often.
 
-    The search begins with ``first``, or with all choices equally likely, and stays between the
-    slowest and the fastest of ``speeds`` [m/s], which is empty without a tube. The relative signs
-    within each group of faces stay those of ``first``; None makes each face a group. Generations
-    after the first must stay within the budget of releases, which includes earlier releases. The
-    share of successes ``goal`` ends the search. Returns the best choices, ranked by
+    The search begins around ``first`` or, without it, with all choices equally likely. It stays
+    between the slowest and the fastest of ``speeds`` [m/s], which is empty without a tube. Relative
+    signs within each of the ``groups`` of faces stay as in ``first``; None makes each face a group.
+    Generations after the first must stay within the ``budget`` of releases, which includes earlier
+    releases. A share of successes of ``goal`` ends the search. Returns the best choices, ranked by
     `successive_halving`.
     """
     current = _around(first, faces, speeds, groups)
@@ -205,11 +205,11 @@ def _moved(current: _Distribution, elite: Sequence[Choice]) -> _Distribution:
 
 
 class Trials:
-    """Releases choices and stores the result of each release.
+    """Releases chains for choices and stores the result of each release.
 
     Release k of every choice draws from the same generator, so that choices are compared under
-    equal conditions. A release is simulated only once. A checkpoint stores releases; ``report`` is
-    called with their number so far.
+    equal conditions. Each release is simulated only once. A checkpoint stores releases; ``report``
+    is called with the number of releases so far.
     """
 
     def __init__(
@@ -232,9 +232,9 @@ class Trials:
         return len(self._asked)
 
     def scores(self, choices: Sequence[Choice], draws: int) -> Array:
-        """Return the scores of the first releases of choices, shape (choices, draws).
+        """Return the scores of each choice's first releases, shape (choices, draws).
 
-        A score is 1 for a success, else half the similarity of the fold to the target.
+        Scores are those of `score_of`.
         """
         keys = [(each.sequence, each.speed, draw) for each in choices for draw in range(draws)]
         missing = [key for key in dict.fromkeys(keys) if key not in self._known]
@@ -249,7 +249,7 @@ class Trials:
 
 
 def hurried(scene: Scene) -> Scene:
-    """Return a scene in which rattling chains are abandoned."""
+    """Return a scene with a limit of steps that abandons rattling chains."""
     # Step sizes of a fifth-order method grow with the fifth root of the tolerance.
     steps = round(PACE * scene.n * (1e-3 / scene.solver.tolerance) ** 0.2)
     most = min(max(steps, 1), scene.solver.max_steps_per_second)
@@ -268,7 +268,7 @@ def _score(scene: Scene, target: str, seed: int, key: Key) -> float:
 
 
 def score_of(fold: Fold, target: str) -> float:
-    """Return 1 if a chain settled as the target, else half its similarity, 0 if numbers broke."""
+    """Return 1 if a chain settled as the target, 0 if the run failed, else half its similarity."""
     if fold.status is FoldStatus.FAILED:
         return 0.0
     if fold.status is FoldStatus.FOLDED and fold.word == target:

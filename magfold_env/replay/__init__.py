@@ -1,7 +1,7 @@
 """The replay page: one HTML file that plays a recorded fold in any browser.
 
-It needs neither a network nor an extra: `page.html` includes `page.css`, the scripts and the fold
-as JSON.
+The page needs neither a network nor an extra: `page.html` includes `page.css`, the scripts and the
+fold as JSON.
 """
 
 import html
@@ -24,18 +24,18 @@ SCRIPTS = (
     "plot.js",
     "player.js",
 )
-"""The scripts that play motions, each after those it depends on; `source` returns their texts."""
+"""The scripts that play motions, in order of dependence; `source` returns their texts."""
 
 
 def write_html(fold: Recording, path: str | Path) -> None:
-    """Write a page that plays a recorded fold, with everything it needs in one file.
+    """Write a page that plays a recorded fold and contains everything it needs.
 
     Parameters
     ----------
     fold
         The recording of the fold.
     path
-        Path of the page, which is first written under a temporary name.
+        Path of the page, which is written under a temporary name first.
     """
     write_text(path, page(page_data(fold)))
 

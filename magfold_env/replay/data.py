@@ -1,4 +1,4 @@
-"""The data of a fold for the page: lengths in mm, energies in mJ, rounded to visible digits."""
+"""A fold's data for the page: lengths in mm, energies in mJ, rounded to visible digits."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -11,16 +11,16 @@ from magfold_env.shapes import FloatArray, IntArray
 
 _MILLI = 1e3
 _TIME = 6  # digits after the point: µs
-_ANGLE = 4  # 0.006°
-_LENGTH = 4  # of a mm
-_DIGITS = 5  # of the largest energy or force
+_ANGLE = 4  # digits after the point, in rad: 0.006°
+_LENGTH = 4  # digits after the point, in mm
+_DIGITS = 5  # significant digits of the largest energy or force
 
-WORDS = "a letter a joint, component 1 first: L turns left, R right, S stays straight."
+WORDS = "one letter per joint, from component 1 on: L turns left, R right, S stays straight."
 """Explanation of a fold word."""
 
 
 class Recording(NamedTuple):
-    """A recorded fold: m frames of n components, component 1 first, all of them finite."""
+    """A recorded fold: m finite frames of n components, component 1 first."""
 
     scene: Scene
     word: str  # at the end; empty if the simulation failed
@@ -36,10 +36,10 @@ class Recording(NamedTuple):
     loaded: IntArray  # number of components with magnets, (m,)
     push: FloatArray  # force of the feed along the tube, (m,) [N]
     kinetic: FloatArray  # energy, (m,) [J]
-    magnetic: FloatArray | None  # energy, (m,) [J]; None if there is none or it is unknown
+    magnetic: FloatArray | None  # energy, (m,) [J]; None if there are no magnets or it is unknown
     feed: str  # description of the feed
     earlier: Sequence[tuple[int, Sequence[str]]] = ()
-    """Sequences before that of `scene`, with the frames before which they end, if it changed."""
+    """Earlier sequences, if the sequence changed, each with the frame before which it ends."""
 
 
 def page_data(fold: Recording) -> dict[str, Any]:
@@ -116,13 +116,13 @@ def feed_text(scene: Scene) -> str:
 
 
 def number_range(values: FloatArray) -> str:
-    """Return one number for values that are alike, else the smallest and the largest."""
+    """Return one number for equal values, else the smallest and the largest."""
     low, high = float(values.min()), float(values.max())
     return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
 
 
 def _scaled(values: FloatArray) -> list[float]:
-    """Return numbers rounded relative to the largest of them."""
+    """Return numbers rounded relative to the largest number."""
     largest = float(np.abs(values).max())
     digits = _DIGITS if largest == 0.0 else _DIGITS - int(np.ceil(np.log10(largest)))
     return _rounded(values, digits)

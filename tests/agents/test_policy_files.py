@@ -142,7 +142,7 @@ def changed(file: Path, settings: dict[str, Any], **weights: Any) -> None:
     ({"features": "os.path"}, "features: 'os.path' is not allowed; must be 'chain'"),
     ({"policy": "os.system"}, "policy: 'os.system' is not allowed; unknown key"),
     ({"actor": [10**9]}, "actor, critic: .* is not allowed; must be those of the weights"),
-    ({"actor": [6]}, r"weights: mlp_extractor\.\S+: is not one of the network's"),
+    ({"actor": [6]}, r"weights: mlp_extractor\.\S+: is not a weight of the networks"),
     ({"actor": [6, 6]}, r"weights: mlp_extractor\.\S+2\.weight: .* F32 numbers, \[6, 6"),
     ({"observations": {"low": [0]}}, "observations.high: None is not allowed; must be given"),
     ({"actions": {"boxes": {}}}, "actions: .* is not allowed; must be a box"),

@@ -67,11 +67,11 @@ def test_a_trained_policy_is_recorded(tmp_path: Path) -> None:
 def test_what_cannot_be_recorded_is_named() -> None:
     assert "id: 'Nothing-v0'" in call("record", "Nothing-v0").output
     named = "MagFold/TubeFeed-v0", *QUICK, "--episodes", "1", "--dataset"
-    assert "dataset: 'a b' is not allowed; must be such as" in call("record", *named, "a b").output
-    assert "dataset: 'a' is not allowed; must be such as" in call("record", *named, "a").output
+    assert "dataset: 'a b' is not allowed; must look like" in call("record", *named, "a b").output
+    assert "dataset: 'a' is not allowed; must look like" in call("record", *named, "a").output
     call("record", *named, "a-v0", code=0)
     again = call("record", *named, "a-v0", code=2)
-    assert "dataset: 'a-v0' is there already" in again.output
+    assert "dataset: 'a-v0' already exists" in again.output
     assert "no such file" in call("record", *named, "b-v0", "--policy", "nobody").output
     floor = call(
         "record", "MagFold/UnknownFloor-v0", "--policy", "minimiser", "--dataset", "b-v0"

@@ -110,7 +110,7 @@ def test_what_is_damaged_is_refused(card: Card, tmp_path: Path, damage: str) -> 
 def test_runs_of_other_settings_make_no_set(runs, tmp_path_factory, tmp_path):
     other = tmp_path_factory.mktemp("other")
     train(tiny(timesteps=24, learner={"algorithm": "ppo", "n_steps": 24, "batch_size": 24}), other)
-    with pytest.raises(CardError, match="was trained with other settings than"):
+    with pytest.raises(CardError, match="was trained with settings other than"):
         ship_policies(NAME, [runs[0], other], tmp_path)
     with pytest.raises(CardError, match="is not the folder of a finished training run"):
         ship_policies(NAME, [tmp_path], tmp_path)

@@ -68,7 +68,7 @@ def test_a_run_begins_with_a_policy_of_the_same_networks(tmp_path: Path) -> None
     assert info.start == file_digest(str(policy))
     for changes, message in (
         ({"own": {"hidden": [8]}}, r"whose actor is .*16.* where this one's is .*8"),
-        ({"own": {"frames": 2}}, "whose frames is 1 where this one's is 2; must be one of the"),
+        ({"own": {"frames": 2}}, "whose frames is 1 where this one's is 2; must have the same"),
         ({"start": "none.safetensors"}, "start: none.safetensors: no such file"),
         ({"algorithm": "recurrent-ppo"}, "whose algorithm is 'ppo' where"),
     ):

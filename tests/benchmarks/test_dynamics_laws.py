@@ -115,7 +115,7 @@ def test_a_comparison_goes_on_where_it_was(tmp_path, capsys):
     agreement.main(scenes=4, first=0, out=tmp_path, workers=1)
     assert records_in(tmp_path).items() > before.items()
     assert list(records_in(tmp_path)) == [0, 1, 2, 3]
-    assert "Share of those that agree" in capsys.readouterr().out
+    assert "Share that agrees" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("seed", [198, 394, 562])

@@ -39,7 +39,7 @@ class Measured:
             if name == "two" and self.broken is not None:
                 raise self.broken
             rows = [{"z": "x", "error": math.nan, "a": 3}]
-            return Measurement(rows, [Table(f"table {name}", rows)], ["it is asked for: FAILS"])
+            return Measurement(rows, [Table(f"table {name}", rows)], ["it is required: FAILS"])
 
         return run
 
@@ -60,7 +60,7 @@ def test_everything_is_reported_on_one_page(measured: Measured, tmp_path: Path) 
     for value in suite.identify().values():
         assert value in page
     assert page.index("0 of 2 requirements are met") < page.index("<table")
-    assert page.index("<table") < page.index("What falls short (2)")
+    assert page.index("<table") < page.index("Missed requirements (2)")
     assert page.index("<h2>") < page.index('class="verdict bad"') < page.index("table one")
     assert "http://" not in page
     assert "https://" not in page

@@ -77,8 +77,8 @@ def test_a_suite_is_written_and_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("text", "message"), [
-    ("scene_name: design\nwords: {L: {}, LR: {}}", "words: .* must be of one length"),
-    ("scene_name: design\nwords: {}", "must be of one length"),
+    ("scene_name: design\nwords: {L: {}, LR: {}}", "words: .* words of equal length"),
+    ("scene_name: design\nwords: {}", "words of equal length"),
     ("scene_name: design\nwords: {LLLL: {}}", "words.LLLL: 'LLLL' is not allowed"),
     ("scene_name: design\nwords: {LX: {}}", "'LX' is not allowed; must consist of"),
     ("scene_name: design\nwords: {L: {forward: {sequence: NSNS}}}", "must have 2 components"),

@@ -20,7 +20,7 @@ def steps(own: float = 1e-4) -> Measured:
     means: list[Row] = []
     for name in CASES:
         for count in (1, 5, 20):
-            row: Row = {"charge": name, "steps a frame": count, "Δt [ms]": 1e3 / (240.0 * count)}
+            row: Row = {"charge": name, "steps per frame": count, "Δt [ms]": 1e3 / (240.0 * count)}
             row[ERROR] = 1.0
             early = {ERROR: 1e-2, figures_11_12.OWN: own, figures_11_12.SMOOTH: own}
             row |= {EARLY + key: error / count**2 for key, error in early.items()}
@@ -31,7 +31,7 @@ def steps(own: float = 1e-4) -> Measured:
 
 def test_figure_11_agrees_where_errors_are_small_and_ends_equal() -> None:
     assert outcomes(FIGURE_11.claims(steps())) == ["agrees"] * 4
-    where: Row = {"charge": motions.HALF, "steps a frame": 20}
+    where: Row = {"charge": motions.HALF, "steps per frame": 20}
     found = FIGURE_11.claims(changed(steps(), "means", where, word="RRRRR"))
     assert outcomes(found) == ["agrees", "disagrees", "agrees", "agrees"]
     assert "LRLLL, RRRRR" in found[1].found
@@ -110,7 +110,7 @@ def energies(euler: tuple[float, ...], tight: float, other: float) -> Measured:
     names = {EULER: euler, "better": (other,) * 3}
     names["this project's solver, tolerance 1e-10"] = (tight,) * 3
     rows: list[Row] = [
-        {"integrator": name, "steps a frame": n, "Δt [ms]": 4.0 / n, pendulum.CHANGE: change}
+        {"integrator": name, "steps per frame": n, "Δt [ms]": 4.0 / n, pendulum.CHANGE: change}
         for name, changes in names.items()
         for n, change in zip((1, 5, 20), changes, strict=True)
     ]

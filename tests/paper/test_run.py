@@ -64,7 +64,7 @@ def test_a_run_writes_page_and_numbers(two: tuple[Counted, Counted], tmp_path: P
     data = json.loads((tmp_path / "out" / run.NUMBERS).read_text(encoding="utf-8"))
     assert data["parts"]["b"]["measured"] == {"numbers": [{"n": 4}]}
     assert data["parts"]["b"]["claims"][0]["inputs"] == "what it hangs on"
-    assert "Hangs on: what it hangs on" in text
+    assert "Depends on: what it hangs on" in text
     assert (tmp_path / "out" / "a-numbers.csv").read_text(encoding="utf-8") == "n\n3\n"
 
 

@@ -1,1 +1,1 @@
-"""Measured laws of mechanics, for tests, stress campaigns and benchmarks."""
+"""Measurements of laws of mechanics, for tests, stress campaigns and benchmarks."""

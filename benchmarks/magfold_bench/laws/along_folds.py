@@ -1,4 +1,4 @@
-"""The states of a fold after every step, and its energies there."""
+"""A fold's states after every step, and its energies in these states."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ Floats = npt.NDArray[np.float64]
 
 
 class SteppedSession(Session):
-    """A session of a concrete scene that stops every ``stride`` steps, and continues unchanged.
+    """A session of a concrete scene that stops every ``stride`` steps and continues unchanged.
 
     ``look`` is called with the session at each stop.
     """
@@ -30,18 +30,18 @@ class SteppedSession(Session):
         super().__init__(scene)
         self._look = look
         self._stride = stride
-        # A limit of steps per second of simulated time stops the run every few steps.
+        # A limit on steps per simulated second stops the run every few steps.
         self._whole: Model = self._model
         self._chains.remodel(self._whole._replace(max_steps_per_second=stride))
         self._second, self._second_steps = 0.0, 0
 
     def turn(self, angle: float) -> None:
-        """Turn the chain [rad] about the outer hinge of component 1; not in a tube."""
+        """Turn the chain [rad] about component 1's outer hinge; not allowed in a tube."""
         self._state.q[: self.n] += angle
         self._state.counter[ix.FRESH] = 1
 
     def throw(self, rates: npt.ArrayLike, base_velocity: npt.ArrayLike = (0.0, 0.0)) -> None:
-        """Set the rates (n,) [rad/s] and the outer hinge's velocity (2,) [m/s]; not in a tube."""
+        """Set rates (n,) [rad/s] and the outer hinge's velocity (2,) [m/s]; never in a tube."""
         self._state.v[: self.n] = rates
         self._state.v[self.n :] = base_velocity
         self._state.counter[ix.FRESH] = 1
@@ -49,7 +49,7 @@ class SteppedSession(Session):
     def _run(self, until: float) -> int:
         counter, clock = self._state.counter, self._state.clock
         while True:
-            # The engine's own rule, see `engine.outcomes`.
+            # This is the engine's own rule; see `engine.outcomes`.
             if clock[ix.TIME] >= self._second + 1.0:
                 self._second, self._second_steps = float(clock[ix.TIME]), int(counter[ix.STEPS])
             if counter[ix.STEPS] - self._second_steps >= self._whole.max_steps_per_second:
@@ -66,7 +66,7 @@ class SteppedSession(Session):
 
 @dataclass(frozen=True)
 class Motion:
-    """The m states of a fold, up to the first that is not finite."""
+    """The m states of a fold before the first one that is not finite."""
 
     scene: Scene
     time: Floats
@@ -82,7 +82,7 @@ class Motion:
     potential: Floats
     """Magnetic energy [J], shape (m,)."""
     work: Floats
-    """Work on the chain so far by the drive, by bumps and by loading at the mouth [J], (m,)."""
+    """Work done so far on the chain by the drive, bumps and loading at the mouth [J], (m,)."""
     impacts: Floats
     """Energy lost in impacts so far [J], shape (m,)."""
     released: npt.NDArray[np.int64]
@@ -97,18 +97,18 @@ class Motion:
 
     @cached_property
     def total(self) -> Floats:
-        """Magnetic, kinetic and in-plane gravity's energy [J], shape (m,)."""
+        """Sum of the magnetic, kinetic and in-plane gravitational energy [J], shape (m,)."""
         weight = mechanics.weight_energy(self.scene, self.angles, self.base)
         return self.potential + self.kinetic + weight
 
     @cached_property
     def own(self) -> Floats:
-        """Energy less the work done [J], shape (m,); only friction and impacts change it."""
+        """Total energy minus work [J], shape (m,); only friction and impacts change it."""
         return self.total - self.work
 
     @cached_property
     def rise(self) -> float:
-        """Largest rise of the chain's own energy, over its range in the whole run."""
+        """Largest rise of `own`, relative to its range in the whole run."""
         extent = float(np.ptp(self.own)) if len(self.time) else 0.0
         if extent == 0.0:
             return 0.0
@@ -118,7 +118,7 @@ class Motion:
 def follow(scene: Scene, stride: int = 1) -> tuple[Motion, SteppedSession]:
     """Simulate a concrete scene and store a state every ``stride`` steps.
 
-    Return the motion, including start and end, and the session at its end.
+    Return the motion, including its start and end, and the session at the end.
     """
     rows: list[tuple[npt.NDArray[Any], ...]] = []
 

@@ -1,7 +1,7 @@
-"""The states of a fold inside its steps, from the integrator's dense output.
+"""A fold's states within its steps, from the integrator's dense output.
 
-Consecutive states are at most 0.1 ms apart, and no casing near a solid moves by more than a small
-share of the thinnest solid between them. States that hardly differ count as one.
+Consecutive states are at most 0.1 ms apart, and between them no casing near a solid moves by more
+than a small share of the thinnest solid's thickness. States that hardly differ count as one.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from magfold_env.simulation.view import Orientation
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
-RATE = 1e4  # looks a second [1/s]
-SHARE = 0.1  # of the thinnest solid, that a casing near one may move by from look to look
-# States that differ by less count as one: shares of the side and of the thinnest solid, no more
-# than what the laws allow casings to sink in by, or twice that.
+RATE = 1e4  # inspected states per second [1/s]
+SHARE = 0.1  # largest motion of a casing near a solid between states, over the least thickness
+# States that differ by less count as one: shares of the side and of the least thickness, which are
+# at most once or twice the depth that the laws allow for overlaps.
 STILL, FINE = 1e-3, 0.02
 
 
@@ -45,10 +45,10 @@ class States(NamedTuple):
     base_velocity: Floats
     """[m/s], shape (m, 2)."""
     released: npt.NDArray[np.int64]
-    """Components that are out of the tube, shape (m,)."""
+    """Number of components out of the tube, shape (m,)."""
 
     def of(self, kept: npt.NDArray[np.intp] | Bools) -> States:
-        """Return the states of some rows."""
+        """Return the states in some rows."""
         moving = self.base[kept], self.base_velocity[kept]
         return States(self.angles[kept], self.rates[kept], *moving, self.released[kept])
 
@@ -64,7 +64,7 @@ class Inside:
     thin: float = 0.0
     """Deepest overlap of a casing and a solid, as a share of the solid's thickness."""
     crossings: int = 0
-    """Number of times that a casing's centre was on the other side of a solid in the next state."""
+    """Number of times that a casing's centre passed through a solid between two states."""
     past_stop: float = 0.0
     """Largest angle of a joint beyond a right angle [rad]."""
     beyond_bore: float = 0.0
@@ -82,7 +82,7 @@ class Judge:
         self._scene = scene
         self._thickness = np.array([min(each.size) for each in scene.solids])
         thinnest = float(self._thickness.min(initial=math.inf))
-        # Half of it, since states are left out twice.
+        # Half the allowed difference, because states are left out twice.
         self.still = 0.5 * min(STILL * scene.casing.side, FINE * thinnest)
         self._before: tuple[Floats, Bools] | None = None
 
@@ -116,13 +116,13 @@ class Judge:
             self._hurry(states, places, free)
 
     def _moved(self, angles: Floats, places: Floats) -> npt.NDArray[np.intp]:
-        """Return which states differ from the previous kept one, including the last state."""
+        """Return the states that differ from the last one kept, and always the final state."""
         moved = np.linalg.norm(np.diff(places, axis=0), axis=2)
         moved += 0.5 * self._scene.casing.diagonal * np.abs(np.diff(angles, axis=0))
         return _apart(moved.max(axis=1), self.still)
 
     def _cross(self, places: Floats, free: Bools) -> None:
-        """Count the lines from centre to centre of one casing that pass through a solid."""
+        """Count the lines between a casing's consecutive centres that pass through a solid."""
         if self._before is not None:
             places = np.concatenate([self._before[0], places])
             free = np.concatenate([self._before[1], free])
@@ -152,7 +152,7 @@ class Judge:
 
 
 def _apart(ways: Floats, still: float) -> npt.NDArray[np.intp]:
-    """Return the first of states ``ways`` [m] apart, each a way ``still`` further, and the last."""
+    """Return states about ``still`` [m] apart, and the last; ``ways`` [m] separate states."""
     passed = np.cumsum(np.concatenate([[0.0], ways])) // still
     return np.union1d(np.flatnonzero(np.diff(passed, prepend=-1.0)), [len(ways)])
 
@@ -184,7 +184,7 @@ class _Watch(Frames):
         if len(q) == 0:
             return
         n, view, diagonal = self._model.n, self._view, self._model.bodies.length[0]
-        # An upper bound of how far a corner moves leaves most states out at little cost.
+        # An upper bound on a corner's motion excludes most states at little cost.
         moved = np.abs(np.diff(q, axis=0))
         ways = diagonal * moved[:, :n].sum(axis=1) + moved[:, n:].sum(axis=1)
         kept = _apart(ways, self._judge.still)
@@ -203,7 +203,7 @@ class _WatchedSession(Session):
 
 
 def look_inside(scene: Scene) -> tuple[Inside, Fold]:
-    """Fold a concrete scene and inspect it inside its steps."""
+    """Fold a concrete scene and inspect its states within steps."""
     worst, fold = _look_at(scene, RATE)
     thinnest = min((min(each.size) for each in scene.solids), default=math.inf)
     needed = worst.speed / (SHARE * thinnest)

@@ -1,10 +1,10 @@
 """Exact forces between magnets, in plain NumPy and independent of the engine's kernels.
 
-A pole face is an evenly charged rectangle whose field is closed: with r the vector from a corner,
-the components of ∫ r/|r|³ dA are an arcsinh, an arcsinh and an arctangent a corner. The field of
-one face is summed over the other with Gauss-Legendre nodes along both its sides; unlike the
-engine, which has the integral out of the plane closed and sums over nodes of both faces. Nodes are
-as many as rounding is worth: more for faces that are near. Faces may differ in size and charge.
+A pole face is a uniformly charged rectangle, whose field has a closed form: with r the vector from
+a corner, the components of ∫ r/|r|³ dA are an arcsinh, an arcsinh and an arctangent per corner. The
+field of one face is summed over the other face with Gauss-Legendre nodes along both its sides. The
+engine instead integrates across the plane in closed form and sums over nodes of both faces. Near
+faces get more nodes, so that errors approach rounding. Faces may differ in size and charge.
 """
 
 from collections.abc import Iterator
@@ -17,18 +17,18 @@ from magfold_env.scene import Magnets, Scene
 from magfold_env.scene.base import MU0
 
 FACE_NORMALS = np.radians([45.0, 135.0, -135.0, -45.0])  # from the heading
-FACES = 8  # of a casing: four outer ones, then their inner counterparts
+FACES = 8  # per casing: four outer faces, then their inner counterparts
 COULOMB = MU0 / (4.0 * np.pi)  # [N/A²]
 
-# Distances of faces' centres in lengths of the longest of their sides, and nodes along and across
-# a face beyond them; tests see no change above 1e-9 of the flush force when there are half again
-# as many.
+# Distances between faces' centres, relative to their longest side, and the numbers of nodes along
+# and across a face from that distance on. In tests, half again as many nodes change no force by
+# more than 1e-9 of the flush force.
 RULES = ((0.0, 40, 20), (0.95, 20, 10), (1.7, 12, 6), (4.0, 6, 4), (12.0, 4, 2))
 CHUNK = 400_000  # points at a time
 
 
 class Faces(NamedTuple):
-    """Pole faces; those of casings are ordered by casing, `FACES` for each."""
+    """Pole faces; faces of casings are ordered by casing, with `FACES` per casing."""
 
     centre: Array  # (faces, 2) [m]
     along: Array  # unit vectors along the widths, (faces, 2)
@@ -55,7 +55,7 @@ def faces_of(scene: Scene, places: Array, headings: Array) -> Faces:
 
 
 def magnets_of(scene: Scene) -> Magnets:
-    """Return the magnets of a scene, which must have some."""
+    """Return the magnets of a scene, which must have magnets."""
     assert scene.magnets is not None
     return scene.magnets
 
@@ -66,7 +66,7 @@ def forces(scene: Scene, places: Array, headings: Array) -> tuple[Array, Array]:
     The casings have centres ``places`` (n, 2) [m] and headings (n,) [rad].
     """
     faces, n = faces_of(scene, places, headings), len(headings)
-    # The halves of all pairs of faces of different casings.
+    # Each pair of faces on different casings, once.
     one, other = np.triu_indices(FACES * n, 1)
     wanted = (one // FACES != other // FACES) & (faces.charge[one] * faces.charge[other] != 0.0)
     one, other = one[wanted], other[wanted]
@@ -78,25 +78,25 @@ def forces(scene: Scene, places: Array, headings: Array) -> tuple[Array, Array]:
         for axis in range(2):
             force[:, axis] += np.bincount(a, pull[:, axis], n) - np.bincount(b, pull[:, axis], n)
         torque += np.bincount(a, turning, n)
-        # Forces act along lines: the reaction's torque about b is what balances the moments.
+        # The reaction acts along the same line, so its torque about b balances the moments.
         torque += np.bincount(b, cross(reach, pull) - turning, n)
     return force, torque
 
 
 def flush_force(scene: Scene) -> float:
-    """Force [N] between opposite pole faces of casings that lie flush: the unit of errors.
+    """Force [N] between opposite pole faces of casings that lie flush, which is the unit of errors.
 
-    Of four unequal faces, the one with the strongest attraction to its like counts, with its
-    largest charge in any component.
+    If the four faces are unequal, the face that attracts its own kind most strongly counts, with
+    its largest charge in any component.
     """
     insets = magnets_of(scene).by_face("inset").tolist()
     return max(face_force(scene, 2.0 * inset, face) for face, inset in enumerate(insets))
 
 
 def face_force(scene: Scene, gap: float, face: int = 0) -> float:
-    """Force [N] between two pole faces of one kind that face each other across a gap [m].
+    """Force [N] between two equal pole faces that face each other across a gap [m].
 
-    They have the largest charge of this face in any component.
+    Both have the largest charge that this face has in any component.
     """
     magnets = magnets_of(scene)
     size = np.array([[magnets.by_face("width")[face], magnets.by_face("height")[face]]])
@@ -106,9 +106,9 @@ def face_force(scene: Scene, gap: float, face: int = 0) -> float:
 
 
 def pulls(faces: Faces, one: IntArray, other: IntArray) -> Iterator[tuple[IntArray, Array, Array]]:
-    """Yield batches of pairs of faces, with the force and torque on the first of each pair.
+    """Yield batches of pairs of faces, with the force and torque on the first face of each pair.
 
-    That is the force (k, 2) [N] and the torque about the face's centre (k,) [N·m].
+    The forces are (k, 2) [N], and the torques about the face's centre are (k,) [N·m].
     """
     between = faces.centre[one] - faces.centre[other]
     longest = np.maximum(faces.size[one], faces.size[other]).max(axis=1)
@@ -124,7 +124,7 @@ def pulls(faces: Faces, one: IntArray, other: IntArray) -> Iterator[tuple[IntArr
             x, y = np.sum(u * between[pairs], axis=1), cross(u, between[pairs])
             offset = np.stack([x, y], axis=1)
             pull, moment = rectangle_pull(offset, turn, faces.size[i], faces.size[j], count, across)
-            # Back from the frame of the other face, whose width lies along its x.
+            # Rotate back from the frame of the other face, in which its width lies along x.
             side = np.stack([-u[:, 1], u[:, 0]], axis=1)
             charges = COULOMB * faces.charge[i] * faces.charge[j]
             yield (
@@ -137,13 +137,13 @@ def pulls(faces: Faces, one: IntArray, other: IntArray) -> Iterator[tuple[IntArr
 def rectangle_pull(
     offset: Array, turn: Array, size: Array, source: Array, count: int, across: int
 ) -> tuple[Array, Array]:
-    """In-plane forces (k, 2) on rectangles and torques (k,) about their centres.
+    """In-plane forces (k, 2) on rectangles, and torques (k,) about their centres.
 
-    Both faces have unit charge; without µ0/4π [1/m², 1/m]. ``offset`` (k, 2) are the centres [m]
-    seen from that of another rectangle, whose width lies along x, ``turn`` (k,) the angles from x
-    to the widths [rad], ``size`` and ``source`` (k, 2) the widths and heights of these and of the
-    others [m], all centred on one plane. There are ``count`` nodes along the width and ``across``
-    over the upper half of the height: the lower is its mirror image.
+    Both rectangles have unit charge, and µ0/4π is omitted [1/m², 1/m]. ``offset`` (k, 2) are the
+    centres [m] seen from the centre of the other rectangle, whose width lies along x. ``turn`` (k,)
+    are the angles from x to the widths [rad], and ``size`` and ``source`` (k, 2) the widths and
+    heights [m] of these and the other rectangles. All are centred on one plane. There are ``count``
+    nodes along the width and ``across`` over half of the height; the rest is its mirror image.
     """
     node, weight = np.polynomial.legendre.leggauss(count)
     level, share = np.polynomial.legendre.leggauss(across)
@@ -163,8 +163,8 @@ def rectangle_field(
 ) -> tuple[Array, Array]:
     """In-plane components of ∫ r/|r|³ dA over the rectangle |x| ≤ width/2, |z| ≤ height/2, y = 0.
 
-    That is the field of a face of one unit of charge an area, times 4π. All arguments [m] are of
-    shapes that go together.
+    It is 4π times the field of a face with unit charge per area. The arguments [m] have shapes that
+    broadcast together.
     """
     along, through = 0.0, 0.0
     for i in (-1.0, 1.0):
@@ -173,11 +173,11 @@ def rectangle_field(
             line = u * u + y * y
             r = np.sqrt(line + w * w)
             along = along - i * k * np.arcsinh(w / np.sqrt(line))
-            # In the rectangle's own plane, beside it, the angles cancel.
+            # In the rectangle's plane, outside the rectangle, the angles cancel.
             through = through + i * k * np.arctan2(u * w, np.abs(y) * r)
     return np.asarray(along), np.where(y >= 0.0, 1.0, -1.0) * np.asarray(through)
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Z components of products of vectors (k, 2)."""
+    """Z components of the cross products of vectors (k, 2)."""
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

@@ -1,6 +1,6 @@
 """The paper's experiment: 100 free folds, 50 forward and 50 backward feeds of each sequence.
 
-The chains are released as if by hand; so are random sequences, which the paper does not have.
+The chains are released as if by hand, and so are random sequences, which the paper lacks.
 """
 
 from typing import Any, Literal
@@ -15,17 +15,17 @@ SEQUENCES = (1, 2, 3)
 COMPONENTS = 6
 
 SPEED = 0.05
-"""Feed speed [m/s]; in the paper it is constant and by hand."""
+"""Assumed feed speed [m/s]; in the paper, chains are fed by hand at a constant speed."""
 
 SPREADS = Spreads(
     friction=0.2, mass=0.05, remanence=0.05, feed_speed=0.3, feed_jitter=0.2, magnet=0.05
 )
-"""Assumed variation between releases by hand; the paper gives no figures."""
+"""Assumed variation between releases by hand; the paper gives no numbers."""
 
 ANGLE = 0.1
-"""Assumed: half-width of the joint angles at release [rad].
+"""Assumed half-width of the range of joint angles at release [rad].
 
-The paper's chain is 3 mm from its model at the start, on average, because its hinges are strings.
+The paper's chain starts 3 mm from its model, on average, because its hinges are strings.
 """
 
 
@@ -36,7 +36,7 @@ def by_hand(scene: Scene, mode: Mode, speed: float = SPEED) -> Scene:
 
 
 Kind = Literal["", "-strong"]
-"""Suffixes of the names of the paper's scenes: the device as given, or with strong magnets."""
+"""Suffixes of the names of the paper's scenes: none for the given device, or strong magnets."""
 
 
 def paper_scene(sequence: int, mode: Mode, kind: Kind = "") -> Scene:
@@ -66,7 +66,7 @@ _COLUMNS = ("sequence", "releases", "share", "word", "status", "minimiser", "in 
 
 
 def run(quick: bool, progress: Progress, kind: Kind = "") -> Measurement:
-    """Release the paper's sequences as in its experiment, and count the outcomes."""
+    """Release the paper's sequences as in the experiment, and count the outcomes."""
     rows: list[Row] = []
     table: list[Row] = []
     cases: list[tuple[int, Mode]] = [(sequence, mode) for sequence in SEQUENCES for mode in MODES]

@@ -1,7 +1,7 @@
-"""Integrators of equal steps, for comparison.
+"""Integrators with equal steps, for comparison.
 
-All advance ``y`` = headings and base (n + 2), then their rates (n + 2), in place, and return the
-number of evaluations. The chain is pinned and its forces are smooth.
+Each advances ``y`` in place and returns the number of evaluations. ``y`` contains headings and base
+(n + 2), then their rates (n + 2). The chain is pinned, and its forces are smooth.
 """
 
 import numpy as np
@@ -31,7 +31,7 @@ def double_euler(model: Model, work: Work, y: Array, until: float, steps: int) -
 
 @allocating_kernel
 def velocity_verlet(model: Model, work: Work, y: Array, until: float, steps: int) -> int:
-    """Advance by velocity Verlet; accelerations see the rate predicted by Euler's rule."""
+    """Advance by velocity Verlet; accelerations use the rates that Euler's rule predicts."""
     m = y.size // 2
     q, v = y[:m], y[m:]
     a, b, predicted = np.zeros(m), np.zeros(m), np.zeros(m)

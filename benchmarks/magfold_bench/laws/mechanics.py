@@ -1,4 +1,4 @@
-"""Plain NumPy mechanics of a chain, independent of the engine: energies, momenta, equation 39.
+"""Mechanics of a chain in plain NumPy, independent of the engine: energies, momenta, equation 39.
 
 Headings, rates and the base (the outer hinge of component 1) may be stacked: (..., n), (..., 2).
 """
@@ -17,9 +17,9 @@ def equation_39(
 ) -> Floats:
     """Angular accelerations (n,) [rad/s²] of a pinned chain by the paper's equation 39.
 
-    ``coupling`` (n, n) has sums over the masses of products of their levers, ``inertia`` (n, n) the
-    moments of inertia about the centres on its diagonal [kg m²]; ``pull`` (n,) are generalised
-    forces [N·m].
+    ``coupling`` (n, n) contains sums of masses times products of their levers [kg m²]. ``inertia``
+    (n, n) has the moments of inertia about the centres on its diagonal [kg m²]. ``pull`` (n,) are
+    generalised forces [N·m].
     """
     apart = angles[:, None] - angles
     forces = pull - (coupling * np.sin(apart)) @ rates**2
@@ -27,7 +27,7 @@ def equation_39(
 
 
 def levers(reach: Floats, length: Floats) -> Floats:
-    """Lever arms of a turn of each component on each centre along or across it, (n, n) [m]."""
+    """Lever arms with which each component's rotation moves each centre, (n, n) [m]."""
     return np.tril(np.broadcast_to(length, (len(reach), len(length))), -1) + np.diag(reach)
 
 

@@ -1,4 +1,4 @@
-"""Slightly moved starts, tighter settings, and the comparison of ends."""
+"""Slightly moved starts, tighter settings, and comparisons of ends."""
 
 from collections.abc import Iterator
 
@@ -14,12 +14,12 @@ Floats = npt.NDArray[np.float64]
 SAME_WITHIN = 0.02  # [rad] of a joint angle
 MOVED = 1e-6  # [rad] shift of a reference's start
 PAIRS_OF_MOVES = 3
-TIGHTER = 20  # a reference's tolerance is the scene's over this
+TIGHTER = 20  # a reference divides the scene's tolerance by this
 LEAST_TOLERANCE = 1e-12
 
 
 def reference_of(scene: Scene, tighter: int = TIGHTER) -> Scene:
-    """Return the scene with tighter settings, and as much more work allowed."""
+    """Return the scene with a tolerance ``tighter`` times smaller and limits as much larger."""
     solver = scene.solver
     changes = {
         "tolerance": max(solver.tolerance / tighter, LEAST_TOLERANCE),
@@ -30,21 +30,21 @@ def reference_of(scene: Scene, tighter: int = TIGHTER) -> Scene:
 
 
 def difference(one: Fold, other: Fold) -> str:
-    """Return `word`, `status` or `angles` for the first thing that differs, else nothing."""
+    """Return `word`, `status` or `angles`, whichever differs first, or an empty string."""
     if one.word != other.word:
         return "word"
     if one.status != other.status:
         return "status"
     off = np.abs(one.joint_angles - other.joint_angles).max(initial=0.0)
-    return "" if off <= SAME_WITHIN else "angles"  # not a number differs, too
+    return "" if off <= SAME_WITHIN else "angles"  # NaN also counts as a difference
 
 
 def moved_starts(
     scene: Scene, rng: np.random.Generator, by: float = MOVED, pairs: int = PAIRS_OF_MOVES
 ) -> Iterator[Scene]:
-    """Yield the scene with its start moved slightly ``by`` an angle [rad], in opposite pairs.
+    """Yield the scene with its start moved slightly, ``by`` an angle [rad], in opposite pairs.
 
-    The first pairs move all joints, or all hinges in a tube; the last one moves a single one.
+    The first pairs move all joints, or all hinges in a tube; the last pair moves only one of them.
     """
     size = scene.n + 1 if scene.mount == "tube" else scene.n - 1
     for pair in range(pairs):
@@ -58,8 +58,8 @@ def moved_starts(
 def moved_start(scene: Scene, move: Floats) -> Scene:
     """Return a concrete scene with a different start.
 
-    ``move`` is added to the joint angles [rad], (n − 1,). In a tube it moves the hinges, (n + 1,),
-    in units of a quarter diagonal, so that no joint turns by much more than the largest move.
+    ``move`` is added to the joint angles [rad], (n − 1,). In a tube, it moves the hinges, (n + 1,),
+    in units of a quarter diagonal, so that no joint turns much more than the largest move.
     """
     if scene.mount == "tube":
         moved = hinge_offsets(scene) + 0.25 * scene.casing.diagonal * move

@@ -1,8 +1,8 @@
-"""Overlaps of casings with rounded corners with each other and with obstacles, in plain NumPy.
+"""Overlaps of round-cornered casings with each other and with obstacles, in plain NumPy.
 
 A casing is a square core widened by the corner's radius, and an obstacle is a rectangle widened in
-the same way. If cores are apart, the least distance of a corner of one from the other counts; if
-they overlap, the least way out along an edge's normal.
+the same way. If cores are apart, their separation is the least distance from a corner of one to the
+other. If they overlap, it is minus the shortest way out along an edge's normal.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Boxes(NamedTuple):
 
     @property
     def axes(self) -> Floats:
-        """Directions of the sides, shape (k, 2, 2): side, then x and y."""
+        """Directions of the sides, shape (k, 2, 2), indexed by side, then by x and y."""
         c, s = np.cos(self.turn), np.sin(self.turn)
         return np.stack([np.stack([c, s], axis=1), np.stack([-s, c], axis=1)], axis=1)
 
@@ -43,12 +43,12 @@ class Boxes(NamedTuple):
         return self.centre[:, None] + (SIGNS * self.half[:, None]) @ self.axes
 
     def of(self, chosen: npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> Boxes:
-        """Return some of the boxes."""
+        """Return the chosen boxes."""
         return Boxes(self.centre[chosen], self.turn[chosen], self.half[chosen])
 
 
 class Depths(NamedTuple):
-    """Depths of overlaps in m states [m]; 0 where bodies are apart."""
+    """Depths of overlaps [m] in m states; 0 where bodies are apart."""
 
     casings: Floats
     """The deepest overlap of two casings, shape (m,)."""
@@ -57,17 +57,17 @@ class Depths(NamedTuple):
 
     @property
     def deepest(self) -> Floats:
-        """The deepest overlap of all, shape (m,)."""
+        """The deepest overlap of any bodies, shape (m,)."""
         return np.maximum(self.casings, self.solids.max(axis=1, initial=0.0))
 
 
 def depths(scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.int64]) -> Depths:
     """Return the depths of overlaps between casings and with fixed bodies.
 
-    The tube guides the components that it holds, so solids concern only the others. The tube's
-    walls are between these and all held components except the two next to the mouth. Arguments are
-    of m states: headings (m, n) [rad], the outer hinge of component 1 (m, 2) [m], and the number of
-    components out of the tube (m,).
+    The tube guides the components that it holds, so solids only concern components outside. The
+    tube's walls separate these from all held components except the two next to the mouth. The
+    arguments describe m states: headings (m, n) [rad], the outer hinge of component 1 (m, 2) [m],
+    and the number of components out of the tube (m,).
     """
     solids = obstacles(scene)
     found = Depths(np.zeros(len(angles)), np.zeros((len(angles), len(solids))))
@@ -99,7 +99,7 @@ def depths(scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.
 
 
 def deepest_overlap(scene: Scene, angles: Floats, base: Floats, released: int) -> float:
-    """Return the deepest overlap [m] of one state: angles (n,), base (2,); 0 if there is none."""
+    """Return the deepest overlap [m] in one state, or 0: angles (n,), base (2,)."""
     return float(depths(scene, angles[None], base[None], np.array([released])).deepest[0])
 
 
@@ -114,7 +114,7 @@ def beyond_bore(
 ) -> Floats:
     """Return the largest distance of held casings beyond the tube's inner wall [m], (m,).
 
-    Arguments are as for `depths`. Corners are sharp.
+    The arguments are those of `depths`. Corners are taken as sharp.
     """
     turn = angles + TO_FACE
     half_height = 0.5 * scene.casing.side * (np.abs(np.cos(turn)) + np.abs(np.sin(turn)))
@@ -134,9 +134,9 @@ def obstacles(scene: Scene) -> list[tuple[Boxes, float]]:
 
 
 def separation(one: Boxes, other: Boxes, wanted: float = np.inf) -> Floats:
-    """Distances of pairs of boxes [m], shape (k,); if they overlap, minus the way out.
+    """Distances within pairs of boxes [m], shape (k,); minus the way out for boxes that overlap.
 
-    Distances of at least ``wanted`` may be inexact, but are not below it.
+    Distances of at least ``wanted`` may be inexact but are never returned as less than ``wanted``.
     """
     away = other.centre - one.centre
     gap = np.full(len(away), -np.inf)
@@ -145,7 +145,7 @@ def separation(one: Boxes, other: Boxes, wanted: float = np.inf) -> Floats:
         reach = np.abs(axes @ np.swapaxes(partner.axes, 1, 2)) @ partner.half[:, :, None]
         along = np.abs(axes @ away[:, :, None])[..., 0]
         gap = np.maximum(gap, (along - box.half - reach[..., 0]).max(axis=1))
-    # Between corners the distance is larger than along any side.
+    # Between two corners, the distance is larger than along any side.
     close = (gap > 0.0) & (gap < wanted)
     if close.any():
         a, b = one.of(close), other.of(close)
@@ -154,9 +154,9 @@ def separation(one: Boxes, other: Boxes, wanted: float = np.inf) -> Floats:
 
 
 def squares_apart(places: Floats, headings: Floats, side: float, apart: int = 1) -> float:
-    """Return the least separation of two sharp squares of a chain [m]; < 0 where two overlap.
+    """Return the least separation of two sharp squares of a chain [m], negative if any overlap.
 
-    It is the largest separation along an edge's normal. The squares have centres (n, 2) [m],
+    A separation is the largest one along an edge's normal. The squares have centres (n, 2) [m],
     headings (n,) [rad] and a side [m]; pairs are at least ``apart`` components from each other.
     """
     squares = Boxes(places, headings + TO_FACE, np.full((len(headings), 2), 0.5 * side))
@@ -165,7 +165,7 @@ def squares_apart(places: Floats, headings: Floats, side: float, apart: int = 1)
 
 
 def _corner_distance(box: Boxes, partner: Boxes) -> Floats:
-    """Least distance of a corner of ``partner`` from a box that is apart from it."""
+    """Least distance from a corner of ``partner`` to a box that does not overlap it."""
     seen = (partner.corners - box.centre[:, None]) @ np.swapaxes(box.axes, 1, 2)
     outside = np.maximum(np.abs(seen) - box.half[:, None], 0.0)
     return np.hypot(outside[..., 0], outside[..., 1]).min(axis=1)

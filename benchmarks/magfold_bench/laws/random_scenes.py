@@ -1,7 +1,7 @@
-"""Random contact scenes: every number gives one scene on all machines and with all engines.
+"""Random contact scenes: a seed gives the same scene on all machines and with all engines.
 
-Scenes with even seeds have sequences designed for a folded word; the others are random. A design
-uses no simulation and no energies, so that a change of either does not change the scenes.
+Scenes with even seeds have sequences designed for a folded word; the others are random. Designs use
+neither simulations nor energies, so that changes to these do not change the scenes.
 """
 
 import math
@@ -18,15 +18,15 @@ SMALLEST, LARGEST = 3, 12  # components
 SLOWEST, FASTEST = 0.01, 0.6  # feed speeds [m/s]
 FRICTIONLESS = 0.15  # share of scenes without friction
 DURATION = 2.0  # [s] after the last release
-DRAWS = 100  # of sequences for one word
+DRAWS = 100  # sequences drawn per word
 
 Sequence = tuple[str, ...]
 
 
 def random_scene(seed: int) -> Scene:
-    """Return the concrete scene of a number.
+    """Return the concrete scene for a seed.
 
-    Components, friction and start angles are drawn uniformly, feed speeds log-uniformly.
+    Components, friction and start angles are drawn uniformly, and feed speeds log-uniformly.
     """
     rng = np.random.default_rng([seed, 0x5EED])
     n = int(rng.integers(SMALLEST, LARGEST + 1))
@@ -44,12 +44,12 @@ def random_scene(seed: int) -> Scene:
 
 
 def is_designed(seed: int) -> bool:
-    """Whether the scene of a number has a sequence that is meant to fold."""
+    """Whether the scene for a seed has a sequence that is designed to fold."""
     return seed % 2 == 0
 
 
 def random_sequence(rng: np.random.Generator, n: int, letters: str = "NS") -> Sequence:
-    """Draw every face separately from letters in this order."""
+    """Draw every face independently from ``letters``."""
     return tuple("".join(row) for row in rng.choice(list(letters), (n, 4)))
 
 
@@ -58,7 +58,7 @@ def random_word(rng: np.random.Generator, n: int) -> str:
     word = ""
     while len(word) < n - 1:
         options = [word + letter for letter in "LR" if not overlaps(word + letter)]
-        # A dead end starts again.
+        # After a dead end, start again.
         word = str(rng.choice(options)) if options else ""
     return word
 
@@ -66,7 +66,7 @@ def random_word(rng: np.random.Generator, n: int) -> str:
 def designed_sequence(rng: np.random.Generator, n: int) -> Sequence:
     """Draw a sequence that pulls every joint towards one folded word.
 
-    The function returns the draw with the fewest touching equal poles where the word closes loops.
+    Return the draw with the fewest pairs of touching equal poles where the word closes loops.
     """
     word = random_word(rng, n)
     lattice = from_words([word])
@@ -84,8 +84,8 @@ def designed_sequence(rng: np.random.Generator, n: int) -> Sequence:
 def pulled_sequence(rng: np.random.Generator, word: str) -> Sequence:
     """Draw a sequence whose neighbours attract on the side they turn to and repel on the other.
 
-    A left turn brings the front-left face of a component to the back-left face of the next, a
-    right turn the front-right face to the back-right one, so that no face has two conditions.
+    A left turn brings a component's front-left face to the next component's back-left face; a right
+    turn brings the front-right face to the back-right face. No face therefore has two conditions.
     """
     n = len(word) + 1
     sign = rng.choice([-1, 1], (n, 4))  # front-left, back-left, back-right, front-right

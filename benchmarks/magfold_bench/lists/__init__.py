@@ -1,1 +1,1 @@
-"""Makers of shipped lists: tasks, suites of targets, baselines."""
+"""Programs that make the shipped lists: tasks, suites of targets and baselines."""

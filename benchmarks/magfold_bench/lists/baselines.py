@@ -36,7 +36,7 @@ SHIPPED: tuple[tuple[str, Randomisation], ...] = (
     ("tube-built", "strong"),
 )
 TRACKS = (UnknownFloorEnv, LumenEnv, ReprogramEnv, TrayEnv, AnchorEnv)
-"""Environments in which tasks are given."""
+"""Environments with lists of tasks."""
 
 Job = Callable[[], Baseline]
 
@@ -73,7 +73,7 @@ def _of_task(track: type[CameraTrackEnv], task: str) -> Baseline:
 
 
 def _store(track: Any) -> TaskStore:
-    """Return the baselines of the default tasks of a track."""
+    """Return the baselines of a track's default tasks."""
     return track.make_episodes.baselines(track.make_world(track.default_scene))
 
 

@@ -1,16 +1,16 @@
 """Find chains whose folds depend on the feed.
 
 **Two folds.** Random chains are fed out at constant speeds. The search keeps those that fold into
-one word at one speed and into another word at another speed, each in at least three of four draws
-of the nominal physics, so that the feed speed decides between two reachable folds. Every such chain
-makes two tasks. The ease of a task is the share of all runs, over the available speeds, that end in
-the target.
+one word at one speed and into another word at another speed, each in at least three quarters of the
+draws under nominal physics, so that the feed speed decides between two reachable folds. Every such
+chain makes two tasks. The ease of a task is the share of all runs, over the available speeds, that
+end in the target.
 
-**Chambers.** Random chains are fed at constant speeds on draws of their own stream, each with a
+***Chambers.** Random chains are fed at constant speeds on draws of a separate stream, each with a
 different chamber, floor and strength of magnets. A word makes a task if some speed reaches it in at
-least six of eight draws, and if the hidden draws decide which speed: no single speed reaches it in
-more than five. The search takes the most frequent of such words of a chain. The ease of a task is
-the share of all runs that end in the target.
+least six of eight draws, but the required speed depends on the hidden draws: no single speed
+reaches it in more than five. The search takes a chain's most frequent word of this kind. The ease
+of a task is the share of all runs that end in the target.
 """
 
 from collections import Counter
@@ -33,16 +33,16 @@ from magfold_env.simulation.simulate import simulate
 
 DRAWS = 8
 RELIABLE = 0.75
-"""Share of the draws in which some speed must lead to a word, for chains with two folds."""
+"""Share of the draws in which one speed must lead to a word, for chains with two folds."""
 
 AT_ONCE = 20
 """Number of chains tried in chambers in parallel."""
 
 LEAST = 6
-"""Least number of draws of chambers in which some speed must lead to a word."""
+"""Smallest number of chamber draws in which some speed must lead to a word."""
 
 MOST = 5
-"""Largest number of draws of chambers in which a single speed may lead to a word."""
+"""Largest number of chamber draws in which a single speed may lead to a word."""
 
 NARROW_TUBE = {"bore": None, "loading": "preloaded", "force_limit": 1.0}
 """The feed used to select the shipped chains; the track's tube has been widened since."""
@@ -51,12 +51,12 @@ Found = tuple[float, FeedTask]
 
 
 def random_faces(rng: np.random.Generator, size: int | tuple[int, int]) -> Any:
-    """Return the faces of random components, nested in a given shape."""
+    """Return the faces of random components, nested lists of the given shape."""
     return np.array(PATTERNS)[rng.integers(len(PATTERNS), size=size)].tolist()
 
 
 def find_two_folds(seed: int = 0) -> Iterator[Found]:
-    """Yield tasks endlessly, two for each chain, with the shares of runs that end in them."""
+    """Yield tasks endlessly, two per chain, each with the share of runs that end in its target."""
     rng, scene = np.random.default_rng(seed), load_scene("tube-built")
     for direction in cycle(("forward", "backward")):
         found: list[Found] = []
@@ -89,23 +89,23 @@ def _task(scene: Scene, counts: Mapping[float, Counter[str]], target: str) -> Fo
 
 
 def count_words(scene: Scene, speed: float) -> Counter[str]:
-    """Count the words that draws of a scene fold into at a speed [m/s]; misfolds have none."""
+    """Count the words into which draws of a scene fold at a speed [m/s]; misfolds count as ""."""
     fed = scene.replace(feed={"speed": speed})
     return Counter(_fold(fed.draw(draw_generator("control", index))) for index in range(DRAWS))
 
 
 def _fold(scene: Scene) -> str:
-    """Return the word that a scene folds into, or an empty one if it misfolds."""
+    """Return the word into which a scene folds, or an empty string if it misfolds."""
     fold = simulate(scene)
     return fold.word if fold.status is FoldStatus.FOLDED else ""
 
 
 def find_chambers(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[Found]:
-    """Yield tasks endlessly, with the shares of runs that end in their targets."""
+    """Yield tasks endlessly, each with the share of runs that end in its target."""
     rng = np.random.default_rng([seed, direction == "forward"])
     while True:
         chains = random_faces(rng, (AT_ONCE, 6))
-        # Their targets do not matter yet.
+        # The targets do not matter yet.
         tasks = [FeedTask(sequence=each, direction=direction, target="LRLRL") for each in chains]
         for task, words in zip(tasks, words_at_speeds(tasks, threads), strict=True):
             had = [
@@ -117,12 +117,12 @@ def find_chambers(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[F
 
 
 def takes_several_speeds(came: Any) -> bool:
-    """Return whether a word that came in some runs, (draws, speeds), takes now this, now that."""
+    """Return whether a word that occurred in some runs, (draws, speeds), needs several speeds."""
     return bool(came.any(axis=1).sum() >= LEAST and came.sum(axis=0).max() <= MOST)
 
 
 def words_at_speeds(tasks: list[FeedTask], threads: int = 1) -> Any:
-    """Return the words that chains fold into, (tasks, draws, speeds), "" where they do not."""
+    """Return the words into which chains fold, (tasks, draws, speeds), or "" for misfolds."""
     shape = len(tasks), DRAWS, len(CANDIDATE_SPEEDS)
     numbers, draws, _ = (each.ravel() for each in np.indices(shape))
     speeds = np.resize(CANDIDATE_SPEEDS, numbers.size)

@@ -1,9 +1,9 @@
 """Find chains that fold into two words, one after the other.
 
 Random chains are pushed out, pulled in and pushed out again at constant speeds. A chain that
-reaches two different words, on draws of its own stream, is tried at all available speeds. The two
-words that occur most often at some of these speeds make a task if they occur again on other draws.
-The ease of a task is the frequency of both words.
+reaches two words, on draws of a separate stream, is tried at all available speeds. The two
+different words that occur most often at some of these speeds make a task if they occur again on
+other draws. The ease of a task is the frequency with which both words occur.
 """
 
 from collections import Counter
@@ -30,17 +30,17 @@ AT_ONCE = 250
 DRAWS = 6
 OTHER_DRAWS = 24
 LEAST = 3
-"""Least number of the other draws that must end in both words."""
+"""Smallest number of the other draws in which both words must occur."""
 
 Found = tuple[int, RefoldTask]
 
 
 def find_refolds(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Found]:
-    """Yield tasks endlessly, with the number of times that both words occurred."""
+    """Yield tasks endlessly, each with the number of times that both words occurred."""
     rng = np.random.default_rng([seed, direction == "forward"])
     while True:
         chains = random_faces(rng, (AT_ONCE, 6))
-        # Their words do not matter yet.
+        # The words do not matter yet.
         blank: Any = {"direction": direction, "first": "LRLRL", "target": "LRLRL"}
         tasks = [RefoldTask(sequence=tuple(each), **blank) for each in chains]
         middle = (PUSHES[1], PULLS[0], PUSHES[1])
@@ -51,7 +51,7 @@ def find_refolds(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Fo
 
 
 def _task(chain: RefoldTask, threads: int) -> list[Found]:
-    """Return the task of a chain, or none."""
+    """Return a list with the task of a chain, or an empty list."""
     schedules = list(product(PUSHES, PULLS[:1], PUSHES))
     speeds = [each for each in schedules for _ in range(DRAWS)]
     seeds = _seeds(AT_ONCE, DRAWS) * len(schedules)
@@ -71,9 +71,9 @@ def _task(chain: RefoldTask, threads: int) -> list[Found]:
 def words_in_turn(
     tasks: Sequence[RefoldTask], speeds: Sequence[Speeds], seeds: Sequence[int], threads: int = 1
 ) -> list[tuple[str, str]]:
-    """Return the two words that chains fold into, regardless of their tasks; "" for none.
+    """Return the two words into which each chain folds, regardless of its task; "" for no word.
 
-    There is no second word if there is no first one or the chain is not drawn in.
+    There is no second word if there is no first word or the chain is not drawn in.
     """
     world = ReprogramEnv.make_world(SCENE, tasks=tasks)
     episodes = ReprogramEpisodes(world, len(tasks), threads)
@@ -102,11 +102,11 @@ def words_in_turn(
 
 
 def _is_folded(episodes: Any, rows: Ints) -> Bools:
-    """Whether every joint of some chains is a quarter turn."""
+    """Whether every joint of each chain is at a right angle."""
     joints = np.diff(episodes.arrays.angles[rows], axis=1)
     return np.all(np.abs(np.abs(joints) - 0.5 * np.pi) <= SUCCESS_TOLERANCE, axis=1)
 
 
 def _seeds(first: int, count: int) -> list[int]:
-    """Return seeds of the stream that tasks are chosen on."""
+    """Return seeds of the stream that selects tasks."""
     return episode_seeds("reprogram", first + count)[first:]

@@ -1,6 +1,6 @@
-"""Compute the shipped target suites: ``python -m magfold_bench.lists.suites`` (an hour).
+"""Compute the shipped target suites in an hour: ``python -m magfold_bench.lists.suites``.
 
-A folder stores the results as they are found, so that an interrupted run continues.
+A folder stores results as they are found, so that an interrupted run can continue.
 """
 
 from pathlib import Path
@@ -22,11 +22,11 @@ from magfold_env.shapes import folded_words
 
 LENGTHS = (6, 8, 10, 12, 16)
 WORDS = 50
-"""Of longer chains: drawn evenly, seed 0, of all fully folded ones. Of six components all 26."""
+"""Number of fully folded words, drawn uniformly with seed 0; chains of six have all 26."""
 
 RELEASES = 20
 ENOUGH = 18
-"""Successes of a sequence found by energy that make a search with releases unnecessary."""
+"""Number of successes with which a sequence found by energy needs no search with releases."""
 
 _COMMENT = """{count} of the {of} fully folded words of {n} components{how}. Each with witnesses: a
 sequence whose only ground state it is (gap in J), one of which it is the only stable word, and for
@@ -35,7 +35,7 @@ of the releases counted none was used in a search.
 Made by: python -m magfold_bench.lists.suites"""
 
 BUDGET = 600
-"""Releases of a search that is necessary: two generations of cross-entropy at most."""
+"""Largest number of releases in a search with releases: two generations of cross-entropy."""
 
 Witnesses = dict[suites.Kind, suites.Witness]
 
@@ -45,7 +45,7 @@ def main(
     workers: int = 2,
     state: Path = Path("runs/suites"),
 ) -> None:
-    """Design for every target of the suites, and write them to the folder of settings."""
+    """Design for every target of the suites, and write the suites to the folder of settings."""
     with Progress() as progress:
         for n in lengths or LENGTHS:
             words = suite_words(n)
@@ -71,7 +71,7 @@ def main(
 
 
 def suite_words(n: int) -> list[str]:
-    """Return the words of the suite of n components, sorted."""
+    """Return the sorted words of the suite for n components."""
     words = folded_words(n)
     if len(words) <= WORDS:
         return words
@@ -129,7 +129,7 @@ def _comment(n: int) -> str:
 
 
 def save_suite(suite: suites.Suite, path: str | Path, comment: str) -> None:
-    """Write a suite as YAML under some lines of comment."""
+    """Write a suite as YAML, below a comment."""
     data: dict[str, Any] = {"scene_name": suite.scene_name, "words": {}}
     for word, witnesses in suite.words.items():
         data["words"][word] = {kind: _plain(witness) for kind, witness in witnesses.items()}

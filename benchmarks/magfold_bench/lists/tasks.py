@@ -18,30 +18,30 @@ KEYS = ("sequence", "tray", "direction", "first", "pull", "towards", "target")
 """Entries of tasks, in the order of writing."""
 
 Found = tuple[float, Task]
-"""How easy a task is, a share or a number, and the task."""
+"""The ease of a task, as a share or a number, and the task."""
 
 
 class TaskList(NamedTuple):
     """A list of tasks to make."""
 
     find: Callable[[int, int, int], Iterator[Any]]
-    """Yields tasks from a seed on several threads, twice as many as requested."""
+    """Yields tasks, given the number per direction, a seed and the number of threads."""
     size: int
-    """Number of tasks for each direction of feed."""
+    """Number of tasks per direction of feed."""
     head: str
-    """Comment lines about the tasks."""
+    """Comment about the tasks at the top of the list."""
 
 
 def of_each_direction(
     find: Callable[[str, int, int], Iterator[Any]], count: int, seed: int, threads: int
 ) -> Iterator[Any]:
-    """Yield equally many tasks for both directions of feed."""
+    """Yield the same number of tasks for both directions of feed."""
     for direction in ("forward", "backward"):
         yield from islice(find(direction, seed, threads), count)
 
 
 def two_folds(count: int, seed: int, threads: int) -> Iterator[Any]:
-    """Yield tasks of as many chains fed forward as backward, in turn, found on one thread."""
+    """Yield tasks of chains fed, in turn, forward and backward, found on one thread."""
     return islice(find_two_folds(seed), 2 * count)
 
 
@@ -89,7 +89,7 @@ def main(
     seed: int = 0,
     threads: int = 2,
 ) -> None:
-    """Write ``configs/tasks/NAME.yaml`` with a number of tasks for each direction of feed."""
+    """Write ``configs/tasks/NAME.yaml`` with `count` tasks per direction of feed."""
     if name not in LISTS:
         raise typer.BadParameter(f"{name!r} is not allowed; must be one of {', '.join(LISTS)}")
     count = count or LISTS[name].size
@@ -99,7 +99,7 @@ def main(
 
 
 def text_of(name: str, found: Sequence[Found]) -> str:
-    """Return the file of a list of tasks, the easiest first."""
+    """Return the text of a list of tasks, the easiest first."""
     head = f"{LISTS[name].head}# Made by `python -m magfold_bench.lists.tasks {name}`.\n"
     return head + "".join(map(_line, sorted(found, key=lambda each: -each[0])))
 

@@ -1,17 +1,17 @@
-"""Find trays from which words can be folded, and pulls that folds can bear.
+"""Find trays from which words can be folded, and pulls that folds can withstand.
 
-**Trays** of random components, and words, are drawn. The search keeps those for which the minimiser
-has a chain with the word as its only ground state without any one of the components, and whose best
-chain, with sound magnets, folds into the word at some constant speed in at least three of four
-draws. The ease of a task is the share of all such runs, over the available speeds, that end in the
-word.
+***Trays** of random components are drawn, each with a word. The search keeps a tray if, whichever
+one of its components is missing, the minimiser finds a chain whose only ground state is the word.
+In addition, the best chain with sound magnets must fold into the word at some constant speed in at
+least three quarters of the draws. The ease of a task is the share of all such runs, over the
+available speeds, that end in the word.
 
-**Pulls** are drawn with trays: 0.2 to 1 N, log-uniform, in any direction within a right angle of
+***Pulls** are drawn with trays: 0.2 to 1 N, log-uniform, in any direction within a right angle of
 straight away from the tube. For every word, the minimiser's chain from the tray is fed at the
-middle speed, with all draws of an episode. For the word whose chain bears the pull most often,
-every speed is tried. The search keeps the pulls that the chain bears at its best speed in a quarter
-to three quarters of the draws, so that a pull is neither out of reach nor borne by any fold. The
-ease of a task is that share.
+middle speed, with all draws of an episode. For the word whose chain withstands the pull most often,
+every speed is tried. The search keeps the pulls that this chain withstands at its best speed in a
+quarter to three quarters of the draws, so that pulls are neither impossible nor trivial. The ease
+of a task is that share.
 """
 
 from collections.abc import Iterator, Sequence
@@ -34,22 +34,22 @@ from magfold_env.shapes import folded_words
 TRAY_SCENE, ANCHOR_SCENE = "tray", "anchor-tray"
 
 SPARE = 3
-"""Number of surplus components."""
+"""Number of surplus components on a tray."""
 
 SOUND_DRAWS = 16
 RELIABLE = 0.75
-"""Share of the draws in which the chain of a tray must fold at some speed."""
+"""Share of the draws in which a tray's chain must fold at some speed."""
 
 FIRST_DRAWS, BORNE_DRAWS = 8, 32
 LEAST, MOST = 0.25, 0.75
-"""Allowed shares of the draws in which a chain bears the pull."""
+"""Smallest and largest share of the draws in which a chain may withstand its pull."""
 
 WEAKEST, STRONGEST = 0.2, 1.0
-"""Sizes of pulls [N]."""
+"""Smallest and largest pull [N]."""
 
 
 def find_trays(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[tuple[float, TrayTask]]:
-    """Yield tasks endlessly, with the share of runs that end in their words."""
+    """Yield tasks endlessly, each with the share of runs that end in its word."""
     rng, n = np.random.default_rng([seed, direction == "forward"]), load_scene(TRAY_SCENE).n
     words = folded_words(n)
     while True:
@@ -67,7 +67,7 @@ def find_trays(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[tupl
 
 
 def sound_shares(task: TrayTask, sequence: tuple[str, ...], threads: int = 1) -> list[float]:
-    """Return the share of draws in which a chain of sound magnets folds, for every speed."""
+    """Return, for every speed, the share of draws in which a chain with sound magnets folds."""
     sound = task.model_copy(update={"strengths": ((1.0,) * 4,) * len(task.tray)})
     world, order = TrayEnv.make_world(TRAY_SCENE, tasks=[sound]), task.order_of(sequence)
     assert order is not None
@@ -83,7 +83,7 @@ def sound_shares(task: TrayTask, sequence: tuple[str, ...], threads: int = 1) ->
 def find_pulls(
     direction: Any, seed: int = 0, threads: int = 1
 ) -> Iterator[tuple[float, AnchorTask]]:
-    """Yield tasks endlessly, with the share of draws in which their chains bear the pull."""
+    """Yield tasks endlessly, each with the share of draws in which its chain holds."""
     rng, n = np.random.default_rng([seed, direction == "forward"]), load_scene(ANCHOR_SCENE).n
     words = track(folded_words(n), "chains of every word")
     designs = {str(word): _designs(ANCHOR_SCENE, str(word)) for word in words}
@@ -116,7 +116,7 @@ def shares_borne(
     draws: int,
     threads: int = 1,
 ) -> Floats:
-    """Return the share of draws in which chains bear their pulls, (tasks, speeds)."""
+    """Return the share of draws in which chains withstand their pulls, (tasks, speeds)."""
     orders: list[Ints] = []
     for task, sequence in zip(tasks, sequences, strict=False):
         order = np.array(task.order_of(sequence))

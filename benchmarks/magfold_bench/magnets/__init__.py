@@ -1,1 +1,1 @@
-"""`magfold bench magnets`: time against error, growth with length, cost in folds, peers."""
+"""`magfold bench magnets`: time against error, compared with exact forces and with a peer."""

@@ -1,9 +1,9 @@
 """Time against error for both magnet models and every way to choose nodes.
 
-Errors are of forces and torques of casings against `laws.exact_magnets`, relative to the force
-between two flush opposite faces, torques over the side: the quantity that the scene's accuracy
-bounds. Pairs of casings are random, touching ones among them; chains of six are unfolded, folded or
-on the way, and long chains either.
+Forces and torques on casings are compared with `laws.exact_magnets`. Torques are divided by the
+side, and the unit of errors is the force between two flush opposite faces, as for the bound that a
+scene's accuracy sets. Pairs of casings are random and sometimes touch. Chains of six are unfolded,
+folded or in between, and long chains are unfolded or folded.
 """
 
 from typing import NamedTuple
@@ -30,10 +30,10 @@ class Effort(NamedTuple):
     pairs: int
     folds: int
     long: int
-    charges: tuple[int, ...]  # of the point model, a pole face
-    nodes: tuple[int, ...]  # of the strips, a pole face
+    charges: tuple[int, ...]  # of the point model, per pole face
+    nodes: tuple[int, ...]  # of the strips, per pole face
     bounds: tuple[float, ...]
-    rounds: int  # samples of every timing
+    rounds: int  # number of samples per timing
 
 
 QUICK = Effort(60, 6, 1, (1, 3, 30), (3, 16), (1e-2, 1e-4), 2)
@@ -69,7 +69,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
         sample = samples.sample_of(scenes, poses)
         rows = measure(name, sample, effort, tick)
         found.rows.extend(rows)
-        title = f"Forces and torques of {sample.size} {name}: errors in flush forces, µs a state"
+        title = f"Forces and torques of {sample.size} {name}: errors in flush forces, µs per state"
         found.tables.append(Table(title, tables.without_quartiles(rows, "states")))
         found.findings.extend(_findings(name, sample, rows))
     return found
@@ -78,7 +78,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 def draw_chain(
     rng: np.random.Generator, n: int, headings: Array | None = None
 ) -> tuple[Scene, tuple[Array, Array]]:
-    """Draw the poles of a chain, and its pose if no headings (n,) are given."""
+    """Draw a chain's poles and, if no headings (n,) are given, its pose."""
     scene = samples.random_scene(rng, n)
     if headings is None:
         headings = samples.random_shape(rng, n, scene.casing.side)
@@ -111,7 +111,7 @@ def measure(name: str, sample: samples.Sample, effort: Effort, tick: Tick) -> li
 
 
 def _findings(name: str, sample: samples.Sample, rows: list[Row]) -> list[str]:
-    """Return whether the bounds hold, and the error of the point model."""
+    """Return the findings: whether the bounds hold, and the error of the point model."""
     bounded = tables.select(rows, model=BOUND)
     used = tables.numbers(bounded, "worst error") / tables.numbers(bounded, "setting")
     shares = ", ".join(

@@ -1,8 +1,8 @@
-"""Speed relative to a general magnetics library, at equal or smaller error.
+"""Speed relative to a general-purpose magnetics library, at equal or smaller error.
 
 Both compute the force and torque on every casing of a chain: magpylib with magnets divided into a
-given number of cells, and the engine by sums over nodes with a given bound. The result for each
-mesh is the ratio of its time to that of the fastest bound with no larger error.
+given number of cells, and the engine with sums over nodes and a given error bound. The result for
+each mesh is the ratio of its time to that of the fastest bound with no larger error.
 """
 
 import importlib
@@ -27,11 +27,11 @@ from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres
 
 MAGPYLIB = "magpylib"
-STEP = 1e-7  # [m] of its finite differences: errors of 1e-8, below those of any mesh
+STEP = 1e-7  # [m] of magpylib's finite differences; errors of 1e-8 are below any mesh's
 DEGREES = 180.0 / np.pi
 
 Mesh = tuple[int, int, int]
-"""Cells of a magnet along its thickness, width and height."""
+"""Number of a magnet's cells along its thickness, width and height."""
 
 ENGINE = "engine, sums"
 OVER = f"time / {ENGINE}"
@@ -45,7 +45,7 @@ SHAPES: dict[str, Callable[[int], Array]] = {
 }
 NO_RATIO = timing.Spread(math.nan, math.nan, math.nan)
 
-# Cells of a magnet, nearly cubes, by number of components; then samples of every timing.
+# Cells of a magnet, nearly cubes, by number of components; then the number of samples per timing.
 FINE: tuple[Mesh, ...] = ((1, 2, 2), (2, 4, 4), (3, 7, 7), (4, 10, 10))
 QUICK: tuple[dict[int, tuple[Mesh, ...]], int] = ({6: FINE[:1]}, 2)
 FULL: tuple[dict[int, tuple[Mesh, ...]], int] = ({6: FINE, 60: FINE[:2]}, 3)
@@ -90,7 +90,7 @@ class Peer:
     def loads(self, mesh: Mesh) -> Loads:
         """Return forces [N] and torques about the centres [N·m], (1, n) each.
 
-        Every pair of casings is computed once, as the engine does; reactions follow.
+        Every pair of casings is computed once, as in the engine, and gives the reactions, too.
         """
         n = len(self._casings)
         force, torque = np.zeros((n, 3)), np.zeros((n, 3))
@@ -114,7 +114,7 @@ class Peer:
 
     @contextmanager
     def one_thread(self) -> Generator[None]:
-        """Limit magpylib to one thread, like the engine for one chain."""
+        """Limit magpylib to one thread, which is all that the engine uses for one chain."""
         defaults = self._magpylib.defaults
         threads = defaults.threads
         defaults.threads = 1
@@ -125,13 +125,13 @@ class Peer:
 
 
 class Contender(NamedTuple):
-    """A way to compute magnet forces at one setting."""
+    """A way to compute magnet forces, with one setting."""
 
     by: str
     setting: str
     error: float  # of forces and torques on casings, in flush forces
     work: Callable[[], object]  # what is timed
-    evaluations: int  # how many it does
+    evaluations: int  # how many one call does
 
     @property
     def key(self) -> str:
@@ -140,9 +140,9 @@ class Contender(NamedTuple):
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
-    """Measure every mesh and bound on every chain; without magpylib nothing is measured."""
+    """Measure every mesh and bound on every chain; without magpylib, measure nothing."""
     if not installed():
-        text = f"magpylib is absent; the extra brings it: {pip_install('peers')}"
+        text = f"magpylib is absent; install it with the extra: {pip_install('peers')}"
         return Measurement(findings=[text])
     meshes, rounds = QUICK if quick else FULL
     rows: list[Row] = []
@@ -153,7 +153,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def measure(n: int, shape: str, meshes: tuple[Mesh, ...], rounds: int, tick: Tick) -> list[Row]:
-    """Return one row per contender for a chain of random poles in one shape."""
+    """Return one row per contender for a chain in one shape with random poles."""
     scene = samples.random_scene(np.random.default_rng(SEED), n)
     headings = SHAPES[shape](n)
     sample = samples.sample_of([scene], [(centres(headings, scene.casing.side), headings)])
@@ -194,7 +194,7 @@ def _sums(sample: Sample, bound: float) -> Contender:
 
 
 def fastest(contenders: list[Contender], times: dict[str, timing.Timing], error: float) -> str:
-    """Return the key of the engine's fastest way whose error is not larger; empty if none is."""
+    """Return the key of the engine's fastest contender with no larger error, or an empty string."""
     enough = [each.key for each in contenders if each.by == ENGINE and each.error <= error]
     return min(enough, key=lambda key: times[key].median, default="")
 
@@ -207,7 +207,7 @@ def _table(rows: list[Row]) -> Table:
         }
         for row in tables.without_quartiles(rows)
     ]
-    return Table("All magnets of a chain, beside magpylib: errors in flush forces", shown)
+    return Table("All magnets of a chain, compared with magpylib: errors in flush forces", shown)
 
 
 def _findings(rows: list[Row]) -> list[str]:
@@ -217,14 +217,14 @@ def _findings(rows: list[Row]) -> list[str]:
         held = int((factors >= WANTED).sum())
         found.append(
             f"n = {n}: magpylib's getFT takes {min(factors):.3g} to {max(factors):.3g} times as "
-            f"long as the engine's sums at no larger error; at least {WANTED:g} is asked for: "
+            f"long as the engine's sums at no larger error; at least {WANTED:g} is required: "
             f"holds for {held} of {len(factors)} meshes and shapes"
         )
     return found
 
 
 DIAGRAM = Lines(
-    "Beside magpylib: worst error, in flush forces, against time",
+    "Compared with magpylib: worst error, in flush forces, against time",
     "time [µs]",
     "worst error",
     "by",

@@ -1,6 +1,6 @@
-"""Casings and chains in many states, with exact forces and those of the engine.
+"""Casings and chains in many states, with exact forces and the engine's forces.
 
-One compiled loop evaluates the states, so that the cost of calls is negligible.
+One compiled loop evaluates all states, so that the cost of calls is negligible.
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ from magfold_env.shapes import headings as joint_headings
 from magfold_env.simulation.pack import charges, quadrature_of
 from magfold_env.simulation.quadrature import choose_rule
 
-FOLDED_SHARES = (0.05, 0.4, 0.8, 0.98, 1.0)  # of the joints' right angles
-ROUNDING = 1e-9  # of a side: casings that touch do not overlap
-FARTHEST = 0.1  # [m] gap of a random pair
+FOLDED_SHARES = (0.05, 0.4, 0.8, 0.98, 1.0)  # shares of the joints' right angles
+ROUNDING = 1e-9  # of a side: up to this, casings touch without overlap
+FARTHEST = 0.1  # [m] largest gap of a random pair
 EDGES = np.radians([45.0, 135.0])  # normals of a casing's edges, from its heading
 
 
 def random_scene(rng: np.random.Generator, n: int) -> Scene:
-    """Return a chain of random poles with the default magnets."""
+    """Return a chain with random poles and the default magnets."""
     return Scene(sequence=random_sequence(rng, n), magnets=Magnets())
 
 
 def random_pair(rng: np.random.Generator, side: float) -> tuple[Array, Array]:
-    """Centres (2, 2) [m] and headings (2,) [rad] of two casings that touch or are near.
+    """Centres (2, 2) [m] and headings (2,) [rad] of two casings that touch or are close.
 
-    A third lie flush and slide along each other, a third touch at any angle, the others are apart
-    by any gap, evenly in its logarithm.
+    One third of pairs lie flush, displaced along each other; one third touch at any angle; the rest
+    have a log-uniform gap.
     """
     kind = rng.integers(3)
     if kind == 0:
@@ -57,7 +57,7 @@ def random_pair(rng: np.random.Generator, side: float) -> tuple[Array, Array]:
         direction = np.array([math.cos(bearing), math.sin(bearing)])
         angles = np.add.outer(headings, EDGES).ravel()
         normals = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        # Half the projections of both squares on an edge normal of either.
+        # Half the sum of both squares' projections on a normal of either one's edges.
         reach = 0.5 * side * (1.0 + abs(np.cos(heading)) + abs(np.sin(heading)))
         along = np.abs(normals @ direction).max()
         places = (reach + gap) / along * np.stack([np.zeros(2), direction])
@@ -65,7 +65,7 @@ def random_pair(rng: np.random.Generator, side: float) -> tuple[Array, Array]:
 
 
 def random_shape(rng: np.random.Generator, n: int, side: float) -> Array:
-    """Headings (n,) [rad] of a chain without overlap: folded, nearly so, or nearly straight."""
+    """Headings (n,) [rad] of a chain without overlap: folded, nearly folded or nearly straight."""
     while True:
         share = rng.choice(FOLDED_SHARES)
         headings = joint_headings(word_to_angles(rng.choice(folded_words(n))) * share)
@@ -74,24 +74,24 @@ def random_shape(rng: np.random.Generator, n: int, side: float) -> Array:
 
 
 def unfolded(n: int) -> Array:
-    """Headings (n,) [rad] of a chain with a small zigzag, as before a fold."""
+    """Headings (n,) [rad] of a chain with a small zigzag, like a chain before it folds."""
     return 0.03 * np.tile([1.0, -1.0], n)[:n]
 
 
 def folded(n: int) -> Array:
-    """Headings (n,) [rad] of a chain folded into a compact block, for chains of any length.
+    """Headings (n,) [rad] of a chain of any length folded into a compact block.
 
-    Staircases up and down, side by side, each of about √n casings; every joint is at a stop, left
-    or right, and nothing overlaps.
+    The chain forms staircases up and down, side by side, of about √n casings each; every joint is
+    at its left or right stop, and nothing overlaps.
     """
     most = max(2 * round(math.sqrt(n) / 2.0), 2)
     east, north = 0, 1
     quarters: list[int] = []
     while len(quarters) < n:
         quarters += [east, north] * (most // 2)
-        # Westward from the last step north, then down along the staircase's left side.
+        # Go west from the last step north, then down along the staircase's left side.
         quarters += [2, 3] * (most // 2)
-        # Westward again, and the next staircase begins with a step north.
+        # Go west again; the next staircase begins with a step north.
         quarters += [2, north]
     # Differences of headings are joint angles.
     return np.unwrap(np.array(quarters[:n]) * (math.pi / 2.0))
@@ -102,13 +102,13 @@ class Sample:
     """A fixed number of casings in several states, with their exact forces."""
 
     scenes: Sequence[Scene]
-    """Their poles; they have equal casings and magnets."""
+    """One scene per state, with its poles; all have equal casings and magnets."""
     places: Array
     """Centres (states, n, 2) [m]."""
     headings: Array
     """(states, n) [rad]"""
     exact: Loads
-    """Forces and torques on them: arrays of shape (states, n)."""
+    """Forces and torques on the casings: arrays of shape (states, n)."""
 
     @property
     def size(self) -> int:
@@ -116,9 +116,9 @@ class Sample:
         return len(self.scenes)
 
     def errors(self, loads: Loads) -> Array:
-        """Largest error in every state (states,), in forces between two flush opposite faces.
+        """Largest error in every state (states,), in units of the force between two flush faces.
 
-        Of a force, or of a torque over the side.
+        Errors of forces count, and errors of torques divided by the side.
         """
         force = np.hypot(loads.fx - self.exact.fx, loads.fy - self.exact.fy)
         torque = np.abs(loads.torque - self.exact.torque) / self.scenes[0].casing.side
@@ -126,7 +126,7 @@ class Sample:
 
 
 def sample_of(scenes: Sequence[Scene], poses: Sequence[tuple[Array, Array]]) -> Sample:
-    """Find the exact forces of scenes in poses: centres (n, 2) and headings (n,) each."""
+    """Return scenes with exact forces in poses, which are centres (n, 2) and headings (n,)."""
     places, headings = (np.array(arrays) for arrays in zip(*poses, strict=True))
     exact = [exact_magnets.forces(s, *pose) for s, pose in zip(scenes, poses, strict=True)]
     force, torque = (np.array(arrays) for arrays in zip(*exact, strict=True))
@@ -137,10 +137,10 @@ def sample_of(scenes: Sequence[Scene], poses: Sequence[tuple[Array, Array]]) -> 
 def sum_forces(
     times: int, magnets: Packed, charge: Array, poses: Pose, nodes: Nodes, out: Loads
 ) -> None:
-    """Sum over the nodes of casings anywhere, repeatedly.
+    """Compute forces by sums over the nodes of casings in any pose, repeatedly.
 
-    ``charge`` of the outer pole faces has the shape (states, n, 4) [A·m], each array of the poses
-    and of the result (states, n).
+    ``charge`` of the outer pole faces has the shape (states, n, 4) [A·m]; each array of the poses
+    and of the result has the shape (states, n).
     """
     for _ in range(times):
         for k in range(charge.shape[0]):
@@ -154,7 +154,7 @@ def sum_forces(
 
 
 class Sums:
-    """The engine's sums over nodes in all states of a sample, with magnets in place of its own."""
+    """The engine's sums over nodes in all states of a sample, with other magnets than its own."""
 
     def __init__(self, sample: Sample, magnets: Magnets) -> None:
         casing, shape = sample.scenes[0].casing, sample.headings.shape
@@ -176,7 +176,7 @@ class Sums:
         return self._times * self._size
 
     def work(self) -> None:
-        """Evaluate all states, `evaluations` in all."""
+        """Evaluate all states repeatedly, `evaluations` in total."""
         self._evaluate(self._times)
 
     def loads(self) -> Loads:

@@ -1,1 +1,1 @@
-"""Reproduction of the paper: each of its figures and tables beside the results of this project."""
+"""Reproduction of the paper: its figures and tables, compared with this project's results."""

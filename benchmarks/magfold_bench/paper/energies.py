@@ -1,4 +1,4 @@
-"""Figures 6, 7 and 19 and Table 1: energies of folded states, and results of their searches."""
+"""Figures 6, 7 and 19 and Table 1: energies of folded states, and the searches for them."""
 
 import numpy as np
 
@@ -17,16 +17,16 @@ from magfold_env.shapes import cells, outline
 NEAR = 0.005
 """Relative difference below which energies agree."""
 
-SEARCHED = 1  # the sequence whose search Figure 6 draws
+SEARCHED = 1  # the sequence whose search Figure 6 shows
 SCORE = "score [mJ]"
 
 INPUTS = (
-    "reconstructed sequences, geometry (side and inset) and model of the magnets; B_r scales all "
-    "energies alike, friction plays no part."
+    "reconstructed sequences, geometry (side and inset) and the model of magnets; B_r scales all "
+    "energies alike, and friction has no effect."
 )
 _RECONSTRUCTED = (
     "The sequences are reconstructions: a search over about a million geometries and all "
-    "sequences found none with the printed energies, so these follow the statements of the text."
+    "sequences found none with the printed energies, so they follow the statements in the text."
 )
 _NONE_FOUND = (
     "A search over about a million geometries and all sequences found none with the printed "
@@ -35,7 +35,7 @@ _NONE_FOUND = (
 
 
 def state_row(state: State) -> Row:
-    """Return a state in the form for pictures and tables."""
+    """Return a state as a row for pictures and tables."""
     return {
         "word": state.word,
         SCORE: 1e3 * state.coulomb_score,
@@ -50,7 +50,7 @@ def state_row(state: State) -> Row:
 
 
 def search(quick: bool, progress: Progress) -> Measured:
-    """Search every sequence in both directions, with both models of its magnets."""
+    """Search every sequence in both directions, with both models of magnets."""
     rows: list[Row] = []
     for number, _ in each_case(progress, SEQUENCES, "sequence {}".format):
         for direction, stated in quoted.TABLE_1[number].items():
@@ -70,7 +70,7 @@ def search(quick: bool, progress: Progress) -> Measured:
 
 
 def decisions() -> list[Row]:
-    """Return the decisions of the search of sequence 1, joint by joint, in both directions."""
+    """Return the decisions of sequence 1's search, joint by joint, in both directions."""
     scene = states.scene_of(SEARCHED, "literal")
     rows: list[Row] = []
     for direction in quoted.TABLE_1[SEARCHED]:
@@ -89,7 +89,7 @@ def decisions() -> list[Row]:
 
 
 def search_tables(measured: Measured) -> list[Table]:
-    """Return Table 1 with a column for each model."""
+    """Return Table 1 with one column per model."""
     shown: list[Row] = []
     for row in select(measured["ends"], magnets="literal"):
         same = {key: row[key] for key in ("sequence", "direction")}
@@ -102,7 +102,7 @@ def search_tables(measured: Measured) -> list[Table]:
 
 
 def search_claims(measured: Measured) -> list[Claim]:
-    """Compare state by state, for each model."""
+    """Compare the states in which searches end, for each model."""
     made: list[Claim] = []
     for model, name in states.MODELS.items():
         rows = select(measured["ends"], magnets=model)
@@ -124,7 +124,7 @@ def search_claims(measured: Measured) -> list[Claim]:
 
 
 def search_plots(measured: Measured) -> list[Plot]:
-    """Draw the search of sequence 1 step by step, one picture per direction: Figure 6."""
+    """Draw sequence 1's search step by step, as in Figure 6, with one picture per direction."""
     made: list[Plot] = []
     for direction in quoted.TABLE_1[SEARCHED]:
         rows = select(measured["decisions"], direction=direction)
@@ -141,14 +141,14 @@ TABLE_1 = Reproduction(
     "table-1",
     "Table 1 and Figure 6: energy minimisation, component by component",
     "Energy minimisation",
-    shows="For each of three sequences the state in which a search ends that turns one joint "
-    "after the other, from the first (forward) or from the last (backward): a chain that leaves "
-    "a tube slowly. Figure 6 draws the steps for sequence 1.",
-    computed="The same search: the letter of least energy joint by joint, all magnets acting, the "
-    "joints to come straight, overlaps left out; once with the paper's point charges, once with "
+    shows="For each of three sequences, the state in which a search ends that turns one joint "
+    "after another, from the first (forward) or the last (backward), like a chain that leaves "
+    "a tube slowly. Figure 6 shows the steps for sequence 1.",
+    computed="The same search: joint by joint, the letter of least energy; all magnets act, later"
+    " joints are straight, overlaps are excluded. Once with the paper's point charges, once with "
     "magnets as they are built (charged rectangles, 0.6 T).",
-    missing="The paper's drawings of its sequences are not at hand. The sequences here are "
-    "reconstructed from its text, and states are named as there: A, B … by energy, stable ones "
+    missing="The paper's drawings of its sequences are not available. The sequences here are "
+    "reconstructed from its text, and states are named as there: A, B … by energy, stable states "
     "first.",
     measure=search,
     tables=search_tables,
@@ -162,7 +162,7 @@ TABLE_1 = Reproduction(
 
 
 def lowest(quick: bool, progress: Progress) -> Measured:
-    """List all full folds of every sequence in the paper's model, lowest energy first."""
+    """List all full folds of every sequence in the paper's model, the lowest energy first."""
     rows: list[Row] = []
     for number, _ in each_case(progress, SEQUENCES, "sequence {}".format):
         for rank, state in enumerate(states.folded(number), start=1):
@@ -173,7 +173,7 @@ def lowest(quick: bool, progress: Progress) -> Measured:
 
 
 def _five(measured: Measured) -> dict[int, list[Row]]:
-    """Return the lowest states by sequence."""
+    """Return the five lowest states by sequence."""
     every = measured["states"]
     return {n: select(every, sequence=n)[: states.FIVE] for n in SEQUENCES}
 
@@ -189,12 +189,12 @@ def lowest_tables(measured: Measured) -> list[Table]:
 
 
 def with_digits(row: Row, *columns: str) -> Row:
-    """Return a row in which some numbers have four digits after the point."""
+    """Return a row in which numbers in some columns have four decimals."""
     return row | {column: f"{float(row[column]):.4f}" for column in columns}
 
 
 def lowest_claims(measured: Measured) -> list[Claim]:
-    """Compare with the statements of section 4.1 about the figure."""
+    """Compare with the statements about the figure in section 4.1."""
     rows = measured["states"]
     by_name = {str(row["state"]): row for row in rows if row["state"]}
     counts = {n: len(select(rows, sequence=n, stable="yes")) for n in SEQUENCES}
@@ -206,7 +206,7 @@ def lowest_claims(measured: Measured) -> list[Claim]:
     )
     scores = {name: float(by_name[name][SCORE]) for name in ("S2A", "S2B", "S2C")}
     positive = Claim(
-        "scores may be positive, as those of sequence 2's stable states, because pairs of charges "
+        "scores may be positive, like those of sequence 2's stable states, as pairs of charges "
         "inside a component count.",
         ", ".join(f"{name} {score:+.3f} mJ" for name, score in scores.items()) + ".",
         min(scores.values()) > 0.0,
@@ -238,13 +238,13 @@ def _outlines(by_name: dict[str, Row]) -> Claim:
 
 
 def _below_s1c(rows: list[Row]) -> Claim:
-    """Compare the statements of the discussion on the states below S1C."""
+    """Compare with the discussion's statements about the states below S1C."""
     mine = select(rows, sequence=1)
     below = mine[: [row["state"] for row in mine].index("S1C")]
     conflicts = [row for row in below if row["conflicts"]]
     named = ", ".join(f"{row['state']}{'*' if row['conflicts'] else ''}" for row in below)
     return Claim(
-        "below S1C lie S1A, one more stable state and one with a conflict, between 4 and 5.",
+        "below S1C lie S1A, one other stable state and one state with a conflict, between 4 and 5.",
         f"below S1C lie {named} (* has a conflict).",
         len(below) - len(conflicts) == 2
         and below[0]["state"] == "S1A"
@@ -262,11 +262,11 @@ def _global_minimum(rows: list[Row], by_name: dict[str, Row]) -> Claim:
     straight = int(np.linalg.matrix_rank(places - places[0])) <= 1
     return Claim(
         "S2A is the global minimum of sequence 2; it differs from the straight line S2B in the "
-        "angle between 4 and 5 alone, joins 3 to 6, and has more faces in contact than any other "
+        "angle between 4 and 5 only, joins 3 to 6, and has more faces in contact than any other "
         "stable state.",
         f"S2A has rank {best['rank']} and differs from S2B in joint "
         f"{', '.join(map(str, turned))}; it touches along {best['touching']}, {more:+d} "
-        f"against the next; S2B is {'a' if straight else 'no'} straight line.",
+        f"more contacts than the next; S2B is {'a' if straight else 'no'} straight line.",
         best["rank"] == 1
         and turned == [4]
         and "3-6" in str(best["touching"]).split(", ")
@@ -277,7 +277,7 @@ def _global_minimum(rows: list[Row], by_name: dict[str, Row]) -> Claim:
 
 
 def _distance(by_name: dict[str, Row], name: str, stated: float) -> Claim:
-    """Compare the difference of a state's energy from that of S2B."""
+    """Compare a state's difference in energy from S2B."""
     s2b, other = (float(by_name[each][SCORE]) for each in ("S2B", name))
     found = abs(other - s2b) / abs(s2b)
     turned = states.turned_joints(str(by_name["S2B"]["word"]), str(by_name[name]["word"]))
@@ -304,7 +304,7 @@ def _compact(rows: list[Row]) -> Claim:
         if broken
         else "in the order of energy, the numbers of contacts never rise.",
         not broken,
-        "Contacts are most of the energy, but faces that do not touch act on each other too.",
+        "Contacts make up most of the energy, but faces that do not touch also interact.",
     )
 
 
@@ -326,13 +326,13 @@ FIGURE_7 = Reproduction(
     "figure-7",
     "Figure 7: the five folded states of least energy",
     "Energy minimisation",
-    shows="For each sequence the five full folds of least Coulomb energy, drawn with their "
+    shows="For each sequence, the five full folds with the least Coulomb energy, drawn with their "
     "magnets; conflicts, where equal poles touch, are marked.",
     computed="The score of all full folds without overlap in the paper's model: point charges, "
-    "three a pole face, pairs inside a component included, each pair counted once (equation 6 "
-    "counts each twice). The paper gives no unit; here it is mJ.",
-    missing="The paper's own sequences and energies: only two scores and two ratios are in its "
-    "text.",
+    "three per pole face; pairs inside a component count, and each pair counts once (equation 6 "
+    "counts each pair twice). The paper gives no unit; here it is mJ.",
+    missing="The paper's own sequences and energies: its text gives only two scores and two "
+    "ratios.",
     measure=lowest,
     tables=lowest_tables,
     claims=lowest_claims,
@@ -347,7 +347,7 @@ STATED = {"S1A": quoted.SCORE_S1A, "S1B": quoted.SCORE_S1B}
 
 
 def nearly_equal(quick: bool, progress: Progress) -> Measured:
-    """Compute both states, and count the simulated releases that end in them."""
+    """Compute both states' energies, and count the simulated releases that end in them."""
     found = {state.word: state for state in states.folded(1)}
     rows: list[Row] = []
     for name, stated in STATED.items():
@@ -403,12 +403,12 @@ def nearly_equal_claims(measured: Measured) -> list[Claim]:
     often = select(measured["releases"], state="S1B")
     listed = ", ".join(f"{row['mode']} {_share(row)}" for row in often)
     absent = Claim(
-        "S1B does not occur in the experiment (so the figure's caption; section 6.1 gives it a "
+        "S1B does not occur in the experiment (says the figure's caption; section 6.1 gives it a "
         "probability).",
         f"its share of the simulated releases is {listed}.",
         not any(float(row["share"]) for row in often),
-        "The two states differ where component 1 lies. The paper ascribes the absence of "
-        "another one, S1E, to the wire that leaves component 1; nothing here stands for it.",
+        "The two states differ in the place of component 1. The paper ascribes the absence of "
+        "another state, S1E, to the wire that leaves component 1; the simulation has no wire.",
         inputs=release_inputs(1, list(MODES), ""),
     )
     return [order, *printed, absent]
@@ -424,11 +424,11 @@ FIGURE_19 = Reproduction(
     "figure-19",
     "Figure 19: S1A and S1B",
     "Where releases end",
-    shows="Two states of sequence 1 that differ little in shape and energy; the one of higher "
+    shows="Two states of sequence 1 that differ little in shape and energy; that with more "
     "energy is said not to occur in the experiment.",
-    computed="The scores of both in the paper's model, and how often each is the end of simulated "
+    computed="The scores of both in the paper's model, and how often each ends simulated "
     "releases in the three modes, as in Figure 18.",
-    missing="The wire at component 1, which the experiment has and the simulation has not.",
+    missing="The wire at component 1, which the simulation does not include.",
     measure=nearly_equal,
     tables=nearly_equal_tables,
     claims=nearly_equal_claims,

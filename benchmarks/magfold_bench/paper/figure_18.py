@@ -17,19 +17,19 @@ from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
 FOLDED = FoldStatus.FOLDED.value
 NEARLY = 1.05
-"""Shapes within this factor of the least movement count as those of least movement."""
+"""Shapes with at most this factor times the least movement count as shapes of least movement."""
 MOST = 0.5
 OUTER = (4, 5)
-"""The joints that component 5 turns, dragging 6 along."""
+"""The joints that turn when component 5 drags component 6 along."""
 
 KINDS: dict[str, Kind] = {"bars": "", "strong": "-strong"}
-"""The released scenes, by the name of their results."""
+"""The kinds of released scenes, by the name of their results."""
 
 
 def measure(quick: bool, progress: Progress) -> Measured:
-    """Release as often as the paper: `magfold bench predict --only experiment`, and strong magnets.
+    """Release as often as the paper, as `magfold bench predict` does, and with strong magnets.
 
-    That takes seconds, so quick does no less.
+    Releases take seconds, so ``quick`` does not reduce them.
     """
     made: Measured = {}
 
@@ -42,14 +42,14 @@ def measure(quick: bool, progress: Progress) -> Measured:
 
 
 def device(kind: Kind) -> str:
-    """Return a description of the properties that distinguish a kind of chains."""
+    """Return a description of the properties that distinguish a kind of chain."""
     scene = experiment.paper_scene(1, "free", kind)
     assert scene.magnets is not None
     return f"{scene.magnets.remanence:g} T, µ {scene.frictions[0]:g}"
 
 
 def inputs(number: int, modes: Sequence[Mode], kind: Kind) -> str:
-    """Return a description of the assumptions of a verdict on a sequence's releases."""
+    """Return a description of the assumptions behind a verdict on a sequence's releases."""
     scene = experiment.paper_scene(number, modes[-1], kind)
     feed = "" if modes == ["free"] else f"feed {scene.feed.speed:g} m/s, "
     return (
@@ -59,7 +59,7 @@ def inputs(number: int, modes: Sequence[Mode], kind: Kind) -> str:
 
 
 def tables(measured: Measured) -> list[Table]:
-    """Return every outcome with its share beside the paper's description, one table per device."""
+    """Return every outcome with its share and the paper's description, one table per device."""
     made: list[Table] = []
     for name, kind in KINDS.items():
         shown: list[Row] = []
@@ -78,13 +78,13 @@ def tables(measured: Measured) -> list[Table]:
 
 
 def named(number: int, word: str) -> str:
-    """Return a word with the paper's name for it, if it has one."""
+    """Return a word, with the paper's name for it if there is one."""
     name = states.names(number).get(word)
     return f"{word} = {name}" if name else word
 
 
 def claims(measured: Measured) -> list[Claim]:
-    """Compare with sections 6.1 and 7, the device as given and the one with strong magnets."""
+    """Compare the given device and the one with strong magnets with sections 6.1 and 7."""
     made: list[Claim] = []
     for name, kind in KINDS.items():
         each = judge(measured[name], kind)
@@ -93,7 +93,7 @@ def claims(measured: Measured) -> list[Claim]:
 
 
 def judge(bars: list[Row], kind: Kind) -> list[Claim]:
-    """Compare the releases of one kind of scenes."""
+    """Compare the releases of one kind of scene."""
     free_and_forward = list(MODES[:2])
     judged: list[tuple[int, Sequence[Mode], Claim]] = [
         *((n, [mode], _least(bars, n, mode)) for n in (1, 2) for mode in free_and_forward),
@@ -107,7 +107,7 @@ def judge(bars: list[Row], kind: Kind) -> list[Claim]:
 
 
 def _least(bars: list[Row], number: int, mode: str) -> Claim:
-    """Judge whether a chain prefers the stable states of least movement to the global minimum."""
+    """Judge whether a chain prefers stable states of least movement to the global minimum."""
     mine = select(bars, sequence=number, mode=mode)
     best = states.folded(number)[0].word
     least = least_moved(number)
@@ -128,8 +128,8 @@ def _least(bars: list[Row], number: int, mode: str) -> Claim:
         ""
         if most in least
         else (stopped if misfolded > MOST else "")
-        + "Friction's static part, masses and the spread of a release by hand are assumed, and the "
-        "sequences are not the paper's own: small differences of energy decide which way a joint "
+        + "Static friction, masses and the spread of a release by hand are assumed, and the "
+        "sequences are not the paper's own: small differences in energy decide which way a joint "
         "turns.",
     )
 
@@ -145,7 +145,7 @@ def _even_split(bars: list[Row], number: int) -> Claim:
         f"{listed or 'no full fold'}; the intervals of the first two "
         f"{'overlap' if even else 'do not overlap'}.",
         even,
-        "Several shapes occur, but one of them more often.",
+        "Several shapes occur, but one of them more often than the others.",
     )
 
 
@@ -154,11 +154,11 @@ def _named_split(bars: list[Row]) -> Claim:
     first_two = [str(row["word"]) for row in full[:2]]
     wanted = [states.word_of("S1A"), states.word_of("S1C")]
     return Claim(
-        "sequence 1, backward: these shapes are S1A and S1C, S1B being much rarer.",
+        "sequence 1, backward: these shapes are S1A and S1C, and S1B is much rarer.",
         f"the two most frequent are {' and '.join(named(1, word) for word in first_two)}.",
         set(first_two) == set(wanted),
-        "They are S1A and S1C with the first joint turned the other way, which leaves the tube "
-        "last; in the reconstructed sequence that costs little energy."
+        "They are S1A and S1C with the first joint turned the other way. It leaves the tube "
+        "last, and in the reconstructed sequence its direction hardly changes the energy."
         if set(first_two) == {_first_turned(word) for word in wanted}
         else "",
     )
@@ -170,7 +170,7 @@ def _first_turned(word: str) -> str:
 
 
 def _mostly_s3a(bars: list[Row], mode: str) -> Claim:
-    """Judge whether sequence 3 prefers its only stable state, and misfolds otherwise."""
+    """Judge whether sequence 3 prefers its only stable state and otherwise misfolds."""
     goal = states.word_of("S3A")
     mine = select(bars, sequence=3, mode=mode)
     share = _rate(mine, goal)
@@ -184,15 +184,15 @@ def _mostly_s3a(bars: list[Row], mode: str) -> Claim:
         f"{word} has turned joint {joint} away from it" for word, joint in apart.items() if joint
     )
     return Claim.unless(
-        f"sequence 3, {mode}: most often S3A, else a misfold.",
-        f"{_per_cent(share)} end in {named(3, goal)}{f', else in {listed}' if listed else ''}.",
+        f"sequence 3, {mode}: most often S3A, otherwise a misfold.",
+        f"{_per_cent(share)} end in {named(3, goal)}{f', others in {listed}' if listed else ''}.",
         folds == {goal} and share > MOST,
         f"Not on the way to S3A: {astray}." if astray else "",
     )
 
 
 def _first_apart(word: str, goal: str) -> int:
-    """Return the number of the first joint turned differently than in a goal, or 0."""
+    """Return the number of the first joint that turned differently from the goal, or 0."""
     pairs = enumerate(zip(word, goal, strict=True), start=1)
     return next((joint for joint, (a, b) in pairs if a not in ("S", b)), 0)
 
@@ -200,8 +200,8 @@ def _first_apart(word: str, goal: str) -> int:
 def _misfolds(bars: list[Row]) -> Claim:
     """Judge whether misfolds of sequence 3 are S3A except for the joints that component 5 turns.
 
-    A straight outer joint is not enough: a chain that turned an inner one the wrong way has blocked
-    itself, and misfolds for a different reason than the paper's.
+    A straight outer joint is not enough: a chain that turned an inner joint the wrong way has
+    blocked itself and misfolds for a reason other than the paper's.
     """
     goal = states.word_of("S3A")
     mine = [row for row in select(bars, sequence=3) if row["mode"] in MODES[:2]]
@@ -215,7 +215,7 @@ def _misfolds(bars: list[Row]) -> Claim:
         "sequence 3 misfolds because component 5 has to drag 6 along, free and forward.",
         f"misfolds are {listed or 'none'}"
         + (
-            f"; {_per_cent(there / total)} of them are {named(3, goal)} but for joints 4 or 5, "
+            f"; {_per_cent(there / total)} of them are {named(3, goal)} except for joints 4 or 5, "
             "which are straight."
             if mine
             else "."
@@ -237,14 +237,14 @@ def _modes_matter(bars: list[Row]) -> Claim:
 
 
 def _folded_interval(rows: list[Row]) -> tuple[float, float, float]:
-    """Return the share of S3A, folded, and its interval."""
+    """Return the share of folds into S3A, and its interval."""
     for row in select(rows, status=FOLDED, word=states.word_of("S3A")):
         return float(row["probability"]), float(row["low"]), float(row["high"])
     return 0.0, 0.0, 0.0
 
 
 def _rate(rows: list[Row], word: str) -> float:
-    """Return the frequency of a full fold into a word."""
+    """Return the frequency of full folds into a word."""
     return sum(float(r["probability"]) for r in select(rows, word=word, status=FOLDED))
 
 
@@ -255,8 +255,8 @@ def _per_cent(share: float) -> str:
 def movement(word: str) -> float:
     """Return the movement of centres from a straight chain to a word after alignment.
 
-    Root mean square over components, in sides, after the turn and the shift that make it least
-    (Kabsch's).
+    This is the root mean square over components, in sides, after the rotation and the shift that
+    make it smallest (Kabsch's).
     """
     one, other = _planar(np.zeros(len(word) + 1)), _planar(headings(word_to_angles(word)))
     turn = complex(np.vdot(other, one))
@@ -271,7 +271,7 @@ def _planar(angles: FloatArray) -> npt.NDArray[np.complex128]:
 
 
 def least_moved(number: int) -> list[str]:
-    """Return the stable states of a sequence that need the least movement, or nearly so."""
+    """Return the stable states of a sequence that need the least movement, or nearly the least."""
     moved = {state.word: movement(state.word) for state in states.folded(number) if state.stable}
     least = min(moved.values())
     return [word for word, moves in moved.items() if moves <= NEARLY * least]
@@ -282,8 +282,8 @@ def plots(measured: Measured) -> list[Plot]:
     made: list[Plot] = []
     for name, kind in KINDS.items():
         caption = (
-            f"{device(kind)}: shares of the releases with 95 % intervals; below each bar the chain "
-            "of one release that ended so, component 1 filled."
+            f"{device(kind)}: shares of releases with 95 % intervals. Below each bar is the chain "
+            "of one release that ended so, with component 1 filled."
         )
         chart = experiment.draw_experiment(measured[name])
         made.append(Plot.of(f"figure-18{kind}", chart, caption))
@@ -295,17 +295,17 @@ FIGURE_18 = Reproduction(
     "Figure 18: fold probabilities by mode of release",
     "Where releases end",
     shows="How often each sequence folded into each of its shapes, or misfolded, in 100 free folds "
-    "and 50 feeds out of a tube in either direction. Its numbers are not in the text, its "
-    "description is.",
+    "and 50 feeds out of a tube in either direction. The text does not give the numbers but "
+    "describes them.",
     computed="As many simulated releases of the reconstructed sequences, with magnets as built, "
-    "this project's solver and a spread as of a release by hand: start angles, friction, masses, "
-    "magnets and feed differ a little from release to release. Twice: with 0.6 T and the friction "
-    "that the text names, and with 1.2 T and little friction, for the text measures 0.6 T on the "
-    "surface and calls the floor one of low friction.",
-    missing="Neither the sequences, nor masses, nor spreads are in the text: they are "
-    "reconstructed or assumed. The paper does not define least (lateral) movement; here it is that "
-    "of the centres from a straight chain laid on the fold, root mean square, nearly equal ones "
-    "together.",
+    "this project's solver and the spread of a release by hand: start angles, friction, masses, "
+    "magnets and feed vary a little between releases. Done twice: with 0.6 T and the friction "
+    "in the text, and with 1.2 T and little friction, because the text measures 0.6 T on the "
+    "surface and says that the floor has low friction.",
+    missing="The text does not give sequences, masses or spreads: they are "
+    "reconstructed or assumed. The paper does not define least (lateral) movement. Here it is the "
+    "root mean square movement of centres from a straight chain laid on the fold, and nearly "
+    "equal movements count as equal.",
     measure=measure,
     tables=tables,
     claims=claims,

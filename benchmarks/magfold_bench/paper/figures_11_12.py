@@ -23,7 +23,7 @@ from magfold_env.shapes import BoolArray
 from magfold_env.simulation.pack import pack_magnets
 
 SMALL = 0.1
-"""A distance below this share of the paper's own from its film is small."""
+"""A distance is small below this share of the distance between the paper's simulation and film."""
 
 
 ERROR, EARLY = "error [rad²]", "before the first snap: "
@@ -36,7 +36,7 @@ def _over_time(case: Row, found: motions.Motion, reference: motions.Motion) -> l
 
 
 def _mean(one: motions.Motion, other: motions.Motion, frames: BoolArray | None = None) -> float:
-    """Return the mean squared difference [rad²], of all frames or of some."""
+    """Return the mean squared difference [rad²] over all frames or some."""
     error = motions.squared_error(one, other)
     return float((error if frames is None else error[frames]).mean())
 
@@ -50,7 +50,7 @@ def _tables(measured: Measured, *left_out: str) -> list[Table]:
     """Return the means, one table per strength of magnets, without redundant columns."""
     return [
         Table(
-            f"{name.capitalize()}: mean squared errors, and how the fold ends",
+            f"{name.capitalize()}: mean squared errors and ends of folds",
             [
                 {key: cell for key, cell in row.items() if key not in ("charge", *left_out)}
                 for row in rows
@@ -72,7 +72,7 @@ def _over_time_plot(name: str, measured: Measured, line: str) -> Plot:
     title = "The paper's solver: squared error of the angles"
     moved = [row for row in measured["over-time"] if float(row[ERROR]) > 0.0]
     figure = Lines(title, "time [s]", ERROR, line, ("charge",), linear="x").draw(moved)
-    return Plot.of(name, figure, f"Squared error over time against this project's, by {line}.")
+    return Plot.of(name, figure, f"Squared error over time from this project's, by {line}.")
 
 
 # --- Figure 11: the time step ----------------------------------------------------------------
@@ -97,7 +97,7 @@ def steps(quick: bool, progress: Progress) -> Measured:
         for j, count in enumerate(counts):
             tick(j / len(counts))
             found, free = (motions.follow(motions.stepped(each, count)) for each in (scene, smooth))
-            case: Row = {"charge": name, "steps a frame": count}
+            case: Row = {"charge": name, "steps per frame": count}
             over_time += _over_time(case, found, ours)
             errors: Row = {
                 "Δt [ms]": 1e3 / (quoted.FRAME_RATE * count),
@@ -111,44 +111,44 @@ def steps(quick: bool, progress: Progress) -> Measured:
 
 
 def steps_claims(name: str, rows: list[Row]) -> list[Claim]:
-    """Judge the chosen step for one charge, until joints snap and on the whole."""
-    (chosen,) = select(rows, {"steps a frame": quoted.COMPUTATIONS})
-    stated = f"{quoted.COMPUTATIONS} time steps a frame of the film are fine enough to go on with"
+    """Judge the chosen step for one charge, until the first joint snaps and for the whole fold."""
+    (chosen,) = select(rows, {"steps per frame": quoted.COMPUTATIONS})
+    stated = f"{quoted.COMPUTATIONS} steps per frame of the film are fine enough to continue with"
     own, ours, smooth = (math.sqrt(float(chosen[EARLY + key])) for key in (OWN, ERROR, SMOOTH))
     finest = math.sqrt(float(rows[-1][EARLY + SMOOTH]))
     growth = tables.power(numbers(rows, "Δt [ms]"), numbers(rows, EARLY + OWN))
     before = Claim(
         f"{stated} ({name}, until the first joint snaps).",
-        f"with them the angles are {own:.2g} rad from where the scheme itself ends up with ever "
-        f"smaller steps (root mean square); its squared error falls like Δt to the "
-        f"{growth:.1f}, as a scheme of first order does.",
+        f"with them, the angles are {own:.2g} rad (root mean square) from the limit that it "
+        f"approaches with smaller and smaller steps; its squared error falls as Δt to the power "
+        f"{growth:.1f}, as for a first-order scheme.",
         own < SMALL * quoted.ANGLE,
-        f"From this project's solver they are {ours:.2g} rad; without friction {smooth:.2g} rad, "
+        f"From our solver, they are {ours:.2g} rad off; without friction {smooth:.2g} rad, "
         f"and {finest:.2g} rad with the smallest steps"
         + (": both solve the same equation" if finest < SMALL * quoted.ANGLE else "")
-        + ". Equation 41 gives friction neither a torque nor a static part.",
+        + ". Equation 41 includes neither static friction nor friction torques.",
     )
-    finer = [row for row in rows if int(row["steps a frame"]) >= quoted.COMPUTATIONS]
+    finer = [row for row in rows if int(row["steps per frame"]) >= quoted.COMPUTATIONS]
     words = tables.distinct(finer, "word")
     whole = Claim.unless(
         f"{stated} ({name}, the whole fold).",
-        f"from there on, smaller steps end in {', '.join(words)}; this project's solver in "
+        f"from there on, smaller steps end in {', '.join(words)}; this project's solver ends in "
         f"{rows[0]['reference']} ({rows[0]['reference ended']}).",
         len(words) == 1,
         "A snap moves a joint by up to 9° at once and averages two rates, and nothing keeps "
-        "components apart that are not neighbours: point charges of either sign come as near to "
-        "each other as the step lets them. What follows the first snaps depends on the step.",
+        "components apart that are not neighbours: point charges of either sign come as close to "
+        "each other as the step allows. What follows the first snaps depends on the step.",
     )
     return [before, whole]
 
 
 def steps_plots(measured: Measured) -> list[Plot]:
-    """Draw the error over time for each step, and its mean before the first snap over the step."""
-    title = "Before the first snap: squared error from this project's solver"
+    """Draw the error over time for each step, and the mean error before the first snap by step."""
+    title = "Before the first snap: squared error relative to this project's solver"
     means = Lines(title, "Δt [ms]", EARLY + ERROR, "charge").draw(measured["means"])
     return [
-        _over_time_plot("figure-11", measured, "steps a frame"),
-        Plot.of("figure-11-means", means, "Mean until the first joint snaps, over the time step."),
+        _over_time_plot("figure-11", measured, "steps per frame"),
+        Plot.of("figure-11-means", means, "Mean until the first joint snaps, by time step."),
     ]
 
 
@@ -157,14 +157,14 @@ FIGURE_11 = Reproduction(
     "Figure 11: error against the time step",
     "The solver",
     shows="The mean squared error of the angles over time between the simulation of sequence 3, "
-    "its first component held, and a film of it, for several time steps, with three charges a pole "
-    "face. The text gives no numbers; it goes on with 5 steps a frame of 1/240 s.",
+    "its first component held, and a film of it, for several time steps, with three charges per "
+    "pole face. The text gives no numbers; it continues with 5 steps per frame of 1/240 s.",
     computed="The paper's solver (double Euler, neighbours snapping at 81°, equation 41's "
     "friction) with the same time steps, from a straight chain; the reference is this project's "
-    "solver on the same point charges, with hard contact and Coulomb friction that sticks, at a "
-    f"tolerance of {motions.EXACT:g} rad. Twice: with the charges that equation 7 prints (half "
-    "charge), and with those a magnet of 0.6 T has (whole charge).",
-    missing="The film: the error against it is not known here, only that against a better solution "
+    "solver with the same point charges, hard contact and Coulomb friction with sticking, at a "
+    f"tolerance of {motions.EXACT:g} rad. Done twice: with the charges in equation 7 (half "
+    "charge) and with the charges of a 0.6 T magnet (whole charge).",
+    missing="The film: the error here is known only relative to a better solution "
     "of the same model. Mass and sizes are assumed.",
     measure=steps,
     tables=lambda measured: _tables(measured, "Δt [ms]"),
@@ -179,14 +179,14 @@ FIGURE_11 = Reproduction(
 COUNTS = (1, 2, 3, 5, 10, 30)
 GAPS = 1e-3 * 10.0 ** np.linspace(-0.5, 1.5, 41)  # [m]; one of them is a millimetre
 NEAR_FORCE = 0.1
-"""Share of the exact force within which points count as right."""
+"""Relative error of the force below which point charges count as accurate."""
 GAP = 0.001  # [m] between two faces that touch, each magnet being 0.5 mm inside its casing
 
 MANY = "from 30 charges [rad²]"
 
 
 def points(quick: bool, progress: Progress) -> Measured:
-    """Simulate the fold with more and more charges on a face; the reference has rectangles."""
+    """Simulate the fold with more and more charges per face; the reference has rectangles."""
     over_time: list[Row] = []
     means: list[Row] = []
     for (name, charge), tick in motions.each_charge(progress):
@@ -212,9 +212,9 @@ def points(quick: bool, progress: Progress) -> Measured:
 
 
 def force_rows() -> list[Row]:
-    """Return one row per gap and number of charges: the force of two magnets over the exact one.
+    """Return one row per gap and number of charges, with the force relative to the exact force.
 
-    The magnets are equal and face each other.
+    The force acts between two equal magnets that face each other.
     """
     scene = Scene(sequence=("NNNN",), magnets=Magnets())
     thickness, charge = float(Magnets().by_face("thickness")[0]), Magnets().charge
@@ -236,15 +236,15 @@ def force_rows() -> list[Row]:
 
 
 def _magnet_force(face: Callable[[float], float], gap: float, thickness: float) -> float:
-    """Force between two magnets [N] from that between two faces as a function of their gap [m].
+    """Force between two magnets [N], given the force between faces as a function of the gap [m].
 
-    Each has a face of either sign, a thickness [m] apart.
+    Each magnet has one face of either sign, a thickness [m] apart.
     """
     return face(gap) - 2.0 * face(gap + thickness) + face(gap + 2.0 * thickness)
 
 
 def _points_force(magnets: Packed, charge: float, nodes: Nodes, gap: float) -> float:
-    """Force [N] between two pole faces of a charge [A m] that face each other.
+    """Force [N] between two pole faces that face each other, each with a charge [A m].
 
     Both have the nodes of level 0, which are all nodes if their number is given.
     """
@@ -255,7 +255,7 @@ def _points_force(magnets: Packed, charge: float, nodes: Nodes, gap: float) -> f
 
 
 def _forces(measured: Measured) -> dict[int, float]:
-    """Return the force of touching casings over the exact one, by the number of charges."""
+    """Return the force between touching casings over the exact one, by number of charges."""
     rows = measured["forces"]
     at = min((float(row["gap [mm]"]) for row in rows), key=lambda gap: abs(gap - 1e3 * GAP))
     near = select(rows, {"gap [mm]": at})
@@ -263,9 +263,9 @@ def _forces(measured: Measured) -> dict[int, float]:
 
 
 def points_tables(measured: Measured) -> list[Table]:
-    """Return errors and ends, one row per number of charges, and the forces at contact."""
+    """Return errors and ends, with one row per number of charges, and the forces at contact."""
     near: list[Row] = [{"h": h, "force / exact": force} for h, force in _forces(measured).items()]
-    title = f"Two magnets, {1e3 * GAP:.0f} mm apart as where casings touch"
+    title = f"Two magnets, {1e3 * GAP:.0f} mm apart, as in touching casings"
     return [*_tables(measured), Table(title, near)]
 
 
@@ -274,12 +274,12 @@ def points_claims(measured: Measured) -> list[Claim]:
     few, many = quoted.CHARGES, quoted.MANY_CHARGES
     at = _forces(measured)
     force = Claim(
-        f"h = {few} stands for the magnets well enough to go on with.",
-        f"where casings touch, {few} charges a face pull {at[few]:.1f} times as hard as "
-        f"magnets of the same charge do, {many} charges {at[many]:.1f} times.",
+        f"h = {few} represents the magnets well enough to continue with.",
+        f"where casings touch, {few} charges per face pull {at[few]:.1f} times as hard as "
+        f"magnets with the same charge, and {many} charges {at[many]:.1f} times.",
         abs(at[few] - 1.0) < NEAR_FORCE,
-        "More charges on a line converge, but not to the force of a magnet, which is as high as it "
-        "is wide: a line's field is stronger near it.",
+        "More charges on a line converge, but not to a magnet's force: the magnet is as high as it "
+        "is wide, whereas a line's field is stronger close to it.",
     )
     return [*_for_each_charge(_points_claims, measured), force]
 
@@ -299,22 +299,22 @@ def _points_claims(name: str, rows: list[Row]) -> list[Claim]:
         Claim.unless(
             f"{stated} ({name}, the whole fold).",
             f"they differ by {whole:.2g} rad and end in {few['word']} and {many['word']}; "
-            f"rectangles of the same charge, in this project's solver, in "
+            f"rectangles of the same charge, in this project's solver, end in "
             f"{few['reference']} ({few['reference ended']}).",
             same,
-            "After the first snaps the paper's solver amplifies any difference, see Figure "
-            "11: how a fold goes on says little about the number of charges.",
+            "After the first snaps, the paper's solver amplifies any difference (see Figure "
+            "11), so how a fold continues says little about the number of charges.",
         ),
     ]
 
 
 def points_plots(measured: Measured) -> list[Plot]:
-    """Draw the error over time for each number of charges, and the force over the gap."""
-    title = "Force between two magnets: h points a pole face over charged rectangles"
+    """Draw the error over time for each number of charges, and the force against the gap."""
+    title = "Force between two magnets: h points per pole face relative to rectangles"
     forces = Lines(title, "gap [mm]", "magnets / exact", "h").draw(measured["forces"])
     return [
         _over_time_plot("figure-12", measured, "h"),
-        Plot.of("figure-12-forces", forces, "What the points get wrong, without any dynamics."),
+        Plot.of("figure-12-forces", forces, "Errors of the forces of points, without dynamics."),
     ]
 
 
@@ -322,11 +322,11 @@ FIGURE_12 = Reproduction(
     "figure-12",
     "Figure 12: error against the number of charges",
     "The solver",
-    shows="The mean squared error of the angles over time against the film, for several numbers h "
-    "of point charges on a pole face; no numbers in the text.",
+    shows="The mean squared error of the angles over time from the film, for several numbers h "
+    "of point charges per pole face; the text gives no numbers.",
     computed="The paper's solver at its own time step with h charges; the reference is this "
-    "project's solver with charged rectangles, 6 mm by 6 mm, of the same charge. Beside it the "
-    "force between two magnets over the exact one.",
+    "project's solver with charged rectangles, 6 mm by 6 mm, of the same charge. In addition, the "
+    "force between two magnets relative to the exact force.",
     missing="The film, as in Figure 11; the sizes of magnets and casing are assumed.",
     measure=points,
     tables=points_tables,

@@ -1,4 +1,4 @@
-"""Figures 13 and 14: the paper's solver over time, beside a better solution of the same fold."""
+"""Figures 13 and 14: the paper's solver over time, and a better solution of the same fold."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ BESIDE = 1
 LIKE = 2.0
 """Factor within which distances count as similar to the paper's."""
 WINS = 1e-3
-"""Negligible energy [mJ], of the order of a solver's tolerance."""
+"""Energy [mJ] that is negligible, of the order of a solver's tolerance."""
 
 PAPER, OURS, DEVICE = "paper's solver", "our solver, points", "our solver, rectangles"
 PAIRS = {
@@ -23,7 +23,7 @@ PAIRS = {
     "the magnets": (OURS, DEVICE),
     "both": (PAPER, DEVICE),
 }
-"""The comparisons, by their difference."""
+"""Pairs of simulations, by what differs between them."""
 ORDER = "joints in the order in which they shut"
 
 
@@ -72,7 +72,7 @@ def _difference_row(differing: str, one: Motion, other: Motion) -> Row:
     turned = np.abs(one.joints - other.joints)
     early = motions.before_snap(one, other)
     jump = int(np.abs(np.diff(apart)).argmax())
-    # Joints that snap, or tear off, about between the frame of the jump and the next.
+    # Joints that snap shut or open near the frame of the jump.
     snaps = np.diff(np.abs(one.joints) >= SNAP, axis=0)[max(jump - BESIDE, 0) : jump + BESIDE + 1]
     return {
         "different": differing,
@@ -87,25 +87,25 @@ def _difference_row(differing: str, one: Motion, other: Motion) -> Row:
 
 
 def tables(measured: Measured) -> list[Table]:
-    """Return the end of each fold, and their mean distances."""
-    title = f"Mean differences over {motions.UNTIL:g} s and all components, by what differs"
+    """Return the end of each fold, and mean distances between folds."""
+    title = f"Mean differences over {motions.UNTIL:g} s and all components, by what is different"
     folds = Table("How the fold ends", measured["folds"])
     return [folds, Table(title, measured["differences"])]
 
 
 def claims(measured: Measured) -> list[Claim]:
-    """Compare with the statements of section 5.3 on the two figures."""
+    """Compare with section 5.3's statements about the two figures."""
     by_charge = {
         name: {str(row["made by"]): row for row in rows}
         for name, rows in motions.by_charge(measured["folds"]).items()
     }
     shapes = [_shape(name, folds) for name, folds in by_charge.items()]
     passive = [_passive(name, folds) for name, folds in by_charge.items()]
-    # With half of the charge hardly anything folds: what is left is said of the whole charge.
+    # With half the charge, hardly anything folds, so the other claims use the whole charge.
     folds = by_charge[motions.WHOLE]
     (apart,) = select(measured["differences"], charge=motions.WHOLE, different="both")
     order = Claim(
-        "joints shut in another order in the simulation than in the film.",
+        "joints shut in a different order in the simulation than in the film.",
         f"in the order {folds[PAPER][ORDER]} with the paper's solver, {folds[DEVICE][ORDER]} with "
         "this project's and rectangles.",
         folds[PAPER][ORDER] != folds[DEVICE][ORDER],
@@ -130,39 +130,39 @@ def _shape(name: str, folds: dict[str, Row]) -> Claim:
         f"points and in {ends[DEVICE]} with rectangles.",
         folds[PAPER]["word"] == wanted,
         "Sequence and mass are not the paper's but reconstructed and assumed, and every "
-        "magnet counts: the point charges pull several times too hard where casings touch (Figure "
-        "12), and what the paper's solver ends in depends on its time step (Figure 11).",
+        "magnet matters: the point charges pull several times too hard where casings touch (Figure "
+        "12), and the end of the paper's solver depends on its time step (Figure 11).",
     )
 
 
 def _passive(name: str, folds: dict[str, Row]) -> Claim:
-    """Judge whether the collision handling takes energy away, as what it stands for does."""
+    """Judge whether the collision handling dissipates energy, as real collisions do."""
     won = {made_by: float(row["energy won [mJ]"]) for made_by, row in folds.items()}
     return Claim.unless(
         f"components snap together without bouncing, and the collision handling approximates the "
         f"transfer of impulse ({name}).",
-        "kinetic and magnetic energy, which friction and impacts can only lessen, rise above those "
-        f"at the start by {cell_text(won[PAPER])} mJ with the paper's solver, by "
-        f"{cell_text(max(won[OURS], won[DEVICE]))} mJ at most with this project's, whose fold with "
+        "kinetic plus magnetic energy, which friction and impacts can only reduce, rises "
+        f"above its start by {cell_text(won[PAPER])} mJ with the paper's solver and by "
+        f"{cell_text(max(won[OURS], won[DEVICE]))} mJ at most with ours, whose fold with "
         f"the same points sets {cell_text(folds[OURS]['magnets set free [mJ]'])} mJ free.",
         won[PAPER] <= WINS,
-        "To set an angle and to average two rates keeps neither momentum nor energy, and "
-        "point charges that pass close by each other in one step may win any amount: the chain is "
+        "Setting an angle and averaging two rates conserve neither momentum nor energy, and "
+        "point charges that pass close to each other in one step may gain any amount: the chain is "
         "thrown about.",
     )
 
 
 def _distances(same: bool, row: Row) -> list[Claim]:
-    """Compare the mean distances with those of simulation and film, if the shapes are the same."""
+    """Compare mean distances with the paper's, from simulation to film, if the shapes are equal."""
     why = (
-        "The paper's is a distance between a simulation and a film, this one between two "
-        "simulations: not the same thing, but a like thing."
+        "The paper's distance is between a simulation and a film, this one between two "
+        "simulations: they are similar but not the same quantity."
         if same
-        else "The two end in different shapes, so a mean over the whole time says just that."
+        else "The two end in different shapes, so a mean over the whole time shows only this."
     )
     cases = (
         ("displacement", "displacement", "mm", 1e3 * DISPLACEMENT),
-        ("difference of the relative angles", "angle", "rad", ANGLE),
+        ("difference in the relative angles", "angle", "rad", ANGLE),
     )
     made: list[Claim] = []
     for what, column, unit, stated in cases:
@@ -181,11 +181,11 @@ def _distances(same: bool, row: Row) -> list[Claim]:
 
 
 def plots(measured: Measured) -> list[Plot]:
-    """Draw displacement over time, then the angles of all joints over time."""
+    """Draw displacement over time and the angles of all joints over time."""
     displacement = (
         "Figure 13's counterpart: mean distance of the components' centres between two "
         "simulations, by what differs between them. The paper gives "
-        f"{1e3 * DISPLACEMENT:g} mm for its own from the film."
+        f"{1e3 * DISPLACEMENT:g} mm between its simulation and the film."
     )
     angles = (
         "Figure 14's counterpart: relative angles of the five joints (top: joint 1); the paper "
@@ -210,7 +210,7 @@ def plots(measured: Measured) -> list[Plot]:
 
 
 def _long(rows: list[Row], name: str, value: str, columns: dict[str, str]) -> list[Row]:
-    """Return a row for each of some columns, with its name and its value."""
+    """Return rows with one value each, and the name of the column that it comes from."""
     return [
         {"charge": row["charge"], "time [s]": row["time [s]"], name: key, value: row[column]}
         for key, column in columns.items()
@@ -222,16 +222,16 @@ FIGURES_13_14 = Reproduction(
     "figures-13-14",
     "Figures 13 and 14: displacement and angles over time",
     "The solver",
-    shows="Sequence 3, its first component held: the mean distance of the centres between "
-    "simulation and film over time, and the relative angles of both. Stated: 8.2 mm and 0.442 rad "
+    shows="Sequence 3 with its first component held: the centres' mean distance between "
+    "simulation and film over time, and their joint angles. Stated: 8.2 mm and 0.442 rad "
     "on average, 3 mm at the start, the same final shape.",
-    computed="The paper's solver at its own time step beside this project's: once on the same "
-    "point charges, so that only the solver differs, once with charged rectangles, which stand for "
-    "the real magnets. With the charges that equation 7 prints (half) and those of a 0.6 T magnet "
+    computed="The paper's solver at its own time step and this project's solver: first with the "
+    "same point charges, so that only the solver differs, then with charged rectangles that model "
+    "real magnets. Done with the charges in equation 7 (half) and the charges of a 0.6 T magnet "
     f"(whole). All start straight; chains at rest stay where they are until {motions.UNTIL:g} s.",
     missing="The film and its tracking. The 3 mm at the start come from the experiment's hinges of "
     "string and have no counterpart: both solvers start from the same chain. Figure 14's caption "
-    "prints a friction coefficient of 3.5; 0.35 is taken, as in the text.",
+    "gives a friction coefficient of 3.5; 0.35 is used, as in the text.",
     measure=measure,
     tables=tables,
     claims=claims,

@@ -1,8 +1,8 @@
 """Agreement of the shipped sequences with the text: ``python -m magfold_bench.paper.judge``.
 
-The strength of the magnets and friction reduce to one number: magnetic forces grow with the square
-of the remanence, so with time in units proportional to 1/remanence, only friction over its square
-and speed over it remain. Everything is released at 1 T.
+Magnetic forces grow with the square of the remanence. In units of time proportional to 1/remanence,
+two parameters therefore remain: friction divided by the remanence squared, and speed divided by the
+remanence. Everything is released at 1 T.
 """
 
 from typing import Annotated, Literal, NamedTuple
@@ -27,16 +27,16 @@ GAP = 0.01
 RUNS, SEED = 100, 1
 CHAIN_WORDS, CHAIN_RUNS = 8, 4
 STALLING = (0.3, 1.0, 1.4, 2.0, 3.0, 5.0)
-"""Friction over the square of the remanence for longer chains [1/T²]."""
+"""Friction divided by the square of the remanence, for longer chains [1/T²]."""
 
 
 class Point(NamedTuple):
     """The parameters of a release."""
 
     ratio: float
-    """Friction over the square of the remanence [1/T²]."""
+    """Friction divided by the square of the remanence [1/T²]."""
     speed: float
-    """Speed of feed over the remanence [m/(s T)]."""
+    """Feed speed divided by the remanence [m/(s T)]."""
 
 
 SHIPPED = Point(0.35 / 0.6**2, 0.05 / 0.6)
@@ -49,21 +49,21 @@ POINTS = {
 
 
 def scene_at(point: Point, mode: Mode) -> Scene:
-    """Return the scene for a release by hand at a point, with sequence 1."""
+    """Return the scene for a release by hand with a point's parameters, with sequence 1."""
     scene = load_scene("paper/sequence-1")
     scene = scene.replace(magnets={"remanence": 1.0}, friction=point.ratio)
     return by_hand(scene, mode, point.speed)
 
 
 def sequence(name: str, number: int) -> tuple[str, ...]:
-    """Return a shipped sequence, or it with all poles swapped, so that the first face is N."""
+    """Return a shipped sequence, with all poles swapped if its first face is not N."""
     found = load_scene(f"paper/{name}-{number}").sequence
     swap = str.maketrans("NS", "SN")
     return found if found[0][0] == "N" else tuple(faces.translate(swap) for faces in found)
 
 
 def energies(number: int, faces: tuple[str, ...]) -> tuple[dict[str, str], frozenset[str], Row]:
-    """Return a sequence's named states, its stable words, and which statements of energies hold."""
+    """Return a sequence's named states, its stable words, and which statements on energies hold."""
     scene = load_scene("paper/sequence-1-literal").replace(sequence=faces)
     states = minimise(scene, top=26, among="folded").states
     stable = [state for state in states if state.stable]
@@ -89,9 +89,9 @@ def energies(number: int, faces: tuple[str, ...]) -> tuple[dict[str, str], froze
 
 
 def degrees(name: str, point: Point) -> Row:
-    """Return the degree to which sequences at a point meet each statement, by name.
+    """Return the degree to which sequences with a point's parameters meet each statement, by name.
 
-    The draws differ from those that selected the alternative.
+    The draws differ from the draws that selected the alternative sequences.
     """
     found: Row = {}
     for number in SEQUENCES:
@@ -107,7 +107,7 @@ def degrees(name: str, point: Point) -> Row:
 
 
 def folded(point: Point, n: int) -> float:
-    """Return the rates of folding of longer free chains with one stable fold each."""
+    """Return the mean rate of folding of longer free chains that have one stable fold each."""
     suite = load_suite(f"n{n}")
     found = [suite.words[word]["unique"].sequence for word in suite.words]
     scene = scene_at(Point(point.ratio, SHIPPED.speed), "free")
@@ -131,14 +131,14 @@ def shipped() -> list[Row]:
         }
         for key, text in said.items()
     ]
-    last: Row = {"statement": f"more than {HOLDS:g}", "said": "how many are met"}
+    last: Row = {"statement": f"more than {HOLDS:g}", "said": "number of statements met"}
     for name, each in met.items():
         last[name] = sum(float(degree) > HOLDS for degree in each.values())
     return [*table, last]
 
 
 def chains() -> list[Row]:
-    """Return the rates of folding of free chains over friction: longer and shipped ones."""
+    """Return rates of folding of longer and shipped free chains, by friction."""
     made: list[Row] = []
     for ratio in STALLING:
         point = Point(ratio, SHIPPED.speed)
@@ -153,7 +153,7 @@ def chains() -> list[Row]:
 
 
 def main(show: Annotated[Literal["shipped", "chains"], typer.Argument()] = "shipped") -> None:
-    """Print the statements that shipped sequences meet, or longer chains over friction, as CSV."""
+    """Print how well shipped sequences meet statements, or how longer chains fold, as CSV."""
     typer.echo(to_csv({"shipped": shipped, "chains": chains}[show]()), nl=False)
 
 

@@ -1,4 +1,4 @@
-"""Motions of the third sequence with its first component held, and their comparison.
+"""Motions of sequence 3 with its first component held, and their comparison.
 
 The paper films such a fold and compares its simulation with the film. Without a film, this module
 compares the paper's solver with this project's.
@@ -19,10 +19,10 @@ from magfold_env.simulation.frames import magnetic_energy
 from magfold_env.simulation.simulate import energy, simulate
 
 SEQUENCE = 3
-UNTIL = 0.4  # [s] that are looked at
+UNTIL = 0.4  # [s] compared
 INPUTS = (
-    "charge of a pole face (B_r), friction, assumed masses and sizes, reconstructed sequence "
-    f"{SEQUENCE}; the start is the straight chain, without spread."
+    "charge of a pole face (B_r), friction, assumed masses and sizes, and reconstructed sequence "
+    f"{SEQUENCE}; the chain starts straight, without spread."
 )
 EXACT = 1e-8  # tolerance of this project's solver [rad]
 HALF, WHOLE = "half charge", "whole charge"
@@ -30,7 +30,7 @@ HALF, WHOLE = "half charge", "whole charge"
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A fold in frames at the camera's rate; a chain at rest does not move."""
+    """A fold in frames at the camera's rate; a chain that comes to rest does not move again."""
 
     scene: Scene
     time: FloatArray
@@ -40,9 +40,9 @@ class Motion:
     end: float
     """When the chain came to rest, or `UNTIL` [s]."""
     ended: str
-    """Status at the end: a `FoldStatus`, or still moving."""
+    """Status at the end: a `FoldStatus`, or "still moving"."""
     gained: float
-    """Largest excess of kinetic and magnetic energy over those at the start [J]."""
+    """Largest excess of kinetic plus magnetic energy over its value at the start [J]."""
     freed: float
     """Decrease of the magnetic energy from start to end [J]."""
 
@@ -57,7 +57,7 @@ class Motion:
         return angles_to_word(self.joints[-1])
 
     def snaps(self) -> dict[int, float]:
-        """Return when joints, from 1, first were as far as the paper snaps them [s], in order."""
+        """Return when joints, from number 1, first reached the paper's snap angle [s], in order."""
         there = np.abs(self.joints) >= SNAP
         first = {k + 1: float(self.time[there[:, k].argmax()]) for k in range(there.shape[1])}
         reached = {k: at for k, at in first.items() if there[:, k - 1].any()}
@@ -65,10 +65,10 @@ class Motion:
 
 
 def charges() -> dict[str, float]:
-    """Return the tried magnetic charges of a pole face [A m], by name.
+    """Return the magnetic charges per pole face that are tried [A m], by name.
 
-    Equation 7 gives each of a magnet's two pole faces half of the charge that a magnet of 0.6 T
-    has on each.
+    Equation 7 gives each of a magnet's two pole faces half the charge that a 0.6 T magnet has on
+    each face.
     """
     magnets = load_scene(f"paper/sequence-{SEQUENCE}-literal").magnets
     assert magnets is not None  # the scene is shipped
@@ -76,7 +76,7 @@ def charges() -> dict[str, float]:
 
 
 def each_charge(progress: Progress) -> Iterator[tuple[tuple[str, float], Tick]]:
-    """Yield the names and magnitudes of the charges, each with a function for its progress."""
+    """Yield the names and magnitudes of the charges, each with a `Tick`."""
     return each_case(progress, list(charges().items()), lambda case: case[0])
 
 
@@ -86,7 +86,7 @@ def by_charge(rows: list[Row]) -> dict[str, list[Row]]:
 
 
 def literal(charge: float) -> Scene:
-    """Return the paper's model: its point charges and its solver, from a straight chain."""
+    """Return the paper's model: a straight chain with the paper's point charges and solver."""
     scene = states.scene_of(SEQUENCE, "literal")
     return scene.replace(
         magnets={"pole_charge": charge}, start_angles=(0.0,) * (scene.n - 1), duration=UNTIL
@@ -94,17 +94,17 @@ def literal(charge: float) -> Scene:
 
 
 def stepped(scene: Scene, computations: int) -> Scene:
-    """Return a scene for the paper's solver with a number of time steps per frame."""
+    """Return a scene for the paper's solver with ``computations`` time steps per frame."""
     return scene.replace(solver={"time_step": 1.0 / (FRAME_RATE * computations)})
 
 
 def exact(scene: Scene) -> Scene:
-    """Return a scene for this project's solver, with hard contact, at a small tolerance."""
+    """Return a scene for this project's solver, with hard contact and a small tolerance."""
     return scene.replace(solver={"method": "adaptive", "tolerance": EXACT})
 
 
 def rectangles(scene: Scene) -> Scene:
-    """Return a scene whose magnets are rectangles of the same charge, in place of points."""
+    """Return a scene in which rectangles of the same charge replace the point magnets."""
     return scene.replace(magnets={"model": "strips", "nodes": None, "accuracy": 1e-6})
 
 
@@ -133,19 +133,19 @@ def follow(scene: Scene) -> Motion:
 
 
 def squared_error(one: Motion, other: Motion) -> FloatArray:
-    """Return the mean squared difference of the relative angles [rad²], shape (m,)."""
+    """Return the mean squared difference in the relative angles [rad²], shape (m,)."""
     return np.square(one.joints - other.joints).mean(axis=1)
 
 
 def displacement(one: Motion, other: Motion) -> FloatArray:
-    """Return the mean distance of the components' centres [m], shape (m,)."""
+    """Return the mean distance between the components' centres in two motions [m], shape (m,)."""
     side = one.scene.casing.side
     apart = centres(one.angles, side) - centres(other.angles, side)
     return np.hypot(apart[..., 0], apart[..., 1]).mean(axis=1)
 
 
 def before_snap(*motions: Motion) -> BoolArray:
-    """Return the frames in which no joint of any motion has come near its stop, shape (m,)."""
+    """Return the frames before any joint in any motion has come near its stop, shape (m,)."""
     first = min(min(motion.snaps().values(), default=UNTIL) for motion in motions)
     return motions[0].time < first
 

@@ -1,4 +1,4 @@
-"""Figures 15 and 16: pendula, energy conservation of integrators and their cost."""
+"""Figures 15 and 16: pendula, with the integrators' conservation of energy and their cost."""
 
 import math
 from collections.abc import Callable
@@ -23,9 +23,9 @@ MARGIN = 0.5  # time steps beyond the last frame, so that rounding does not lose
 STEPS = (1, 2, 5, 10, 20, 50, 100, 200)
 QUICK_STEPS = (1, 5, 20, 100)
 TOLERANCE, TIGHT = 1e-4, 1e-10  # [rad]; the first is the engine's default
-STEP, CHANGE = "Δt [ms]", "change a step [%]"
+STEP, CHANGE = "Δt [ms]", "change per step [%]"
 KEPT = 1e-6
-"""Per cent per step; an integrator with a smaller energy change conserves energy, like the
+"""Change of the energy per step [%] below which an integrator conserves energy, like the
 equations."""
 
 _PAIR = f"DP5(4), tolerance {TOLERANCE:g}"
@@ -37,12 +37,12 @@ _TIGHT = f"this project's solver, tolerance {TIGHT:g}"
 
 
 def problem() -> Scene:
-    """Return the paper's pendulum, which swings down from a horizontal line."""
+    """Return the paper's pendulum, which swings down from a horizontal start."""
     return load_scene("pendulum-3").replace(start_angles=(0.0,) * (COMPONENTS - 1))
 
 
 def depth(scene: Scene) -> float:
-    """Return the available energy [J]: from the start to hanging straight."""
+    """Return the available energy [J], released between the start and hanging straight down."""
     hanging, level = np.full(scene.n, -np.pi / 2), np.zeros(scene.n)
     base = np.zeros(2)
     return float(
@@ -53,7 +53,7 @@ def depth(scene: Scene) -> float:
 def change(scene: Scene, angles: FloatArray, rates: FloatArray) -> float:
     """Return the mean change of the energy between frames, as a share of `depth`.
 
-    It is infinite if numbers are not finite.
+    The change is infinite if any number is not finite.
     """
     if not (np.isfinite(angles).all() and np.isfinite(rates).all()):
         return math.inf
@@ -65,7 +65,7 @@ def change(scene: Scene, angles: FloatArray, rates: FloatArray) -> float:
 
 
 def integrator_change(name: str, step: float) -> float:
-    """Return the mean change that an integrator of equal steps makes per time step [s]."""
+    """Return the mean change per time step [s] of an integrator with equal steps."""
     scene = problem()
     model, n = pack(scene), scene.n
     work, y = new_work(model), np.zeros(2 * (n + 2))  # at rest on a horizontal line
@@ -78,7 +78,7 @@ def integrator_change(name: str, step: float) -> float:
 
 
 def pair_change(step: float) -> float:
-    """Return the mean change per time step [s] of a pair that begins anew at each of them."""
+    """Return the mean change per time step [s] of a pair that restarts at each time step."""
     scene = problem().replace(solver={"tolerance": TOLERANCE})
     swinging = bare_pendulum.pendulum(scene)
     frames = np.zeros((quoted.PENDULUM_STEPS + 1, 2, scene.n))  # begins like `swinging`
@@ -89,18 +89,18 @@ def pair_change(step: float) -> float:
 
 
 def engine_change(step: float, tolerance: float) -> float:
-    """Return the mean change that the engine makes between frames one time step [s] apart."""
+    """Return the engine's mean change between frames one time step [s] apart."""
     scene = problem().replace(
         duration=(quoted.PENDULUM_STEPS + MARGIN) * step, solver={"tolerance": tolerance}
     )
     fold = simulate(scene, frame_rate=1.0 / step)
     assert fold.trajectory is not None
-    evenly = slice(quoted.PENDULUM_STEPS + 1)  # without the end
+    evenly = slice(quoted.PENDULUM_STEPS + 1)  # without the final state
     return change(scene, fold.trajectory.angles[evenly], fold.trajectory.rates[evenly])
 
 
 def drift(quick: bool, progress: Progress) -> Measured:
-    """Let every integrator take as many steps as the paper's, for each time step."""
+    """Let every integrator take as many time steps as the paper's, for each length of step."""
     cases: dict[str, Callable[[float], float]] = {
         name: partial(integrator_change, name) for name in integrators.FIXED
     }
@@ -114,7 +114,7 @@ def drift(quick: bool, progress: Progress) -> Measured:
         for j, count in enumerate(counts):
             tick(j / len(counts))
             step = 1.0 / (quoted.FRAME_RATE * count)
-            case: Row = {"integrator": name, "steps a frame": count, STEP: 1e3 * step}
+            case: Row = {"integrator": name, "steps per frame": count, STEP: 1e3 * step}
             found = cases[name](step)
             if math.isfinite(found):
                 rows.append(case | {CHANGE: 100.0 * found})
@@ -140,7 +140,7 @@ def drift_claims(measured: Measured) -> list[Claim]:
     steps, change = list(euler), list(euler.values())
     falls, slope = bool((np.diff(change) < 0.0).all()), tables.power(steps, change)
     mine = select(rows, integrator=integrators.EULER)
-    chosen = next(row for row in mine if row["steps a frame"] == quoted.COMPUTATIONS)
+    chosen = next(row for row in mine if row["steps per frame"] == quoted.COMPUTATIONS)
     lost = select(measured["broke-down"], integrator=integrators.EULER)
     best = max(changes[_TIGHT].values())
     better = [
@@ -151,18 +151,18 @@ def drift_claims(measured: Measured) -> list[Claim]:
     ]
     return [
         Claim(
-            "the error of the energy falls with the time step.",
-            f"double Euler's falls {'all along' if falls else 'not everywhere'}, from "
-            f"{change[0]:.2g} to {change[-1]:.2g} % a step, like Δt to the "
-            f"{slope:.1f}; at the paper's {quoted.COMPUTATIONS} steps a frame it is "
+            "the error in the energy falls with the time step.",
+            f"double Euler's error falls {'everywhere' if falls else 'not everywhere'}, from "
+            f"{change[0]:.2g} to {change[-1]:.2g} % per step, as Δt to the power "
+            f"{slope:.1f}; at the paper's {quoted.COMPUTATIONS} steps per frame it is "
             f"{float(chosen[CHANGE]):.2g} %."
             + "".join(f" At {float(row[STEP]):.2g} ms it breaks down." for row in lost),
             falls,
         ),
         Claim(
-            "equation 39 keeps the energy; what changes comes from the integration.",
+            "equation 39 conserves energy; changes come from the integration.",
             f"solved to a tolerance of {TIGHT:g} rad, the same equation changes it by "
-            f"{best:.1g} % a step at most.",
+            f"{best:.1g} % per step at most.",
             best < KEPT,
         ),
         Claim(
@@ -175,12 +175,12 @@ def drift_claims(measured: Measured) -> list[Claim]:
 
 def drift_plots(measured: Measured) -> list[Plot]:
     """Draw the change against the time step, one line per integrator."""
-    title = "Pendulum of 3: mean change of the energy a time step"
+    title = "Pendulum of 3: mean change of the energy per time step"
     figure = Lines(title, STEP, CHANGE, "integrator").draw(measured["energy"])
     caption = (
         f"Mean over {quoted.PENDULUM_STEPS} time steps. Methods with a tolerance take as many "
-        "steps of their own within a time step as they need, at least one; this project's solver "
-        "takes its steps over the whole run, and is looked at every time step."
+        "internal steps within a time step as they need, at least one; this project's solver "
+        "takes its steps over the whole run and is sampled at every time step."
     )
     return [Plot.of("figure-15", figure, caption)]
 
@@ -189,13 +189,13 @@ FIGURE_15 = Reproduction(
     "figure-15",
     "Figure 15: energy of a pendulum against the time step",
     "The solver",
-    shows="The percentage by which kinetic plus potential energy of a pendulum of three components "
-    f"changes between two time steps, averaged over {quoted.PENDULUM_STEPS} of them, against the "
-    "time step; no numbers in the text.",
+    shows="The percentage by which a three-component pendulum's kinetic plus potential energy "
+    f"changes per time step, averaged over {quoted.PENDULUM_STEPS} time steps, against the "
+    "time step; the text gives no numbers.",
     computed="The same pendulum, from a horizontal line, with the paper's double Euler, two other "
-    "methods of equal steps, an adaptive one, and this project's solver. Per cent are of the "
-    "energy between the start and hanging straight down: the total alone has no natural zero.",
-    missing="The paper's masses, sizes and start are not in its text; the components are those of "
+    "methods with equal steps, an adaptive one, and this project's solver. Percentages are of the "
+    "energy between the start and hanging straight down: the total has no natural zero.",
+    missing="The paper's text does not give masses, sizes and start; the components are those in "
     "the magnetic chain.",
     measure=drift,
     tables=drift_tables,
@@ -208,9 +208,9 @@ FIGURE_15 = Reproduction(
 # --- Figure 16: computing time against the number of components -------------------------------
 
 NEAR = 0.25
-"""Powers of n that differ by less than this agree."""
+"""Difference below which powers of n agree."""
 SHORTEST = 6
-"""Components of the chain from which growth is judged: below, a call costs more than its work."""
+"""Length from which growth is judged: in shorter chains, a call costs more than its work."""
 TIME = "time [µs]"
 
 
@@ -222,12 +222,12 @@ def times(quick: bool, progress: Progress) -> Measured:
 
 def times_tables(measured: Measured) -> list[Table]:
     """Return one row per length and one column per contender."""
-    title = "Accelerations of one chain [µs], as many ms for 1000 time steps"
+    title = "Accelerations of one chain [µs], or 1000 time steps [ms]"
     return [Table(title, pivot(measured["times"], "n", "contender", TIME, ""))]
 
 
 def times_claims(measured: Measured) -> list[Claim]:
-    """Compare how the times grow, and the dense method with the recursion."""
+    """Compare the growth of the times, and the dense method with the recursion."""
     rows = measured["times"]
     up_to, beyond = (quoted.NEAR_LINEAR_UP_TO, quoted.LONGEST)
     dense = select(rows, contender=scaling.DENSE)
@@ -243,26 +243,26 @@ def times_claims(measured: Measured) -> list[Claim]:
     return [
         Claim(
             f"up to about {up_to} components the time grows nearly linearly.",
-            f"the same method's grows like n to the {short:.2f} from {SHORTEST} to {up_to}.",
+            f"the same method's time grows as n to the {short:.2f} from {SHORTEST} to {up_to}.",
             abs(short - quoted.NEAR_LINEAR) < NEAR,
-            "So few numbers cost less than the calls that work on them.",
+            "Operations on so few numbers take less time than the calls that start them.",
         ),
         Claim(
-            f"up to {beyond} components it grows about like n to the {quoted.LONG_POWER:g}.",
-            f"fitted to all lengths from {SHORTEST} to {beyond} it grows like n to the "
-            f"{whole:.2f}, fitted from {up_to} on like n to the {long:.2f}.",
+            f"up to {beyond} components it grows about as n to the power {quoted.LONG_POWER:g}.",
+            f"fitted to all lengths from {SHORTEST} to {beyond}, it grows as n to the power "
+            f"{whole:.2f}; fitted from {up_to} on, as n to the power {long:.2f}.",
             abs(whole - quoted.LONG_POWER) < NEAR,
-            "To fill a dense matrix takes n² operations and to solve with it n³, so the power "
+            "Filling a dense matrix takes n² operations and solving with it n³, so the power "
             "grows with the length, and a fit depends on where it begins; the paper does not say "
             "where.",
         ),
         Claim(
-            "the vectorised equation speeds the computation up; recursion, component by "
-            "component, is the known efficient way.",
-            f"the recursion in compiled code grows like n to the {ours:.2f} from {up_to} to "
-            f"{beyond}, and the dense equation in NumPy takes {listed} its time.",
+            "the vectorised equation speeds up the computation; recursion, component by "
+            "component, is known as the efficient way.",
+            f"the compiled recursion's time grows as n to the power {ours:.2f} from {up_to} to "
+            f"{beyond}, and the dense equation in NumPy takes {listed} as long.",
             None,
-            "The paper gives no times of other methods.",
+            "The paper gives no times for other methods.",
         ),
     ]
 
@@ -271,7 +271,7 @@ def times_plots(measured: Measured) -> list[Plot]:
     """Draw the times as the benchmark does."""
     absent = ", ".join(str(row["peer"]) for row in measured["absent"])
     caption = (
-        "Time of one chain's accelerations; 1 µs is 1 ms for the 1000 time steps that the "
+        "Time of one chain's accelerations; 1 µs means 1 ms for the 1000 time steps that the "
         "paper times." + (f" Not installed, so not measured: {absent}." if absent else "")
     )
     return [Plot.of("figure-16", scaling.draw(measured["times"]), caption)]
@@ -282,14 +282,14 @@ FIGURE_16 = Reproduction(
     "Figure 16: computing time against the number of components",
     "The solver",
     shows="The time of 1000 time steps of a pendulum of n components, by equation 39 in NumPy, up "
-    f"to {quoted.NEAR_LINEAR_UP_TO} and up to {quoted.LONGEST} components, on a processor of "
-    f"twelve cores. Stated: nearly linear, then about n to the {quoted.LONG_POWER:g}.",
+    f"to {quoted.NEAR_LINEAR_UP_TO} and up to {quoted.LONGEST} components, on a processor with "
+    f"twelve cores. Stated: nearly linear, then about n to the power {quoted.LONG_POWER:g}.",
     computed="The accelerations of one pinned chain, which is what a time step consists of: "
     "equation 39 as a dense system in NumPy, this project's recursion for one chain and for many, "
-    "and two engines of others (Pinocchio, MuJoCo) where they are installed. All must agree before "
-    "they are timed; they take turns.",
-    missing="The paper's own code and processor: only how times grow is compared, not how long "
-    "they are.",
+    "and two other engines (Pinocchio, MuJoCo) if they are installed. All must agree before "
+    "they are timed, and they take turns.",
+    missing="The paper's own code and processor: only the growth of times is compared, not times "
+    "themselves.",
     measure=times,
     tables=times_tables,
     claims=times_claims,

@@ -1,7 +1,7 @@
-"""What the paper states in words and numbers, as far as something is compared with it.
+"""Statements and numbers from the paper with which something is compared.
 
 Fass, Hao, Cantillon-Murphy: On planar self-folding magnetic chains: Comparison of Newton-Euler
-dynamics and internal energy optimisation. Lengths in metres, angles in radians.
+dynamics and internal energy optimisation. Lengths are in metres, angles in radians.
 """
 
 import math
@@ -16,20 +16,20 @@ TABLE_1: dict[int, dict[Mode, str]] = {
 """Results of the component-by-component search, by sequence and direction."""
 
 SCORE_S1A, SCORE_S1B = -25.8098, -25.6527
-"""Coulomb energies of Figure 19; no unit is given, mJ is the right order."""
+"""Coulomb energies in Figure 19; the paper gives no unit, but mJ is the right order."""
 
 FROM_S2A, FROM_S2C = 0.5589, 0.0875
-"""Section 4.1: how far the energies of S2A and S2C are from that of S2B."""
+"""Section 4.1: relative differences between S2B's energy and those of S2A and S2C."""
 
-FRAME_RATE = 240.0  # [1/s] of the camera, and of all that is compared with it
-COMPUTATIONS = 5  # time steps a frame, chosen after Figure 11
-SNAP = 0.9 * math.pi / 2.0  # equation 40: neighbours snap together beyond
-CHARGES, MANY_CHARGES = 3, 30  # a pole face, Figure 12
+FRAME_RATE = 240.0  # [1/s] of the camera and everything compared with it
+COMPUTATIONS = 5  # time steps per frame, chosen after Figure 11
+SNAP = 0.9 * math.pi / 2.0  # equation 40: beyond this angle, neighbours snap together
+CHARGES, MANY_CHARGES = 3, 30  # per pole face, Figure 12
 DISPLACEMENT = 8.2e-3  # mean over time and components, Figure 13
-ANGLE = 0.442  # mean difference of relative angles, Figure 14
+ANGLE = 0.442  # mean difference in relative angles, Figure 14
 
-MAGNET_CHARGE = 17.1892  # [A m] equation 7, where each pole face gets half of it
+MAGNET_CHARGE = 17.1892  # [A m] equation 7, which gives each pole face half of it
 
 PENDULUM_STEPS = 1000  # Figure 15
 NEAR_LINEAR_UP_TO, LONGEST = 60, 450  # components, Figure 16
-NEAR_LINEAR, LONG_POWER = 1.0, 1.5  # powers of n up to the one, and on to the other
+NEAR_LINEAR, LONG_POWER = 1.0, 1.5  # powers of n up to the first length, then up to the second

@@ -1,4 +1,4 @@
-"""Counterparts of the paper's figures and tables: numbers, with claims, tables and plots."""
+"""Counterparts of the paper's figures and tables: numbers, claims, tables and plots."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from magfold_env.reporting.page import Tone, Verdict
 from magfold_env.reporting.plotting import save_figure
 
 Measured = dict[str, list[Row]]
-"""Rows of plain values by subject; the rows of a subject have equal keys."""
+"""Rows of plain values by name; rows under one name have equal keys."""
 
 
 Outcome = Literal["agrees", "agrees by construction", "disagrees", "cannot be compared"]
@@ -19,14 +19,14 @@ Outcome = Literal["agrees", "agrees by construction", "disagrees", "cannot be co
 Subject = Literal["Energy minimisation", "The solver", "Where releases end"]
 
 BUILT_IN = (
-    "The sequences, which the text does not give, were reconstructed so that this holds: it is no "
+    "The sequences, which the text does not give, were reconstructed so that this holds; it is no "
     "evidence."
 )
 _TONES: dict[Outcome, Tone] = {"agrees": "good", "disagrees": "bad"}
 
 
 class Claim(NamedTuple):
-    """A statement of the paper, and the result here."""
+    """A statement in the paper, and this project's result."""
 
     stated: str
     """The statement in this project's words."""
@@ -37,13 +37,13 @@ class Claim(NamedTuple):
     why: str = ""
     """The reason, if one is known."""
     built_in: bool = False
-    """Whether the sequences were reconstructed so that it holds."""
+    """Whether the sequences were reconstructed so that the statement holds."""
     inputs: str = ""
-    """Assumptions of the verdict: assumed or reconstructed values."""
+    """Assumed or reconstructed values on which the verdict depends."""
 
     @classmethod
     def unless(cls, stated: str, found: str, holds: bool, why_not: str) -> Self:
-        """Return a claim with a reason that applies if it does not hold."""
+        """Return a claim whose reason is given only if it does not hold."""
         return cls(stated, found, holds, "" if holds else why_not)
 
     @property
@@ -58,7 +58,7 @@ class Claim(NamedTuple):
     def to_verdict(self) -> Verdict:
         """Return the claim as a block of a page."""
         why = BUILT_IN if self.outcome == "agrees by construction" else self.why
-        texts = {"Here": self.found, "Why": why, "Hangs on": self.inputs}
+        texts = {"Here": self.found, "Why": why, "Depends on": self.inputs}
         more = [f"{name}: {text}" for name, text in texts.items() if text]
         tone = _TONES.get(self.outcome, "plain")
         return Verdict(self.outcome.capitalize(), f"The paper: {self.stated}", tone, more)
@@ -68,14 +68,14 @@ class Plot(NamedTuple):
     """A picture that can be drawn."""
 
     name: str
-    """Name of its PNG file."""
+    """Name of the picture's PNG file."""
     caption: str
     save: Callable[[Path], object]
-    """Draws it into a file."""
+    """Draws the picture into a file."""
 
     @classmethod
     def of(cls, name: str, figure: Any, caption: str) -> Self:
-        """Return the picture that shows a figure of matplotlib's."""
+        """Return the picture of a matplotlib figure."""
         return cls(name, caption, partial(save_figure, figure))
 
 
@@ -84,22 +84,22 @@ class Reproduction:
     """The counterpart of a figure or a table."""
 
     name: str
-    """Name for ``--only`` and of its files."""
+    """Name for ``--only`` and for the files."""
     title: str
     subject: Subject
     shows: str
-    """In the paper."""
+    """What the paper shows."""
     computed: str
-    """Here."""
+    """What is computed here."""
     missing: str
     """What is not covered."""
     measure: Callable[[bool, Progress], Measured]
-    """Measures the part, or less of it; tables, comparisons and pictures use the result."""
+    """Measures everything, or less if quick; tables, claims and plots use the result."""
     tables: Callable[[Measured], list[Table]]
     claims: Callable[[Measured], list[Claim]]
     plots: Callable[[Measured], list[Plot]]
     inputs: str = ""
-    """Assumptions of verdicts without their own."""
+    """Assumptions behind verdicts that name none."""
 
     def verdicts(self, measured: Measured) -> list[Claim]:
         """Return the claims, each with its assumptions."""

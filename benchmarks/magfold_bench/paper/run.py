@@ -1,6 +1,6 @@
 """Measure the selected parts; write numbers, pictures and the page that shows them.
 
-The page shows every reproduction beside the paper's statements, with a verdict for each.
+The page shows every reproduction with the paper's statements and a verdict on each.
 """
 
 import json
@@ -56,15 +56,15 @@ class Done(NamedTuple):
 
     @property
     def claims(self) -> list[Claim]:
-        """What is compared."""
+        """The claims that are compared, with their assumptions."""
         return self.part.verdicts(self.measured)
 
 
 def run(only: Sequence[str], quick: bool, out: Path, progress: Progress) -> list[Done]:
-    """Measure the named parts, or all, write the files, and return the content of the page.
+    """Measure the named parts, or all; write the files, and return the content of the page.
 
-    A folder's finished parts are not measured again, and are on the page. Parts that another
-    version measured are refused.
+    Finished parts in the folder are not measured again but are shown on the page. Parts that
+    another version measured are refused.
     """
     chosen = tables.chosen(PARTS, only)
     out.mkdir(parents=True, exist_ok=True)
@@ -92,7 +92,7 @@ def run(only: Sequence[str], quick: bool, out: Path, progress: Progress) -> list
 
 
 def _done(part: Reproduction, record: dict[str, Any], out: Path) -> Done:
-    """Write a part's pictures and tables of numbers."""
+    """Write a part's pictures and tables of numbers, and return its results."""
     measured: Measured = record["measured"]
     for name, rows in measured.items():
         if rows:
@@ -131,32 +131,32 @@ TITLE = "“On planar self-folding magnetic chains”, reproduced"
 _LEAD = (
     "T.H. Fass, G. Hao and P. Cantillon-Murphy compare two ways to predict how a chain of square "
     "casings with magnets folds itself: by energy minimisation and by simulation. This page puts "
-    "the counterpart of each of their figures and tables whose content the text gives beside what "
+    "the counterpart of each figure and table whose content the text gives next to what "
     "the text says about it. Every statement that can be compared has a verdict, computed from "
     "the numbers measured for this page.",
-    "What to keep in mind: the drawings of the paper's sequences and casing are not at hand. The "
+    "Keep in mind that the drawings of the paper's sequences and casing are not available. The "
     "three sequences are reconstructions that satisfy what its text says about their energies; "
-    "where that makes an agreement no evidence, the verdict says so. Masses, sizes and how much "
+    "where agreement is therefore no evidence, the verdict says so. Masses, sizes and how much "
     "releases by hand differ are assumed.",
-    "A fold is a word over L (+90°), S (0°) and R (−90°), one letter a joint from component 1 on. "
-    "Folded: at rest with every joint at ±90°; misfolded: at rest otherwise.",
+    "A fold is a word over L (+90°), S (0°) and R (−90°), one letter per joint from component 1. "
+    "Folded means at rest with every joint at ±90°; misfolded means at rest otherwise.",
 )
 _LEFT_OUT = (
     "Figures 1, 10 and 17: photographs, the latter two of experiments.",
     "Figures 2 and 3: the dimensions of a component and the poles of the sequences, which the text "
-    "does not give. Nothing on this page has the paper's own sequences.",
-    "Figures 4, 5 and 9: pseudo-code. Table 1 and Figure 7 run what 4 and 5 say, Figures 11 to 14 "
-    "what 9 says.",
+    "does not give. Nothing on this page uses the paper's own sequences.",
+    "Figures 4, 5 and 9: pseudo-code. Table 1 and Figure 7 run Figures 4 and 5, and Figures 11 to "
+    "14 run Figure 9.",
     "Figure 8 and Table 2: symbols of equation 39.",
 )
 _QUICK = (
-    "Made with --quick: shorter series, fewer rounds of timing. It shows that everything works; "
-    "numbers to quote come from a run without it."
+    "Made with --quick: shorter series and fewer rounds of timing. It shows that everything works; "
+    "quote only numbers from a run without it."
 )
 
 
 def page(done: Sequence[Done], *, quick: bool) -> Page:
-    """Return the page for the finished reproductions, at least one."""
+    """Return the page for the finished reproductions, of which there is at least one."""
     lead: list[Block] = [Points(_answers(done)), overview(done)]
     if quick:
         lead.append(_QUICK)
@@ -167,14 +167,14 @@ def page(done: Sequence[Done], *, quick: bool) -> Page:
         if claim.outcome == "disagrees"
     ]
     if against:
-        lead.append(Details(f"What disagrees ({len(against)})", [Points(against)]))
+        lead.append(Details(f"Disagreements ({len(against)})", [Points(against)]))
     lead.append(Details("What is compared, and what to keep in mind", _LEAD))
     sections = [*(_section(each) for each in done), Section("Not reproduced", [Points(_LEFT_OUT)])]
     return Page(TITLE, sections, lead, done[-1].machine)
 
 
 def _answers(done: Sequence[Done]) -> list[str]:
-    """Return the summary of the statements on each subject."""
+    """Return a summary of the verdicts on each subject."""
     said: list[str] = []
     for subject in get_args(Subject):
         mine = [each for each in done if each.part.subject == subject]
@@ -191,13 +191,13 @@ def _name(done: Done) -> str:
 
 
 def overview(done: Sequence[Done]) -> Table:
-    """Return the number of statements that agree, by figure."""
+    """Return the number of statements with each verdict, by figure."""
     rows: list[Row] = []
     for each in done:
         outcomes = [claim.outcome for claim in each.claims]
         counts: Row = {outcome: outcomes.count(outcome) for outcome in get_args(Outcome)}
         rows.append({"": each.part.title, **counts})
-    return Table("Statements of the paper: how many of them", rows)
+    return Table("Number of the paper's statements by verdict", rows)
 
 
 def _section(done: Done) -> Section:

@@ -1,7 +1,7 @@
-"""The paper's statements about its sequences that a sequence can meet.
+"""The paper's statements about its sequences, as tests of a sequence.
 
-Statements about energies hold or do not; those about releases hold to a degree, so that few
-releases can already distinguish better from worse.
+Statements about energies either hold or do not. Statements about releases hold to a degree, so that
+even a few releases can distinguish better sequences from worse ones.
 """
 
 from collections import Counter
@@ -13,10 +13,10 @@ from magfold_env.fold import FoldStatus
 from magfold_env.minimiser import Mode
 
 HOLDS = 0.5
-"""A statement holds to a degree above this."""
+"""Degree above which a statement holds."""
 RARE = 0.1
-"""Smallest share of releases of an outcome that the paper says occurs, and largest share of one
-that it says does not."""
+"""Smallest share of releases with an outcome that occurs according to the paper, and largest share
+with an outcome that does not."""
 
 _BOTH: tuple[Mode, Mode] = ("free", "forward")
 _EVERY: tuple[Mode, ...] = (*_BOTH, "backward")
@@ -26,11 +26,11 @@ class Released(NamedTuple):
     """The states of a sequence and the outcomes of its releases."""
 
     names: Mapping[str, str]
-    """Words by the paper's names of states: S1A …, those of this sequence."""
+    """Words of this sequence's states, by the paper's names: S1A …."""
     stable: frozenset[str]
-    """Words that are stable."""
+    """Words of stable states."""
     ends: Mapping[Mode, Ensemble]
-    """Releases by mode."""
+    """Ensembles of releases, by mode."""
 
     def folded(self, mode: Mode) -> dict[str, float]:
         """Return the share of releases that end in each full fold."""
@@ -56,23 +56,23 @@ class Statement(NamedTuple):
     said: str
     """The statement in this project's words."""
     degree: Callable[[Released], float]
-    """From 0 to 1; it holds above `HOLDS`."""
+    """Degree from 0 to 1; the statement holds above `HOLDS`."""
 
 
 def on_the_way(word: str, goal: str, outer: Collection[int]) -> bool:
-    """Whether a word is a fold that only lacks some of the outer joints, numbered from 1."""
+    """Whether a word is a fold in which only some outer joints, numbered from 1, are straight."""
     straight = [joint for joint, letter in enumerate(word, start=1) if letter == "S"]
     turned = all(a in (b, "S") for a, b in zip(word, goal, strict=True))
     return bool(straight) and turned and set(straight) <= set(outer)
 
 
 def _share(rate: float, whole: float) -> float:
-    """Return the share of a rate, less where it is rare; 0 of nothing."""
+    """Return a rate's share of a whole, reduced for rare outcomes; 0 if the whole is 0."""
     return rate / whole * min(1.0, rate / RARE) if whole else 0.0
 
 
 def prefers(mode: Mode, name: str) -> Callable[[Released], float]:
-    """Return the degree to which full folds prefer one state to the most frequent other."""
+    """Return the degree to which full folds prefer one state to the most frequent other state."""
 
     def degree(made: Released) -> float:
         often = made.rate(mode, name)
@@ -88,13 +88,13 @@ def _mostly(mode: Mode) -> Callable[[Released], float]:
 
 
 def _even(made: Released) -> float:
-    """S1A and S1C about equally often, and no other full fold more often."""
+    """S1A and S1C occur about equally often, and no other full fold more often."""
     rarer = min(made.rate("backward", name) for name in ("S1A", "S1C"))
     return _share(rarer, max(made.folded("backward").values(), default=0.0))
 
 
 def _several(made: Released) -> float:
-    """Return the share of the second full fold to that of the first."""
+    """Return the share of the second most frequent full fold, relative to the most frequent."""
     rates = sorted(made.folded("backward").values(), reverse=True)
     return _share(rates[1], rates[0]) if len(rates) > 1 else 0.0
 
@@ -105,7 +105,7 @@ def _rarer(made: Released) -> float:
 
 
 def _only_stable(*exceptions: str) -> Callable[[Released], float]:
-    """Return the degree to which full folds are stable ones, or exceptions, in all modes."""
+    """Return the degree to which full folds are stable states, or exceptions, in all modes."""
 
     def degree(made: Released) -> float:
         allowed = made.stable | {made.names.get(name, "") for name in exceptions}
@@ -118,12 +118,12 @@ def _only_stable(*exceptions: str) -> Callable[[Released], float]:
 
 
 def clear(share: float) -> float:
-    """Return a degree that holds if no more than a rare part is missing."""
+    """Return a degree that holds if at most a rare part is missing."""
     return 1.0 if share >= 1.0 - RARE else 0.5 * share
 
 
 def _dragged(made: Released) -> float:
-    """Return the share of misfolds, free and forward, that only lack the last two components."""
+    """Return the share of free and forward misfolds with only the last two joints straight."""
     goal = made.names["S3A"]
     misfolds = [each for mode in _BOTH for each in made.misfolded(mode).items()]
     total = sum(rate for _, rate in misfolds)
@@ -156,19 +156,19 @@ RELEASES: dict[int, tuple[Statement, ...]] = {
         Statement("3 forward", "most releases end in S3A", _mostly("forward")),
         Statement("3 backward", "most releases end in S3A", _mostly("backward")),
         Statement("3 folds", "full folds are S3A", _only_stable()),
-        Statement("3 misfolds", "misfolds lack the last two components only", _dragged),
+        Statement("3 misfolds", "in misfolds, only the last two joints are not folded", _dragged),
         Statement("3 modes", "misfolds are more frequent free or forward", _modes_matter),
     ),
 }
-"""Sections 6.1 and 7, by sequence."""
+"""Statements in sections 6.1 and 7, by sequence."""
 
 ENERGIES: dict[int, dict[str, str]] = {
     1: {
-        "1 gap": "S1B lies less than a hundredth above S1A",
-        "1 five": "of the five lowest states four are stable",
+        "1 gap": "S1B's energy is less than one per cent above S1A's",
+        "1 five": "four of the five lowest states are stable",
         "1 conflict": "S1E's conflict is between 4 and 5",
-        "1 movement": "of the stable states S1C moves least, or nearly so",
-        "1 line": "none of them is the straight line, which only sequence 2 is said to have",
+        "1 movement": "of the stable states, S1C needs the least movement, or nearly the least",
+        "1 line": "none of them is the straight line, which only sequence 2 has",
     },
     2: {"2 positive": "energies of S2A, S2B and S2C are positive"},
     3: {},
@@ -176,4 +176,4 @@ ENERGIES: dict[int, dict[str, str]] = {
 """Statements about energies that not every candidate meets."""
 
 CHAINS = {8: "chains of eight do not fold", 10: "chains of ten do not fold"}
-"""Section 2: more than six components do not fold, for friction."""
+"""Section 2: because of friction, chains of more than six components do not fold."""

@@ -1,1 +1,1 @@
-"""Random scenes and extreme corners that try to break the simulation: `magfold stress`."""
+"""`magfold stress`: random and extreme scenes that try to break the simulation."""

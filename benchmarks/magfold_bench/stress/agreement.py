@@ -1,15 +1,15 @@
-"""Do default settings end where a reference ends? Over many random scenes.
+"""Compare how random scenes end with default settings and with a reference.
 
-Run as ``python -m magfold_bench.stress.agreement --scenes 1000 --out runs/agreement``. A killed run
-goes on where it was. Every scene that disagrees is saved as YAML: ``magfold fold FILE`` runs it
-again.
+Run as ``python -m magfold_bench.stress.agreement --scenes 1000 --out runs/agreement``. An
+interrupted run continues if it is started again. Every scene that disagrees is saved as YAML;
+``magfold fold FILE`` runs it again.
 
-A scene that ends otherwise with a tolerance 20 times tighter belongs to one of three classes:
+A scene that ends differently with a 20 times tighter tolerance belongs to one of three classes:
 
-- *reference not converged*: with a tolerance 400 times tighter it ends in a third way, or as usual;
-- *decided within tolerance*: a reference whose start is moved by the scene's own tolerance ends
-  otherwise, too;
-- *firm*: neither, so the default settings are wrong.
+- *reference not converged*: with a 400 times tighter tolerance, it does not end as the reference;
+- *decided within tolerance*: a reference whose start is moved by the scene's tolerance also ends
+differently;
+- *firm*: neither applies, so the default settings are wrong.
 """
 
 from collections import Counter
@@ -42,15 +42,15 @@ AGREES, UNCONVERGED, WITHIN, FIRM = VERDICTS = (
 WANTED = {
     "without obstacles": 0.99,
     "with obstacles": 0.97,
-}  # share of those that are not set aside
+}  # required share of agreement among scenes that are not set aside
 MUCH_TIGHTER = 400
 PAIRS = 8  # of moved starts
 KINDS_DRAWN = ("plain", "retraction", "obstacles", "tilted")
-"""Kinds of scenes, drawn in turn: `random_scene`'s, and some of the stress test's."""
+"""Kinds of scenes, drawn in turn: `random_scene`'s, and some kinds of the stress test."""
 
 
 def scene_of(seed: int) -> Scene:
-    """Return the scene of a number, with nothing left to draw."""
+    """Return the concrete scene for a seed."""
     number, kind = divmod(seed, len(KINDS_DRAWN))
     if kind == 0:
         return random_scene(number)
@@ -59,15 +59,15 @@ def scene_of(seed: int) -> Scene:
 
 
 def compare(seed: int) -> Row:
-    """Simulate one random scene at default settings and as a reference, and judge.
+    """Simulate one random scene with default settings and as a reference, and judge the ends.
 
-    Two failures do not agree, and are never set aside.
+    Failures never agree, and are never set aside.
     """
     scene = scene_of(seed)
     default, reference = simulate(scene), simulate(reference_of(scene))
     differs = difference(default, reference)
     if FoldStatus.FAILED in (default.status, reference.status):
-        # A start that is refused is no run.
+        # A refused start does not count as a run.
         refused = default.steps == reference.steps == 0
         differs, verdict = ("", AGREES) if refused else ("failed", FIRM)
     else:
@@ -84,7 +84,7 @@ def compare(seed: int) -> Row:
 
 
 def verdict_on(scene: Scene, reference: Fold, seed: int) -> str:
-    """Return the class of a scene that does not end as its reference."""
+    """Return the class of a scene that ends differently from its reference."""
     if difference(simulate(reference_of(scene, MUCH_TIGHTER)), reference):
         return UNCONVERGED
     rng, by = np.random.default_rng(seed), scene.solver.tolerance
@@ -95,7 +95,7 @@ def verdict_on(scene: Scene, reference: Fold, seed: int) -> str:
 
 
 def table_of(rows: Sequence[Row]) -> Table:
-    """Return how many scenes agree, in all and by group."""
+    """Return the numbers of scenes by verdict, for all scenes and by group."""
     groups = {
         "all": rows,
         "without obstacles": [row for row in rows if not row["obstacles"]],
@@ -114,16 +114,16 @@ def table_of(rows: Sequence[Row]) -> Table:
         counts = {verdict: count[verdict] for verdict in VERDICTS}
         found.append({"scenes": name, "in all": len(group), **counts, "share": shown})
     wanted = ", ".join(f"{share:.0%} {group}" for group, share in WANTED.items())
-    return Table(f"Share of those that agree or are firm that agree; wanted: {wanted}", found)
+    return Table(f"Share that agrees, of scenes that agree or are firm; required: {wanted}", found)
 
 
 def main(
-    scenes: Annotated[int, typer.Option(min=1, help="Random scenes.")] = 1000,
-    first: Annotated[int, typer.Option(min=0, help="Seed of the first.")] = 0,
+    scenes: Annotated[int, typer.Option(min=1, help="Number of random scenes.")] = 1000,
+    first: Annotated[int, typer.Option(min=0, help="Seed of the first scene.")] = 0,
     out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/agreement"),
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, help="Number of processes.")] = 1,
 ) -> None:
-    """Compare, go on where an earlier run ended, and print what was found."""
+    """Compare scenes, continuing an earlier run, and print the results."""
     wanted = range(first, first + scenes)
     with Checkpoint(out, {"physics": physics_digest()}) as kept:
         rows = {row["seed"]: row for row in kept.load()}

@@ -1,4 +1,4 @@
-"""Named cases, and campaigns of many cases on several processes, which survive interruptions."""
+"""Named cases, and campaigns of many cases on several processes, which can be interrupted."""
 
 import time
 from collections import Counter
@@ -20,16 +20,16 @@ from magfold_env.parallel import Workers, finished
 from magfold_env.scene import Scene, errors, save_scene
 
 BLOCK = 20
-"""Number of cases that a worker gets and stores at once."""
+"""Number of cases that a worker checks and stores together."""
 WAVE = 32
-"""Blocks per worker that are handed out before the time is checked; the last ones wait."""
+"""Number of blocks per worker that are handed out between two checks of the time."""
 
 Progress = Callable[[Tally], object]
 
 
 @dataclass(frozen=True)
 class Case:
-    """A scene's kind, its number among those of the kind, and its seed."""
+    """A scene's seed, its kind, and its number among the scenes of this kind."""
 
     seed: int
     kind: str
@@ -37,16 +37,16 @@ class Case:
 
     @property
     def name(self) -> str:
-        """Also the name of its file."""
+        """Name of the case and of its file."""
         return f"{self.kind}-{self.seed}-{self.number}"
 
     def scene(self) -> Scene:
-        """Draw the scene, which is equal at all times and on all machines."""
+        """Draw the scene, which is the same every time and on all machines."""
         letters = map(ord, self.kind)
         return KINDS[self.kind].make(Source(self.seed, self.number, *letters))
 
     def verdict(self) -> Verdict:
-        """Check the scene; an error that is raised breaks a law like any other."""
+        """Check the scene; raising an error also breaks a law."""
         try:
             return check(self.scene())
         except Exception as error:
@@ -55,7 +55,7 @@ class Case:
             return found
 
     def save(self, broken: Iterable[str], folder: Path) -> Path:
-        """Write the scene, with the broken laws as comments."""
+        """Write the scene, with the broken laws as comments, and return its file."""
         path = folder / f"{self.name}.yaml"
         lines = [f"case {self.name} of magfold stress breaks", *broken]
         again = f"magfold stress --rerun {path.name}"
@@ -73,9 +73,9 @@ def run(
     out: Path | None = None,
     progress: Progress | None = None,
 ) -> Tally:
-    """Try cases of the kinds ``only``, or of all that have a share, and count their results.
+    """Try cases of the kinds in ``only``, or of all kinds with a share, and count the results.
 
-    No more are begun after some minutes. The folder ``out`` contains the state, from which an
+    No more cases begin after ``minutes``. The folder ``out`` contains the state, from which an
     interrupted campaign continues, and the scenes of failing cases. ``progress`` is called with the
     tally so far.
     """
@@ -91,7 +91,7 @@ def run(
         kind = TypeAdapter(tuple[int, int, Tally])
         stored: list[tuple[int, int, Tally]] = kept.load(kind.validate_python)
         for number, count, part in stored:
-            # The last block of a shorter campaign is smaller.
+            # The last block of a shorter campaign was smaller.
             if number not in done and number < len(blocks) and count == len(blocks[number]):
                 done.add(number)
                 tally.merge(part)
@@ -111,7 +111,7 @@ def run(
 
 
 def try_block(block: Sequence[Case]) -> Tally:
-    """Check some cases."""
+    """Check the cases of a block and return their tally."""
     tally = Tally()
     for case in block:
         begun = time.process_time()
@@ -150,7 +150,7 @@ def _save_failures(tally: Tally, folder: Path) -> None:
     for failure in tally.failures:
         seed, number = map(int, failure["case"].split("-")[1:])
         case = Case(seed, failure["kind"], number)
-        with suppress(errors.SceneError):  # a scene that is refused has no file
+        with suppress(errors.SceneError):  # a refused scene has no file
             case.save([words for _, words in failure["broken"]], folder)
 
 

@@ -1,4 +1,4 @@
-"""Kinds of concrete scenes: ordinary ones, and one for each extreme corner."""
+"""Kinds of concrete scenes: ordinary scenes, and one kind per extreme."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -23,14 +23,14 @@ from magfold_env.shapes import centres, headings, overlaps
 T = TypeVar("T")
 
 DURATION = 0.5  # [s] after the last release; most chains are at rest after 0.3 s
-MAX_STEPS = 3000  # a fold of six components takes some 150
+MAX_STEPS = 3000  # a fold of six components takes about 150
 LONG_STEPS = 60
 LONGEST, LONGEST_IN_CONTACT = 1000, 500
 MARATHON_STEPS = 10_000_000
 STOP = 0.5 * math.pi
 NARROWEST, WIDEST = (times * Casing().diagonal for times in (1.001, 2.0))  # bores [m]
 
-# Geometries are few, because the splines of each are made once and kept.
+# There are few geometries, because the splines of each are made once and kept.
 GAPS = (0.0, 5e-6, 5e-5)  # insets [m]: touching faces are twice as far apart
 DEVICES: tuple[Mapping[str, Any], ...] = (
     {},
@@ -44,7 +44,7 @@ Changes = dict[str, Any]
 
 
 class Source:
-    """Draws numbers and choices uniformly; each key, the seed, has its own stream of draws."""
+    """Draws numbers and choices uniformly; each key, the seed, has its own stream."""
 
     def __init__(self, *key: int) -> None:
         self._rng = np.random.default_rng(key)
@@ -69,12 +69,12 @@ def logarithmic(source: Source, low: float, high: float) -> float:
 
 
 def numbers(source: Source, low: float, high: float, count: int) -> tuple[float, ...]:
-    """Draw a number of values."""
+    """Draw ``count`` values uniformly."""
     return tuple(source.number(low, high) for _ in range(count))
 
 
 def changed(draw: Callable[[Source, int], Changes]) -> Callable[[Source], Scene]:
-    """Return a function that draws scenes of few components, and then changes to them."""
+    """Return a function that draws scenes with few components and applies drawn changes."""
 
     def make(source: Source) -> Scene:
         n = few(source)
@@ -84,13 +84,13 @@ def changed(draw: Callable[[Source, int], Changes]) -> Callable[[Source], Scene]
 
 
 class Kind(NamedTuple):
-    """A kind of scenes."""
+    """A kind of scene."""
 
     draws: str
     """The extreme property of these scenes."""
     make: Callable[[Source], Scene]
     share: int
-    """Share of the cases in per cent; kinds with 0 are tried only on request."""
+    """Share of the cases in per cent; kinds with a share of 0 are tried only on request."""
 
 
 def ordinary(source: Source) -> Scene:
@@ -104,7 +104,7 @@ def few(source: Source) -> int:
 
 
 def scene(source: Source, n: int, **changes: Any) -> Scene:
-    """Return a scene of ``n`` components in which everything else is ordinary."""
+    """Return a scene of ``n`` components that is ordinary apart from the changes."""
     made: Changes = {
         "friction": source.pick((0.0, source.number(0.0, 1.0), 0.35)),
         "duration": DURATION,
@@ -127,7 +127,7 @@ def scene(source: Source, n: int, **changes: Any) -> Scene:
 
 
 def held(source: Source, scene: Scene) -> tuple[float, ...]:
-    """Draw the offsets of hinges in the tube: as in releases, or over its whole bore."""
+    """Draw offsets of hinges in the tube, either as in releases or over the whole bore."""
     wide = min(source.pick((scene.start_offset_spread, scene.play)), 0.5 * scene.casing.side)
     return numbers(source, -wide, wide, scene.n + 1)
 
@@ -166,13 +166,13 @@ def uneven(source: Source, n: int) -> Changes:
 
 
 def rubbing(source: Source, n: int) -> Changes:
-    """Draw friction of 0, of 10 and of all magnitudes between, also by component."""
+    """Draw friction of 0, 10 and all magnitudes in between, sometimes separately by component."""
     each = tuple(logarithmic(source, 1e-4, 10.0) for _ in range(n))
     return {"friction": source.pick((0.0, 10.0, logarithmic(source, 1e-4, 10.0), each))}
 
 
 def hurried(source: Source, n: int) -> Changes:
-    """Draw feed speeds from 0.1 mm/s to 10 m/s, also from component to component."""
+    """Draw feed speeds from 0.1 mm/s to 10 m/s, sometimes separately by component."""
     one = logarithmic(source, 1e-4, 10.0)
     each = tuple(logarithmic(source, 1e-4, 10.0) for _ in range(n))
     limit = source.pick((Feed().force_limit, None))
@@ -186,7 +186,7 @@ def retracted(source: Source, n: int) -> Changes:
     pace = [logarithmic(source, 0.01, 0.6) for _ in range(count)]
     if source.integer(0, 1) == 0:
         drawn = [(source.number(0.001, n), speed) for speed in pace]
-        # Every leg moves the feed.
+        # Drop legs that do not move the feed.
         legs = [leg for k, leg in enumerate(drawn) if k == 0 or leg[0] != drawn[k - 1][0]]
         schedule: Changes = {"advance": legs}
     else:
@@ -201,7 +201,7 @@ def retracted(source: Source, n: int) -> Changes:
 
 
 def crowded(source: Source, n: int) -> Changes:
-    """Draw rectangles in the way, single ones, channels, chambers and funnels."""
+    """Draw obstacles: single rectangles, channels, chambers and funnels."""
     pitch = Casing().diagonal
     tube = source.integer(0, 2) > 0
     mount = "tube" if tube else source.pick(("free", "pinned"))
@@ -219,7 +219,7 @@ def crowded(source: Source, n: int) -> Changes:
         )
         for side in (source.pick((-1.0, 1.0)) for _ in range(count))
     ]
-    # A wide bore must be free as far as a casing's length before the mouth.
+    # In front of a wide bore, one casing's length must be free.
     widest = max(beside, 0.5 * bore)
     obstacles = [
         post
@@ -245,7 +245,7 @@ def crowded(source: Source, n: int) -> Changes:
 
 
 def tilted(source: Source) -> Scene:
-    """Draw floors tilted by up to 90°, with posts and plates from 0.2 mm on in the way."""
+    """Draw floors tilted by up to 90°, with posts and plates at least 0.2 mm thick as obstacles."""
     n = few(source)
     tilt = source.pick((0.0, 0.5 * math.pi, source.number(0.0, 0.5 * math.pi)))
     down = source.number(-math.pi, math.pi)
@@ -267,7 +267,7 @@ def tilted(source: Source) -> Scene:
 
 
 def post(source: Source, n: int) -> Rectangle:
-    """Draw a post, or a plate, somewhere around a chain."""
+    """Draw a post or a plate somewhere around a chain."""
     pitch = Casing().diagonal
     thick = logarithmic(source, 2e-4, 0.01)
     long = source.pick((thick, source.number(1.0, 4.0) * pitch))
@@ -296,7 +296,7 @@ def leaves_room(solid: Rectangle, alone: Scene) -> bool:
     casing = alone.casing
     if alone.mount == "tube":
         half = 0.5 * alone.bore + alone.feed.wall
-        # Scenes refuse solids in line with the bore, however far behind.
+        # Scenes refuse solids in line with the bore, however far behind they are.
         behind = min(-alone.n * casing.diagonal, float(solid.corners[:, 0].min()))
         deep = behind - casing.diagonal
         bore = np.array(
@@ -314,7 +314,7 @@ def leaves_room(solid: Rectangle, alone: Scene) -> bool:
 
 
 def shaken(source: Source, n: int) -> Changes:
-    """Draw trains of bumps, from soft and frequent ones to rare ones that throw a chain around."""
+    """Draw trains of bumps, from weak and frequent bumps to rare ones that throw a chain around."""
     bumps = {
         "rate": logarithmic(source, 0.5, 1e3),
         "speed": logarithmic(source, 1e-5, 1.0),
@@ -324,7 +324,7 @@ def shaken(source: Source, n: int) -> Changes:
 
 
 def strong(source: Source, n: int) -> Changes:
-    """Draw magnets of 0 to 1.5 T of several shapes, also one by one, or none."""
+    """Draw magnets of 0 to 1.5 T in several shapes, sometimes each separately, or no magnets."""
     if source.integer(0, 9) == 0:
         return {"magnets": None}
     one = logarithmic(source, 1e-6, 1.5)
@@ -334,7 +334,7 @@ def strong(source: Source, n: int) -> Changes:
 
 
 def close(source: Source, n: int) -> Changes:
-    """Draw magnets at the faces or just below them, which touch or come as near as 10 µm."""
+    """Draw magnets at the faces or just below them, which touch or come as close as 10 µm."""
     points = {"model": "points", "inset": logarithmic(source, 5e-6, 5e-4)}
     strips = {"inset": source.pick(GAPS)}
     summed = {"inset": logarithmic(source, 5e-6, 5e-4), "nodes": source.integer(1, 8)}
@@ -366,7 +366,7 @@ def overlapping(source: Source) -> Scene:
 
 
 def symmetric(source: Source, n: int) -> Changes:
-    """Draw chains that are their own mirror image, exactly straight or nearly so."""
+    """Draw chains that are their own mirror image, exactly straight or nearly straight."""
     halves = [(source.pick("NS-"), source.pick("NS-")) for _ in range(n)]
     off = source.pick((0.0, 0.0, 1e-15, 1e-9))
     return {
@@ -382,7 +382,7 @@ def tolerances(source: Source) -> Scene:
 
 
 def outside(source: Source, n: int) -> Changes:
-    """Draw fields, gravity in the plane, and fixed magnets beside the straight chain."""
+    """Draw fields, in-plane gravity, and fixed magnets beside the straight chain."""
     pull = source.pick(((0.0, 0.0), numbers(source, -20.0, 20.0, 2)))
     size = {name: source.number(0.005, 0.03) for name in ("width", "height", "thickness")}
     beside = source.pick((-1.0, 1.0)) * (0.04 + 0.3 * 0.0177 * n + source.number(0.0, 0.1))
@@ -406,7 +406,7 @@ def paper(source: Source) -> Scene:
 
 
 def long(source: Source) -> Scene:
-    """Draw chains of up to 1,000 components, stopped by the work cap."""
+    """Draw chains of up to 1,000 components, which the work limit stops."""
     n = round(logarithmic(source, 13, LONGEST))
     free = {"contact": False, "friction": 0.0} if n > LONGEST_IN_CONTACT else {}
     letters = tuple("".join(source.pick("NS") for _ in range(4)) for _ in range(n))
@@ -442,18 +442,18 @@ KINDS: dict[str, Kind] = {
     "ordinary": Kind("what users simulate, 1 to 12 components", ordinary, 11),
     "masses": Kind("masses a million times apart", changed(uneven), 6),
     "friction": Kind("friction 0, 10 and all orders between", changed(rubbing), 6),
-    "feed": Kind("feed of 0.1 mm/s to 10 m/s, also without limit", changed(hurried), 6),
+    "feed": Kind("feed of 0.1 mm/s to 10 m/s, some without force limit", changed(hurried), 6),
     "retraction": Kind("feeds that go back and forth", changed(retracted), 8),
     "obstacles": Kind("rectangles, channels, chambers and funnels", changed(crowded), 6),
-    "tilted": Kind("tilted floors, posts from 0.2 mm on", tilted, 6),
+    "tilted": Kind("tilted floors, posts of at least 0.2 mm", tilted, 6),
     "bumps": Kind("bumps of 0.01 mm/s to 1 m/s", changed(shaken), 5),
     "remanence": Kind("0 to 1.5 T, magnet by magnet", changed(strong), 6),
-    "gaps": Kind("magnets that touch or nearly, all kinds of corners", changed(rounded), 6),
+    "gaps": Kind("magnets that touch or nearly touch, all kinds of corners", changed(rounded), 6),
     "stops": Kind("starts at the stops", changed(at_stops), 6),
     "overlapping": Kind("overlapping starts", overlapping, 3),
     "straight": Kind("exactly straight, symmetric chains", changed(symmetric), 5),
     "tolerances": Kind("tolerances of 1e-1 to 1e-12 rad", tolerances, 5),
-    "fields": Kind("fields, fixed magnets, gravity in the plane", changed(outside), 5),
+    "fields": Kind("fields, fixed magnets, in-plane gravity", changed(outside), 5),
     "paper": Kind("the paper's solver, steps up to 20 ms", paper, 3),
     "long": Kind("13 to 1,000 components, 60 steps", long, 1),
     "mixed": Kind("all of these at once", changed(mixed), 6),

@@ -1,6 +1,6 @@
 """The laws that every scene of any kind must satisfy.
 
-Bounds are in units of the scene itself: its side, its energies' range, its tolerance.
+Bounds are relative to the scene: to its side, the range of its energies, or its tolerance.
 """
 
 import math
@@ -19,25 +19,25 @@ from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word, headings
 from magfold_env.simulation.simulate import energy, simulate
 
-LOOKS = 10_000  # states of a run that are kept at most
+LOOKS = 10_000  # largest number of states of a run that are kept
 
 SETTLED = (FoldStatus.FOLDED, FoldStatus.MISFOLDED)
 STOPPED = (FoldStatus.HELD, FoldStatus.JAMMED)
 REFUSAL = "overlap at the start"
 USUAL = 1e-4  # [rad] the default tolerance
-DEEPEST, THINNEST = 1e-3, 1e-2  # overlap at it: shares of the side and of a solid's thickness
-SURELY, HARDLY = 2e-3, 5e-4  # overlaps that are refused, and that are not; 1e-3 is the bound
+DEEPEST, THINNEST = 1e-3, 1e-2  # overlap at it, as shares of the side and of a solid's thickness
+SURELY, HARDLY = 2e-3, 5e-4  # overlaps that must be refused, and that must not; 1e-3 is the bound
 WITHIN = 1e-9  # of the side: held casings beyond the bore
 LEAST = 1e-7  # [rad] beyond a stop, at the tightest tolerances
 ROUNDING = 1e-12  # of an energy
 FOLDED_WITHIN = 0.05  # [rad] of a right angle
-AT_REST = 1e-3  # tolerances a second
-LEAST_SHARES, MOST_SHARES = 10.0, 100.0  # tolerances that energy may rise by, of its range
-A_STEP = 0.05  # of them; a step may use up 0.1
-LEFT = 0.5  # of a larger error, at a tenth of the tolerance
-FLOOR = 1e-8  # of energy and momenta, at the tightest tolerances: what contacts leave
-FLOOR_A_STEP = 1e-11  # of energy: joints within 1e-9 rad of a stop are put there
-PAIR = 1e-4  # of the energy of two full charges a side apart
+AT_REST = 1e-3  # tolerances per second
+LEAST_SHARES, MOST_SHARES = 10.0, 100.0  # rise allowed in energy, in tolerances times its range
+A_STEP = 0.05  # of these per step; a step may use up 0.1
+LEFT = 0.5  # largest share of a larger error that may be left at a tenth of the tolerance
+FLOOR = 1e-8  # of energy and momenta, at the tightest tolerances: errors of contacts
+FLOOR_A_STEP = 1e-11  # of energy, per step: joints within 1e-9 rad of a stop are moved to it
+PAIR = 1e-4  # relative to the energy of two full charges a side apart
 
 
 def check(scene: Scene) -> Verdict:
@@ -51,16 +51,16 @@ def check(scene: Scene) -> Verdict:
     inside, recorded = look_inside(scene)
     verdict.status, verdict.message = fold.status.value, fold.message
     same = identical(stepped, fold)
-    verdict.require("determinism", same, "another run, stopped at every step, ends otherwise")
+    verdict.require("determinism", same, "another run, stopped at every step, ends differently")
     same = np.array_equal(recorded.angles, fold.angles, equal_nan=True)
-    verdict.require("determinism", same, "another run, recorded on its way, ends otherwise")
+    verdict.require("determinism", same, "another run, recorded on the way, ends differently")
     check_refusal(scene, fold, verdict)
     if fold.status is FoldStatus.FAILED:
         if paper:
             verdict.notes.append("blown up by the paper's solver")
-            verdict.require("finite", is_finite(fold), "a value is no number")
+            verdict.require("finite", is_finite(fold), "a value is not finite")
         return verdict
-    verdict.require("finite", motion.finite and is_finite(fold), "a value is no number")
+    verdict.require("finite", motion.finite and is_finite(fold), "a value is not finite")
     if not motion.finite:
         return verdict
     check_status(fold, motion, verdict)
@@ -104,9 +104,9 @@ def check_refusal(scene: Scene, fold: Fold, verdict: Verdict) -> None:
 
 
 def poles_meet(scene: Scene) -> bool:
-    """Whether poles may run through each other, where forces have no bounds.
+    """Whether poles may pass through each other, where forces are unbounded.
 
-    Only contact keeps them apart, and the paper's solver has none.
+    Only contact keeps poles apart, and the paper's solver has no contact.
     """
     solid = scene.contact and scene.solver.method == "adaptive"
     return scene.magnets is not None and not solid
@@ -123,7 +123,7 @@ def check_inside(scene: Scene, inside: Inside, verdict: Verdict) -> None:
         verdict.require("no crossing", inside.crossings == 0, f"{inside.crossings} times")
         verdict.bound("joint stops", inside.past_stop, max(LEAST, tolerance))
     if scene.mount == "tube":
-        # Components that are held again are where contacts left them.
+        # Components that are drawn back in stay where contacts left them.
         allowed = WITHIN if scene.feed.schedule is None else DEEPEST
         verdict.bound("held within the bore", inside.beyond_bore, allowed)
 
@@ -141,10 +141,10 @@ def check_energies(motion: Motion, verdict: Verdict) -> None:
 
 
 def check_passivity(motion: Motion, verdict: Verdict) -> None:
-    """Check that energy comes only from work on the chain, and is lost to friction and impacts.
+    """Check that energy comes only from work on the chain and is lost only to friction and impacts.
 
-    A larger error than usual must come from the steps: with a tenth of the tolerance, little of it
-    may remain.
+    An error above the bound must come from the step size: with a tenth of the tolerance, little of
+    it may remain.
     """
     tolerance = motion.scene.solver.tolerance
     many = min(max(LEAST_SHARES, A_STEP * len(motion.time)), MOST_SHARES)
@@ -165,9 +165,9 @@ def check_passivity(motion: Motion, verdict: Verdict) -> None:
 def energy_errors(motion: Motion, least: float) -> dict[tuple[str, str], float]:
     """Return unexpected rises and falls of energy, by law and problem.
 
-    They are relative to the largest of its range in the run, the work and the kinetic energy. The
-    energy of slow motions is less exact, because rates are exact to a share of their typical size.
-    Values below ``least`` count as rounding.
+    They are relative to the largest of the energy's range in the run, the range of the work, and
+    the kinetic energy. The energy of slow motions is less exact, because rates are exact only to a
+    share of their typical size. Values below ``least`` count as rounding.
     """
     own, kept = motion.own, motion.own + motion.impacts
     terms = (motion.potential, motion.kinetic, motion.total, motion.work, motion.impacts)
@@ -186,25 +186,25 @@ def energy_errors(motion: Motion, least: float) -> dict[tuple[str, str], float]:
 
 
 def rise(values: np.ndarray) -> float:
-    """Return the rise of values above the least earlier value."""
+    """Return the largest rise of a value above an earlier one."""
     return float((values - np.minimum.accumulate(values)).max())
 
 
 def pair_energy(scene: Scene) -> float:
-    """Return the energy of two full charges a side apart [J], 0 without magnets."""
+    """Return the energy of two full charges a side apart [J], or 0 without magnets."""
     if scene.magnets is None:
         return 0.0
     return COULOMB * scene.magnets.charge**2 / scene.casing.side
 
 
 def touches_solid(fold: Fold) -> bool:
-    """Return whether a component leans on a solid at the end."""
+    """Return whether a component touches a solid at the end."""
     released = np.array([fold.scene.n])
     return bool(depths(fold.scene, fold.angles[None], fold.base[None], released).solids.any())
 
 
 def check_momentum(motion: Motion, verdict: Verdict) -> None:
-    """Check that a chain that begins at rest without external forces has no momentum."""
+    """Check that a chain that starts at rest without external forces gains no momentum."""
     scene = motion.scene
     outer = scene.field is not None and scene.field.any
     linear, angular = mechanics.momenta(
@@ -213,7 +213,7 @@ def check_momentum(motion: Motion, verdict: Verdict) -> None:
     mass = float(scene.masses.sum())
     weight = mass * np.array(scene.gravity.in_plane)
     length = scene.n * scene.casing.diagonal
-    # An error of a rate moves everything beyond it.
+    # An error in a rate affects everything beyond that joint.
     size = mass * length * float(np.abs(motion.rates).max())
     if outer or size == 0.0:
         return
@@ -226,7 +226,7 @@ def check_momentum(motion: Motion, verdict: Verdict) -> None:
 
 
 def check_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
-    """Check that the status is true, and names the limit that was reached."""
+    """Check that the status is true and names the limit that was reached."""
     scene, solver = fold.scene, fold.scene.solver
     off = np.abs(np.abs(fold.joint_angles) - np.pi / 2.0)
     shut = bool((off <= FOLDED_WITHIN).all())
@@ -235,21 +235,21 @@ def check_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
     verdict.bound("work cap", float(fold.steps), float(solver.max_steps))
     if fold.status in SETTLED:
         told = fold.status is FoldStatus.FOLDED
-        verdict.require("status", told == shut, "told folded" if told else "told misfolded")
+        verdict.require("status", told == shut, "said to fold" if told else "said to misfold")
         return
     inside = scene.n - int(motion.released[-1])
     if fold.status in STOPPED:
-        verdict.require("status", inside > 0, "told to be held by a tube that is empty")
+        verdict.require("status", inside > 0, "reported as held by an empty tube")
         return
     if "are the limit" in fold.message:
         a_second = "a second are the limit" in fold.message
         most = solver.max_steps_per_second if a_second else solver.max_steps
-        verdict.require("status", fold.steps >= most, "told a limit that was not met")
+        verdict.require("status", fold.steps >= most, "reported a limit that was not reached")
     else:
         out = motion.released == scene.n
         fed = float(motion.time[~out].max(initial=0.0)) if inside == 0 else 0.0
         late = fold.time >= (fed + scene.duration) * (1.0 - 1e-9)
-        verdict.require("status", late, "told to be out of time and is not")
+        verdict.require("status", late, "reported as out of time but is not")
 
 
 def energy_as_simulated(scene: Scene, angles: np.ndarray) -> float:
@@ -266,7 +266,7 @@ def energy_as_simulated(scene: Scene, angles: np.ndarray) -> float:
 
 
 def check_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
-    """Check that a chain with a status of rest is at rest, also when it starts again from there."""
+    """Check that a chain reported at rest is at rest, and stays so in a new run from there."""
     if fold.status not in SETTLED:
         return
     scene = fold.scene
@@ -282,7 +282,7 @@ def check_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
     if scene.mount == "tube" or outside or touches_solid(fold):
         return
     joints = np.clip(fold.joint_angles, -np.pi / 2.0, np.pi / 2.0)
-    # Angles alone would place it elsewhere among the obstacles.
+    # Angles do not fix the chain's place among obstacles.
     again = simulate(scene.replace(start_angles=joints, bumps=None, obstacles=()))
     moved = float(np.abs(again.joint_angles - joints).max(initial=0.0))
     verdict.bound("rest again", moved, 1e-6, f"put down again [rad], then {again.message}")

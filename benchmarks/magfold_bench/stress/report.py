@@ -13,17 +13,17 @@ from magfold_env.files import write_text
 from magfold_env.reporting import machine
 
 STATUSES = ("folded", "misfolded", "held", "jammed", "unsettled", "failed")
-SHOWN = 5  # failing cases of a law that are listed
+SHOWN = 5  # number of failing cases listed per law
 
 
 def kinds_table(tally: Tally) -> Table:
-    """Return the ends of the cases of each kind, and the number that break a law."""
+    """Return how the cases of each kind end, and the number of cases that break a law."""
     notes = [f"{count} {note}" for note, count in tally.notes.items()]
     table = options.table(
         f"{tally.cases} cases, {tally.seconds:.0f} s of processor time",
         {"kind": False, "what is drawn": False}
         | dict.fromkeys(("cases", *STATUSES, "break a law"), True),
-        f"Set aside, as no judge of some laws: {'; '.join(notes) or 'none'}.",
+        f"Set aside, because some laws do not apply: {'; '.join(notes) or 'none'}.",
     )
     failing = [failure["kind"] for failure in tally.failures]
     for kind, counts in tally.statuses.items():
@@ -38,13 +38,13 @@ def kinds_table(tally: Tally) -> Table:
 
 
 def laws_table(tally: Tally) -> Table:
-    """Return the number of cases checked for each law, and those that break it."""
+    """Return each law's numbers of cases that were checked and that break it."""
     numbers = dict.fromkeys(("judged", "broken", "nearest to breaking"), True)
     table = options.table("Laws", {"law": False, **numbers, f"cases (up to {SHOWN})": False})
     for law, count in tally.held.items():
         names = [f["case"] for f in tally.failures if law in {each for each, _ in f["broken"]}]
         share, _ = tally.worst.get(law, (0.0, ""))
-        near = f"{share:.1g} of what is allowed" if share else ""
+        near = f"{share:.1g} of the allowed value" if share else ""
         listed = ", ".join(names[:SHOWN])
         style = "red" if names else ""
         table.add_row(law, str(count), str(len(names)), near, listed, style=style)
@@ -54,7 +54,7 @@ def laws_table(tally: Tally) -> Table:
 def verdict_table(name: str, verdict: Verdict) -> Table:
     """Return the laws that one scene keeps and breaks."""
     title = escape(f"{name}: {verdict.status}, {verdict.message}")
-    columns = ("law", "share of what is allowed", "broken by")
+    columns = ("law", "share of the allowed value", "broken by")
     table = options.table(title, dict.fromkeys(columns, False), "; ".join(verdict.notes) or None)
     for law, share in verdict.worst.items():
         words = "; ".join(str(each) for each in verdict.broken if each.law == law)

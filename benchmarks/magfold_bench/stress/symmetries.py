@@ -1,8 +1,8 @@
-"""Symmetric scenes fold symmetrically: in a mirror, turned, and seen from the other end.
+"""Symmetries: a scene folds alike if it is mirrored, turned, or seen from the other end.
 
-A fold that also changes when the start moves by 1e-6 rad is not evidence, and the error within the
-solver's tolerance may differ between views. A difference therefore counts only if it persists at
-two far tighter tolerances and is far larger than the change of either view between tolerances.
+A fold that changes when its start moves by 1e-6 rad is not evidence, and errors within the solver's
+tolerance may differ between views. A difference therefore counts only if it persists at two much
+tighter tolerances and is much larger than either view's change between tolerances.
 """
 
 import math
@@ -25,15 +25,15 @@ MIRRORED = (3, 2, 1, 0)  # faces: front-left <-> front-right, back-left <-> back
 OTHER_END = (2, 3, 0, 1)
 SIZES = ("width", "height", "thickness", "inset")
 
-TURN = 1.0  # [rad], no multiple of anything
+TURN = 1.0  # [rad], not a multiple of a special angle
 ORIGIN = np.zeros(2)
 ROUNDING = 1e-9  # [rad]
-AT_ONCE = 10**9  # steps without a look
-MOST_STEPS = 100_000  # of a run that is worth repeating
-TIGHTER = (0.1, 0.01)  # times the tolerance: rounding decides below 1e-12 rad
+AT_ONCE = 10**9  # steps without a stop
+MOST_STEPS = 100_000  # in longer runs, symmetries are not checked
+TIGHTER = (0.1, 0.01)  # factors of the tolerance; below 1e-12 rad, rounding decides
 LEAST_TOLERANCE = 1e-12  # [rad]
-MORE_STEPS = 10  # times as many
-OWN = 0.1  # of what views differ by: more from the tolerance alone, and that decides
+MORE_STEPS = 10  # factor of the limit of steps
+OWN = 0.1  # of the views' difference: if the tolerance changes more, it decides
 
 
 class End(NamedTuple):
@@ -42,7 +42,7 @@ class End(NamedTuple):
     status: FoldStatus
     joints: FloatArray
     capped: bool
-    """Whether it reached the limit of steps, where rounding decides the end of a chain."""
+    """Whether the chain reached the limit of steps, where rounding decides how it ends."""
 
     @classmethod
     def of(cls, fold: Fold) -> Self:
@@ -51,13 +51,13 @@ class End(NamedTuple):
 
 
 def check_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
-    """Check a scene mirrored, turned and seen from its other end."""
+    """Check that a scene folds alike mirrored, turned and seen from its other end."""
     if scene.n == 1 or fold.steps > MOST_STEPS:
         return
     if scene.mount == "tube":
         _check_other_end_of_tube(scene, fold, verdict)
     if scene.bumps is not None:
-        return  # A train of bumps looks the same from nowhere else.
+        return  # A train of bumps has no symmetry.
     here, ends = End.of(fold), views(scene)
     if here.capped or any(end.capped for end in ends.values()):
         verdict.notes.append("stopped by the work cap")
@@ -80,7 +80,7 @@ def views(scene: Scene) -> dict[str, End]:
     """Return the ends of a scene that is mirrored, turned, and seen from its other end."""
     image = end_of(mirrored(scene))
     ends = {"mirror": image._replace(joints=-image.joints)}
-    # A chain begins along +x, where what turns with the view may stand.
+    # A chain starts along +x, where turned solids could be in the way.
     if scene.mount != "tube" and not scene.solids:
         ends["rotation"] = turned_end(scene)
     if scene.mount == "free":
@@ -89,7 +89,7 @@ def views(scene: Scene) -> dict[str, End]:
 
 
 def reason_set_aside(scene: Scene, here: End, different: Mapping[str, End]) -> str:
-    """Return the reason why some views may end differently, or nothing if they may not."""
+    """Return the reason why some views may end differently, or an empty string."""
     starts = moved_starts(scene, np.random.default_rng(0))
     if any(not alike(end_of(start), here) for start in starts):
         return "sensitive to 1e-6 rad"
@@ -101,7 +101,7 @@ def reason_set_aside(scene: Scene, here: End, different: Mapping[str, End]) -> s
 def is_decided_by_error(
     scene: Scene, here: End, different: Mapping[str, End], tighter: float
 ) -> bool:
-    """Whether views agree at a tighter tolerance, or change much from one to the other."""
+    """Whether views agree at a tighter tolerance, or change much between tolerances."""
     solver = scene.solver
     tight = scene.replace(
         solver={
@@ -119,12 +119,12 @@ def is_decided_by_error(
 
 
 def end_of(scene: Scene) -> End:
-    """Return the end of a scene."""
+    """Simulate a scene and return its end."""
     return End.of(simulate(scene))
 
 
 def turned_end(scene: Scene) -> End:
-    """Return the end of a scene when all of it, including the chain, is turned."""
+    """Return the end of a scene that is turned as a whole, including the chain."""
     session = SteppedSession(turned(scene, TURN), stride=AT_ONCE)
     session.turn(TURN)
     session.settle()
@@ -137,7 +137,7 @@ def alike(one: End, other: End) -> bool:
 
 
 def _check_other_end_of_tube(scene: Scene, fold: Fold, verdict: Verdict) -> None:
-    """Check that both views give the same run, bit for bit: the engine counts from the held end."""
+    """Check that both views run identically: the engine always counts from the held end."""
     other = simulate(seen_from_other_end(scene))
     same = (other.status, other.time, other.steps) == (fold.status, fold.time, fold.steps)
     off = _apart(_reversed(End.of(other)).joints, fold.joint_angles)
@@ -157,15 +157,15 @@ def _apart(one: FloatArray, other: FloatArray) -> float:
 
 
 def mirrored(scene: Scene) -> Scene:
-    """Return the mirror image: left is right, y is −y."""
+    """Return the mirror image, in which left becomes right and y becomes −y."""
     changes = faces(scene, MIRRORED, 1) | started(scene, 1)
     return _around(scene.replace(**changes), np.diag([1.0, -1.0]))
 
 
 def turned(scene: Scene, angle: float, pivot: FloatArray = ORIGIN) -> Scene:
-    """Return the scene whose surroundings are turned by an angle [rad], the pivot to the origin.
+    """Return a scene with its surroundings turned by an angle [rad], the pivot at the origin.
 
-    A scene does not contain the initial heading of a chain, so the headings must be turned too.
+    A scene does not contain a chain's initial heading, so the chain must be turned separately.
     """
     c, s = math.cos(angle), math.sin(angle)
     return _around(scene, np.array([[c, -s], [s, c]]), pivot)
@@ -174,7 +174,7 @@ def turned(scene: Scene, angle: float, pivot: FloatArray = ORIGIN) -> Scene:
 def seen_from_other_end(scene: Scene) -> Scene:
     """Return a free or fed chain with components counted from the other end.
 
-    A free chain then begins along +x with the other end at the origin: its surroundings move.
+    A free chain then starts along +x with its other end at the origin, so its surroundings move.
     """
     assert scene.mount != "pinned"
     changes = faces(scene, OTHER_END, -1) | started(scene, -1)
@@ -198,7 +198,7 @@ def seen_from_other_end(scene: Scene) -> Scene:
 
 
 def faces(scene: Scene, order: Sequence[int], step: int) -> dict[str, Any]:
-    """Return the changes that put faces, and if ``step`` is −1 components, in another order."""
+    """Return the changes that reorder faces and, if ``step`` is −1, reverse components."""
     changes: dict[str, Any] = {
         "sequence": ["".join(each[k] for k in order) for each in scene.sequence[::step]]
     }
@@ -215,10 +215,10 @@ def faces(scene: Scene, order: Sequence[int], step: int) -> dict[str, Any]:
 
 
 def started(scene: Scene, step: int) -> dict[str, Any]:
-    """Return the changes that mirror the start, or if ``step`` is −1 count it from the other end.
+    """Return the changes that mirror the start or, if ``step`` is −1, count it from the other end.
 
-    Joint angles change sign either way, a tube's hinges lie on the other side of its axis only in
-    the mirror.
+    Joint angles change sign either way; a tube's hinges change sides of its axis only in the
+    mirror.
     """
     if scene.mount == "tube":
         return {"start_offsets": -step * hinge_offsets(scene)[::step]}
@@ -226,7 +226,7 @@ def started(scene: Scene, step: int) -> dict[str, Any]:
 
 
 def _around(scene: Scene, matrix: FloatArray, pivot: FloatArray = ORIGIN) -> Scene:
-    """Return the scene with all that is outside the chain seen from a point by other axes."""
+    """Return the scene with the chain's surroundings seen from a pivot, along other axes."""
 
     def placed(each: Rectangle | FixedMagnet) -> dict[str, Any]:
         along = matrix @ [math.cos(each.heading), math.sin(each.heading)]

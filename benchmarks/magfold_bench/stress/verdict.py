@@ -1,4 +1,4 @@
-"""The verdict of the laws on a case, and the sum of many cases."""
+"""The laws' verdict on a case, and the tally of many cases."""
 
 import math
 from collections import Counter
@@ -14,7 +14,7 @@ class Broken:
 
     law: str
     value: float
-    """NaN if the law is not about a number."""
+    """Measured value; NaN if the law is not about a number."""
     allowed: float
     words: str = ""
 
@@ -25,25 +25,25 @@ class Broken:
 
 @dataclass
 class Verdict:
-    """The end of a case, the worst values of the laws that apply to it, and the broken laws."""
+    """The end of a case, the worst values by law, and the broken laws."""
 
     status: str = ""
     message: str = ""
     worst: dict[str, float] = field(default_factory=dict[str, float])
-    """Value relative to the allowed one, by law."""
+    """Largest value relative to the allowed value, by law."""
     broken: list[Broken] = field(default_factory=list[Broken])
     notes: list[str] = field(default_factory=list[str])
-    """Exclusions, and checks that were not possible."""
+    """Reasons for exclusions, and checks that were not possible."""
 
     def bound(self, law: str, value: float, allowed: float, words: str = "") -> None:
-        """Compare a value with the allowed one; NaN breaks every law."""
+        """Compare a value with the allowed value; NaN breaks every law."""
         share = value / allowed
         self.worst[law] = max(self.worst.get(law, 0.0), share)
         if not value <= allowed:
             self.broken.append(Broken(law, value, allowed, words))
 
     def require(self, law: str, holds: bool, words: str) -> None:
-        """Record a law that is not about a number, with the problem if it is broken."""
+        """Record whether a law that is not about a number holds; ``words`` name its problem."""
         self.worst[law] = max(self.worst.get(law, 0.0), 0.0 if holds else math.inf)
         if not holds:
             self.broken.append(Broken(law, math.nan, math.nan, words))
@@ -51,23 +51,23 @@ class Verdict:
 
 @dataclass
 class Tally:
-    """Counts of cases, and those that break a law; its `vars` are JSON values."""
+    """Counts of cases, and the cases that break a law; `vars` of a tally are JSON values."""
 
     statuses: dict[str, Counts] = field(default_factory=dict[str, Counts])
     """Number of cases by kind and end."""
     held: Counts = field(default_factory=Counts)
     """Number of cases in which each law was checked."""
     worst: dict[str, tuple[float, str]] = field(default_factory=dict[str, tuple[float, str]])
-    """Largest share of the allowed value among the cases that keep the law, and the case."""
+    """Largest share of the allowed value among the cases that keep the law, and that case."""
     failures: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
-    """Name, kind and broken laws of the cases that break one."""
+    """Name, kind and broken laws of the cases that break laws."""
     notes: Counts = field(default_factory=Counts)
-    """Exclusions."""
+    """Number of exclusions by reason."""
     seconds: float = 0.0
-    """Processor time."""
+    """Processor time of all cases [s]."""
 
     def add(self, case: str, kind: str, verdict: Verdict, seconds: float) -> None:
-        """Count a case of a kind, by its name."""
+        """Count a case, given its name, kind, verdict and processor time."""
         self.statuses.setdefault(kind, Counts())[verdict.status] += 1
         self.notes.update(verdict.notes)
         self.seconds += seconds
