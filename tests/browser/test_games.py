@@ -27,9 +27,10 @@ def drawn(env: Any, seed: int, draws: int) -> dict[str, list[float]]:
     rng = seeding.np_random(seed)[0]
     rng.integers(len(env.world.words))
     numbers = rng.random(draws).tolist()
+    noise = np.random.default_rng(rng.integers(2**63))
     return {
         "numbers": numbers,
-        "normals": rng.standard_normal(251 * (3 * env.scene.n + 1)).tolist(),
+        "normals": noise.standard_normal(251 * (3 * env.scene.n + 1)).tolist(),
     }
 
 
