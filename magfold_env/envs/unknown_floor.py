@@ -34,7 +34,7 @@ class UnknownFloorEnv(FeedTrackEnv):
     these terminates the episode, because the time is part of the task.
 
     **Action**: ``Box(−1, 1, (1,))``: x requests the speed ``0.6 x |x|`` m/s; negative speeds pull
-    back, and the feed stands still below 0.025 m/s, so for |x| < 0.204.
+    back, and the feed stands still below 0.025 m/s, so for ``|x| < 0.204``.
     ``env.unwrapped.actions.encode(speed)`` returns the action for a speed [m/s]. The drive changes
     its speed by at most 0.2 m/s a step. `magfold_env.envs.spaces.actions.SpeedTable` lists the
     other forms.

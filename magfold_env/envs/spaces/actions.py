@@ -359,7 +359,7 @@ def _level(speeds: Floats, speed: float) -> int:
 class SpeedTable(Actions):
     """Actions that choose the speed of a two-way feed, including standstill.
 
-    ``box``: one number x from −1 to 1, for the speed v = 0.6 m/s · x |x|, or standstill where that
+    ``box``: one number x from −1 to 1, for the speed ``0.6 x |x|`` m/s, or standstill where that
     is slower than `DEAD_BAND`, 0.025 m/s. ``discrete``: a number among the speeds of the table,
     ascending from −0.6 m/s; ``levels`` is standstill. ``multidiscrete``: the same as a list of one.
 
