@@ -1,7 +1,8 @@
 """Make the tables of ``agents/SCOREBOARD.md`` from files: ``python -m agents.scoreboard``.
 
 The files in ``agents/scores`` are the results of ``magfold score --json`` and `agents.admission`;
-each track has one admission, of which the rows random actions, always forward and oracle are used.
+each track has one admission, which supplies the rows of random actions, always forward and the
+oracle.
 """
 
 from collections.abc import Iterator, Sequence

@@ -121,7 +121,7 @@ class Demonstrations:
         return Steps(*map(np.concatenate, (seen, actions, returns[::-1], numbers_of)))
 
     def _disturbed(self, actions: NDArray[Any]) -> NDArray[Any]:
-        """Return actions, in some of which a random entry is replaced."""
+        """Return the actions with a random entry replaced in some of them."""
         actions = actions.copy()
         entries = actions.reshape(len(actions), -1)
         for row in np.flatnonzero(self._rng.random(len(actions)) < self._given.random).tolist():

@@ -1,1 +1,1 @@
-"""Measurements that the documentation quotes, each of which a command can repeat."""
+"""Measurements that the documentation quotes; a command repeats each of them."""

@@ -35,7 +35,7 @@ class Shown:
 
 
 def short_table(title: str, rows: Iterable[Row], total: int) -> Table:
-    """Return a table of the first `MOST_ROWS` of ``total`` rows; its title tells what is left out.
+    """Return a table of the first `MOST_ROWS` of ``total`` rows; its title counts the others.
 
     The others are not made.
     """

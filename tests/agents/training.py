@@ -56,7 +56,7 @@ class KilledError(BaseException):
 
 
 def killed(settings: TrainSettings, folder: Path, after: int, resume: bool | None = None) -> None:
-    """Train until the run has made so many steps of its callback, and break it off there."""
+    """Train until the run's callback has made this many steps, and interrupt it there."""
     step, calls = BoundaryCallback.on_step, itertools.count(1)
 
     def stepping(self: BoundaryCallback) -> bool:

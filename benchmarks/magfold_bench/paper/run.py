@@ -156,7 +156,7 @@ _QUICK = (
 
 
 def page(done: Sequence[Done], *, quick: bool) -> Page:
-    """Return the page for the finished reproductions, of which there is at least one."""
+    """Return the page for the finished reproductions, at least one."""
     lead: list[Block] = [Points(_answers(done)), overview(done)]
     if quick:
         lead.append(_QUICK)
