@@ -121,13 +121,18 @@ def takes_several_speeds(came: Any) -> bool:
     return bool(came.any(axis=1).sum() >= LEAST and came.sum(axis=0).max() <= MOST)
 
 
-def words_at_speeds(tasks: list[FeedTask], threads: int = 1) -> Any:
-    """Return the words into which chains fold, (tasks, draws, speeds), or "" for misfolds."""
-    shape = len(tasks), DRAWS, len(CANDIDATE_SPEEDS)
-    numbers, draws, _ = (each.ravel() for each in np.indices(shape))
+def words_at_speeds(
+    tasks: list[FeedTask], threads: int = 1, draws: range = range(DRAWS), scene: Scene | None = None
+) -> Any:
+    """Return the words into which chains fold, (tasks, draws, speeds), or "" for misfolds.
+
+    Without a scene, the tube is the one with which the shipped chains were selected.
+    """
+    shape = len(tasks), len(draws), len(CANDIDATE_SPEEDS)
+    numbers, which, _ = (each.ravel() for each in np.indices(shape))
     speeds = np.resize(CANDIDATE_SPEEDS, numbers.size)
-    seeds = np.array(episode_seeds("lumen", DRAWS), dtype=object)[draws].tolist()
-    scene = load_scene("lumen").replace(feed=NARROW_TUBE)
+    seeds = np.array(episode_seeds("lumen", draws.stop), dtype=object)[draws][which].tolist()
+    scene = scene or load_scene("lumen").replace(feed=NARROW_TUBE)
     episodes = FloorEpisodes(LumenEnv.make_world(scene, tasks=tasks), numbers.size, threads)
     episodes.play(seeds, numbers.tolist(), lambda rows: (speeds[rows],))
     folded = episodes.arrays.status == FOLDED
