@@ -71,7 +71,7 @@ class TrayEpisodes(CameraEpisodes):
         scene = feedable(world.scene, "component")
         n, sizes = scene.n, sorted({len(task.tray) for task in world.tasks})
         if len(sizes) != 1:
-            raise ValueError(f"tasks: trays of {sizes} components are not allowed; must be alike")
+            raise ValueError(f"tasks: trays of {sizes} components are not allowed; must be equal")
         (parts,), kind = sizes, options.get("actions", "multidiscrete")
         before = {
             "target": 3 * (n - 1),

@@ -80,7 +80,7 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
     ) -> None:
         for key in FoldOptions.__annotations__.keys() - ChainOptions.__annotations__.keys():
             if key in options:
-                raise ValueError(f"{key}: must be left out, rewards are -1 and 0")
+                raise ValueError(f"{key}: must be left out, because rewards are -1 and 0")
         super().__init__(scene, render_mode=render_mode, reward="sparse", baseline=None, **options)
         self.world.layout = chain_layout(self.scene.n, self.scene.casing.side, words=())
         joints = self.scene.n - 1

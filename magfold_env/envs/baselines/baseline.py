@@ -186,7 +186,7 @@ class Store:
             path.parent.mkdir(parents=True, exist_ok=True)
             write_text(path, json.dumps(asdict(baseline)) + "\n")
         except OSError as error:
-            _warn_once(f"{path.parent}: baselines are not kept: {error.strerror}")
+            _warn_once(f"{path.parent}: cannot store baselines: {error.strerror}")
         return baseline
 
 

@@ -106,7 +106,7 @@ class TrayStore(TaskStore):
             task: TrayTask = self._world.tasks[number]
             order = task.order_of(baseline.sequence or ())
             if not order:
-                raise ValueError(f"task: {task.name!r} has no chain of the minimiser's")
+                raise ValueError(f"task: the minimiser has no chain for {task.name!r}")
             fed.append(task.as_fed(order))
         speeds = np.array([[each.speed] for _, each in schedules], dtype=np.float64)
         return in_order(np.array(fed), speeds)

@@ -38,7 +38,7 @@ from magfold_env.simulation.endings import named
 
 @by_pointer
 class _Lattice(NamedTuple):
-    """Chains on the lattice; components in the order in which they leave the tube."""
+    """Chains on the lattice, with components in the order in which they leave the tube."""
 
     out: Ints  # number of components outside the tube, (m,)
     poles: Floats  # charges, (m, n, 4)
@@ -144,7 +144,7 @@ class QuasistaticChains:
 
 
 class QuasistaticFold(NamedTuple):
-    """The result of a chain that folds by energy alone."""
+    """The fold that a chain reaches by energy minimisation."""
 
     word: str
     """The fold word so far, with the undecided joints straight."""

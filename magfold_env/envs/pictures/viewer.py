@@ -54,14 +54,14 @@ class Viewer:
 
     @property
     def frame_rate(self) -> float | None:
-        """Frames that episodes must record per simulated second [1/s]; None for none."""
+        """Frames that episodes must record per simulated second [1/s]; None to record none."""
         if self.mode == "human" and self._fps < FILM_FPS:  # otherwise only the steps are shown
             return FRAME_RATE
         return FILM_RATE if self.mode == "rgb_array_list" else None
 
     @property
     def window(self) -> Window:
-        """The window of ``human``."""
+        """The window of the mode ``human``."""
         if self._window is None:
             from magfold_env.render.snapshot import SNAPSHOT_SIZE  # noqa: PLC0415
             from magfold_env.render.window import Window  # noqa: PLC0415

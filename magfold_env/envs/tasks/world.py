@@ -33,7 +33,7 @@ class World:
     """The scene, targets, actions, observations and rewards that all episodes share.
 
     This class reads the options ``fidelity``, ``match``, ``randomisation`` and those of
-    `RewardOptions`. The arguments `randomisation` and `reward` are defaults of options.
+    `RewardOptions`. The arguments `randomisation` and `reward` are defaults of these options.
     """
 
     option: ClassVar[tuple[str, type]] = ("target", str)
@@ -194,8 +194,8 @@ class FoldTask(World):
         if wanted and self.fidelity == "dynamics":
             if self.in_field:
                 raise ValueError(
-                    "baseline: 'auto' is not allowed with scene.field; energy minimisation does "
-                    "not know of external fields, must be None"
+                    "baseline: 'auto' is not allowed with scene.field, because energy minimisation "
+                    "ignores external fields; must be None"
                 )
             self._baselines = BaselineStore(self.scene, self.match)
         if self.fidelity == "quasistatic" or self.rule.shaping == "energy":
@@ -220,7 +220,7 @@ def feedable(scene: Scene, action_scope: Literal["component", "chain"]) -> Scene
     """Return `scene`; raise an error if magnets cannot be chosen or the chain cannot be fed."""
     loading = scene.feed.loading
     late = action_scope == "chain" or loading == "at_mouth"
-    allowed = "must be 'at_mouth', or magnets would act before they are chosen"
+    allowed = "must be 'at_mouth', so that magnets do not act before they are chosen"
     require(scene.mount == "tube", "scene.mount", scene.mount, "must be 'tube'")
     require(late, "scene.feed.loading", loading, allowed)
     require(scene.magnets is not None, "scene.magnets", None, "must be given")
@@ -253,7 +253,7 @@ class TaskWorld(World):
     ) -> None:
         refuse_unknown(options, FeedOptions)
         fidelity = options.get("fidelity", "dynamics")
-        allowed = "must be 'dynamics', energy minimisation knows of no speed"
+        allowed = "must be 'dynamics', because energy minimisation ignores speeds"
         require(fidelity == "dynamics", "fidelity", fidelity, allowed)
         scene = scene if isinstance(scene, Scene) else load_scene(scene)
         require(scene.mount == "tube", "scene.mount", scene.mount, "must be 'tube'")
