@@ -1,12 +1,11 @@
 """Gymnasium environments, registered under ``MagFold/`` when the package is imported.
 
-The docstrings of the classes explain every entry; docs/environments/index.md compares all of them.
+The classes' docstrings describe each environment; docs/environments/index.md compares them.
 
-**Versions.** The number at the end of an id changes whenever the same seed and actions, with
-default arguments, no longer give the same observations and rewards up to rounding: because the
-physics, a default or the meaning of an entry has changed. A new option does not change it.
-Baselines and evaluation draws have versions of their own (`baseline.PHYSICS_VERSION`,
-`draws.EVALUATION_VERSION`).
+**Versions.** The number at the end of an id changes when the same seed and actions, with default
+arguments, no longer give the same observations and rewards up to rounding, because the physics, a
+default or an entry's meaning has changed. New options do not change the number. Baselines and
+evaluation draws have their own versions (`baseline.PHYSICS_VERSION`, `draws.EVALUATION_VERSION`).
 """
 
 import gymnasium
@@ -32,7 +31,7 @@ def register_envs() -> None:
     """Register every environment id with Gymnasium; a second call changes nothing."""
     for env_id, entry_point in ENTRY_POINTS.items():
         if env_id not in gymnasium.registry:
-            # Horizons are part of the tasks and depend on options; see `chain_env.Limited`.
+            # Horizons depend on options, so `chain_env.Limited` sets max_episode_steps.
             gymnasium.register(  # pyright: ignore[reportUnknownMemberType]
                 id=env_id,
                 entry_point=entry_point,

@@ -1,4 +1,4 @@
-"""``MagFold/Anchor-v0``: fold a chain of components from a tray that bears a pull."""
+"""``MagFold/Anchor-v0``: build a fold that withstands a pull, from the components of a tray."""
 
 from dataclasses import replace
 from typing import Any
@@ -16,26 +16,26 @@ from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.simulation.endings import FOLDED_WITHIN
 
 OUT = 0.95
-"""Share of the last component that leaves the tube."""
+"""Share of the last component's diagonal that leaves the tube."""
 
 SETTLING = 0.3
 """Time for a chain to settle after its last component is fed [s]."""
 
 STAGES = 5
-"""Number of equal steps in which a pull grows to its full size."""
+"""Number of equal steps in which a pull increases to its full size."""
 
 STAGE = 0.03
-"""Duration of each step [s]."""
+"""Duration of each step before the last [s]."""
 
 LASTING = 0.15
-"""Duration of a whole pull [s]."""
+"""Duration of the last step, with the full pull [s]."""
 
 PULL_SCALE = 0.5
-"""Component of a pull that an observation shows as one half [N]."""
+"""Pull along x or y that an observation shows as one half [N]."""
 
 
 class AnchorEpisodes(TrayEpisodes):
-    """Episodes in which folds must bear a pull while the tube holds the last component."""
+    """Episodes in which a fold must withstand a pull while the tube holds the last component."""
 
     task_kind = AnchorTask
     protocol = (*TrayEpisodes.protocol, OUT, SETTLING, STAGES, STAGE, LASTING)
@@ -46,52 +46,52 @@ class AnchorEpisodes(TrayEpisodes):
         """Allocate the arrays of the episodes."""
         super().allocate()
         self.scores: Floats = np.zeros(self.count)
-        """Scores of episodes whose chains were left, shape (m,)."""
-        self._tested: Bools = np.zeros(self.count, dtype=np.bool_)  # in the last step
+        """Scores of episodes that ended when the agent left the chain, else 0, (m,)."""
+        self._tested: Bools = np.zeros(self.count, dtype=np.bool_)  # whether the last step pulled
         self.sizes: Floats = np.array([task.pull for task in self.world.tasks])
         """Sizes of the pulls [N], (tasks,)."""
         towards = np.array([task.towards for task in self.world.tasks])
         self.pulls: Floats = self.sizes[:, None] * np.stack([np.cos(towards), np.sin(towards)], 1)
-        """The pulls [N], (tasks, 2)."""
+        """The pulls along x and y [N], (tasks, 2)."""
         self._last_comes_out = OUT * self.world.scene.casing.diagonal  # [m]
 
     @classmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, Layout]:
-        """Return the form of actions and the layout of observations."""
+        """Return the encoding of actions and the layout of observations."""
         table, layout = super().spaces(world, options)
         sizes = {"pull": 2, **layout.sizes, "borne": 1}
         del sizes["target"]
         return replace(table, ways=3), replace(layout, sizes=sizes)
 
     def infos(self, rows: Ints) -> Columns:
-        """Return the infos of some episodes, running or ended."""
+        """Return the infos of the given episodes, running or ended."""
         return super().infos(rows) | {"pull": self.sizes[self.numbers[rows]]}
 
     def final_infos(self, rows: Ints) -> Columns:
-        """Return the additional infos of episodes that have terminated."""
+        """Return additional infos of episodes that have terminated."""
         scores = self.scores[rows]
         return super().final_infos(rows) | {"score": scores, "is_success": scores == 1.0}
 
     def turned(self, rows: Ints) -> Bools:
-        """Return which joints of some chains are folded, (rows, n - 1)."""
+        """Return which joints are within 0.05 rad of ±90°, (rows, n - 1)."""
         joints = np.diff(self.arrays.angles[rows], axis=1)
         return np.abs(np.abs(joints) - 0.5 * np.pi) <= FOLDED_WITHIN
 
     def is_whole(self, rows: Ints) -> Bools:
-        """Return which chains are completely fed."""
+        """Return which of the given chains are fed completely, (rows,)."""
         return self.arrays.fed[rows] == self.n
 
     def is_tested(self, rows: Ints) -> Bools:
-        """Return which chains were pulled in the last step."""
+        """Return which of the given chains the last step pulled, (rows,)."""
         return self._tested[rows]
 
     def borne(self, rows: Ints) -> Floats:
-        """Return the measured share of the pull that each tested chain bore."""
+        """Return the measured share of the pull that chains withstood; 0 without a test."""
         share = np.clip(self._force[rows] / self.sizes[self.numbers[rows]], 0.0, 1.0)
         return np.where(self._tested[rows], share, 0.0)
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations by group, without the camera's frame."""
+        """Return the entries of observations by group, except those of the camera's frame."""
         groups, pulls = super().groups(), self.pulls[self.numbers] / PULL_SCALE
         del groups["target"]
         return groups | {
@@ -100,7 +100,7 @@ class AnchorEpisodes(TrayEpisodes):
         }
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return an episode's progress, and the lines above and below the energies in a picture."""
+        """Return the title of an episode's picture, and the lines above and below its energies."""
         title, _, done = super().caption(row)
         task: Any = self.world.tasks[int(self.numbers[row])]
         wanted: Lines = [("pull", f"{task.pull:.2f} N at {np.degrees(task.towards):.0f}°")]
@@ -112,7 +112,7 @@ class AnchorEpisodes(TrayEpisodes):
         self.scores[rows], self._tested[rows] = 0.0, False
 
     def act(self, rows: Ints, choice: TrayChoice) -> None:
-        """Feed a component of each tray, draw the last one back, or pull at the chain."""
+        """Feed a component of each tray, draw the last one back, or pull the chain."""
         parts, lies, speeds, way = choice
         leaves = (way == AHEAD) & self.is_whole(rows)
         pulled = leaves | (way == PULL)
@@ -130,16 +130,16 @@ class AnchorEpisodes(TrayEpisodes):
             self.chains.pull(last, np.zeros((len(last), 2)), SETTLING)
 
     def _until(self, rows: Ints, speeds: Floats) -> Floats:
-        """Return when feeds pause [s]: part of the last component stays in the tube."""
+        """Return the times when feeds pause [s], so that the tube holds the last component."""
         n, late = self.n, np.full(len(rows), self.late)
         factors = self.chains.factors[rows, np.where(self.arrays.forward[rows], n - 1, 0)]
-        # A drive that has slipped may have let it out a little.
+        # If the drive has slipped, the component may already be out a little.
         way = self._last_comes_out - self.chains.engine.q[rows, n]
         last = self.arrays.fed[rows] == n - 1
         return np.where(last, np.minimum(self.times(rows) + way / (speeds * factors), late), late)
 
     def _test(self, rows: Ints, leaves: Bools) -> None:
-        """Pull some chains, and leave those that are selected."""
+        """Pull the given chains, and end the episodes of those in `leaves`."""
         began, turned = self.times(rows), self.turned(rows)
         borne = self._bear(rows, turned)
         size = self.sizes[self.numbers[rows]]
@@ -155,7 +155,7 @@ class AnchorEpisodes(TrayEpisodes):
         self._stop_late(rows)
 
     def _bear(self, rows: Ints, turned: Bools) -> Floats:
-        """Increase pulls until a joint leaves its stop; return the share that each chain bore."""
+        """Increase pulls until a folded joint opens; return the shares that chains withstood."""
         borne, pulls = np.zeros(len(rows)), self.pulls[self.numbers[rows]]
         going = np.arange(len(rows))
         for stage in range(1, STAGES + 1):
@@ -171,54 +171,55 @@ class AnchorEpisodes(TrayEpisodes):
 
 
 class AnchorEnv(TrayEnv):
-    """Build a fold that bears a pull, from the components of a tray, while its end is held.
+    """Build a fold that withstands a pull, from the components of a tray; a tube holds its end.
 
-    Everything else is as in `magfold_env.envs.tray.TrayEnv`.
+    Rules that are not listed here are those of `magfold_env.envs.tray.TrayEnv`.
 
     `reset` selects a task: a tray, a feed direction, and the size [N] and direction of a pull. Any
-    fold that bears the pull is a success. Dead and weak magnets and the strength of each are drawn
-    as in that class; the strength of all magnets varies by ±30 % and friction is log-uniform from
-    0.05 to 1.
+    fold that withstands the pull is a success. Dead and weak magnets and the strength of each
+    magnet are drawn as in `TrayEnv`. The strength of all magnets together varies by ±30 %, and
+    friction is log-uniform from 0.05 to 1.
 
-    The tube keeps the last component, which comes out as far as 0.95 of its diagonal; then the
-    chain has 0.3 s to settle. All components but the first can be drawn back and chosen again. The
-    tube is 1.3 diagonals wide, but drawing a fold back may still jam it.
+    The tube holds the last component, which comes out by 0.95 of its diagonal; then the chain has
+    0.3 s to settle. All components except the first can be drawn back and chosen again. The tube is
+    1.3 diagonals wide, but a fold may still jam in it when it is drawn back.
 
-    **Pull**: it acts evenly on the mass that the tube does not hold, as a flow or a slope would. It
-    grows in five steps of 0.03 s, its full size lasts 0.15 s, and it ends early when a joint leaves
-    its ±90° by more than 0.05 rad. An agent may *test* at any time. When all components have been
-    fed, the next step that feeds *leaves* the chain, which is then pulled for the last time.
+    **Pull**: like gravity, the pull acts on all mass outside the tube. It increases in five equal
+    steps: four of 0.03 s each, then the full pull for 0.15 s. A joint within 0.05 rad of ±90° is
+    folded; the pull ends early if a folded joint opens. An agent may *test* the pull at any time.
+    After all components are fed, the next feeding step *leaves* the chain, with a last pull.
 
-    **End**: when the chain is left, with the status ``held`` if every joint that is within 0.05 rad
-    of ±90° stays there under the whole pull, and ``opened`` if one does not; when the drive,
-    limited to 10 N, has slipped for 0.1 s (``jammed``); after 10 s of simulated time
-    (``unsettled``); or when the simulation breaks down. Each of these terminates the episode.
+    **End**: when the agent leaves the chain, with the status ``held`` if every folded joint stays
+    folded under the full pull, else ``opened``; when the drive, limited to 10 N, has slipped for
+    0.1 s (``jammed``); after 10 s of simulated time (``unsettled``); or when the simulation breaks
+    down. Each of these terminates the episode.
 
-    **Action**: ``MultiDiscrete([parts, 8, speeds, 3])``: the last number is 0 to feed or leave, 1
+    **Action**: ``MultiDiscrete([parts, 8, speeds, 3])``. The last number is 0 to feed or leave, 1
     to draw back, and 2 to test. A test ignores the other numbers.
 
-    **Observation**: ``9 n + 7 + 9 parts`` entries: those of `TrayEnv` without the target, and
+    **Observation**: ``9 n + 7 + 9 parts`` entries: those of `TrayEnv` without ``target``, with
+    ``pull`` as the first group and ``borne`` as the last.
 
     ===== ======= ================================================================ ========
     group entries meaning and unit                                                 range
     ===== ======= ================================================================ ========
-    pull  2       the pull along x and y, x / (0.5 N); comes first                 (−1, 1) *
-    borne 1       share of the pull that the chain bore, if the last step was a    [0, 1]
-                  test, measured with noise of 10 mN; comes last
+    pull  2       the pull along x and y, x / (0.5 N)                              (−1, 1) *
+    borne 1       share of the pull that the chain withstood, measured with noise  [0, 1]
+                  of 10 mN; 0 unless the last step was a test
     ===== ======= ================================================================ ========
 
-    After a test, ``force`` is the force of the pull.
+    After a test, ``force`` is the force that the chain withstood.
 
-    **Reward**: the score at the end. A chain that is left scores half the share of its joints that
-    are within 0.05 rad of ±90°; if all are, ½ and half the share of the pull that it bears. A chain
-    that is not left scores 0. Success is a fold that bears the whole pull. ``reward="relative"``
-    subtracts the score of the minimiser's chain for the task's target word at its best constant
-    speed. Each simulated second costs 0.02. The shaping uses that word, which is hidden.
+    **Reward**: the score at the end. If the agent leaves a chain whose joints are all folded, the
+    score is ½ plus half the share of the pull that it withstands; otherwise it is half the share of
+    folded joints. Any other end scores 0. Success is a fold that withstands the full pull.
+    ``reward="relative"`` subtracts the score of the minimiser's chain for the task's target word at
+    its best constant speed. Each simulated second costs 0.02. Shaping uses the same hidden word.
 
-    **Info**: also ``pull`` [N].
+    **Info**: that of `TrayEnv`, and ``pull`` [N].
 
-    Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`. The scene needs
-    ``feed.loading`` ``at_mouth``.
+    Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`. In the scene,
+    ``feed.loading`` must be ``at_mouth``.
     """
 
     make_episodes = AnchorEpisodes

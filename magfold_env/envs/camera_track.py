@@ -1,4 +1,4 @@
-"""What the tracks share: tasks with hidden draws, observed by a camera and the feed's force."""
+"""Base classes of the tracks: tasks with hidden draws, observed by a camera and a force sensor."""
 
 from abc import abstractmethod
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ from magfold_env.envs.tasks.world import FeedOptions, TaskWorld
 from magfold_env.scene import Scene
 
 TIME_COST = 0.02
-"""Cost of a simulated second."""
+"""Amount by which each simulated second reduces the reward."""
 
 FORCE_NOISE = 0.01
 """Standard deviation of a measured force [N]."""
@@ -36,7 +36,7 @@ INTERVAL = 0.02
 """Time between two decisions [s]."""
 
 STEEPEST = 0.2
-"""Largest change of the drive's speed from one step to the next [m/s]."""
+"""Largest change of the feed speed from one step to the next [m/s]."""
 
 
 class CameraEpisodes(Episodes[NDArray[np.float32]]):
@@ -45,35 +45,34 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     world: TaskWorld
     chains: DynamicChains
     task_kind: ClassVar[type[Task]]
-    """The type of a task."""
+    """Type of the tasks."""
     store: ClassVar[type[TaskStore]]
-    """The class of the baselines."""
+    """Class that computes and stores the baselines."""
     protocol: ClassVar[tuple[float, ...]]
-    """The numbers of the episodes that baselines depend on besides the scene."""
+    """Constants, besides the scene, on which the baselines depend."""
     lacking: ClassVar[str] = "not at rest and all out"
-    """What a chain that runs out of time failed to be, for the message."""
+    """Words in the message about a chain that has run out of time."""
     shown: ClassVar[int]
-    """Which frame an observation shows: 1 for the last, 0 for the last but one."""
+    """Frame that an observation shows: 1 for the newest, 0 for the one before."""
 
     kept = (*Episodes.kept, "_frames", "_force", "_took", "_noise", "speeds")
 
     def allocate(self) -> None:
         """Allocate the arrays of the episodes."""
         super().allocate()
-        self._frames: Floats = np.zeros(
-            (2, self.count, 5 * self.n)
-        )  # the last but one, and the last
+        # The frame before the newest, and the newest.
+        self._frames: Floats = np.zeros((2, self.count, 5 * self.n))
         self._force: Floats = np.zeros(self.count)
         self._took: Floats = np.zeros(self.count)  # duration of the last steps [s]
-        # Generators of the episodes' noise: later episodes do not depend on the number of steps.
+        # Noise has its own generators, so later draws do not depend on the number of steps.
         self._noise: list[Any] = [None] * self.count
         self.speeds: Floats = np.zeros(self.count)
-        """Feed speeds of the last steps [m/s], negative to pull back, (m,)."""
+        """Feed speeds in the last step [m/s], (m,); negative speeds pull back."""
 
     @classmethod
     @abstractmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[Any, Layout]:
-        """Return the form of actions and the layout of observations."""
+        """Return the encoding of actions and the layout of observations."""
 
     def make_chains(self, threads: int, frame_rate: float | None) -> DynamicChains:
         """Return the chains, each drawn from the scene of its task."""
@@ -86,7 +85,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     @classmethod
     def baselines(cls, world: TaskWorld) -> TaskStore:
-        """Return the baselines that simple schedules set for the tasks of a world."""
+        """Return the baselines of the tasks of a world, which simple schedules set."""
         return cls.store(cls, world, cls.protocol)
 
     def find_baseline(self, number: int) -> Baseline:
@@ -103,18 +102,18 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     @abstractmethod
     def times(self, rows: Ints) -> Floats:
-        """Return the elapsed time of some episodes [s]."""
+        """Return the elapsed times of the given episodes [s]."""
 
     def infos(self, rows: Ints) -> Columns:
-        """Return the infos of some episodes, running or ended."""
+        """Return the infos of the given episodes, running or ended."""
         return super().infos(rows) | {"time": self.times(rows), "force": self._force[rows]}
 
     def step_rewards(self, rows: Ints) -> Floats:
-        """Return the reward of every step: its time costs."""
+        """Return the rewards of a step, reduced by the cost of its duration."""
         return super().step_rewards(rows) - TIME_COST * self._took[rows]
 
     def final_infos(self, rows: Ints) -> Columns:
-        """Return the additional infos of episodes that have terminated."""
+        """Return additional infos of episodes that have terminated."""
         ends = super().final_infos(rows)
         late = self.arrays.status[rows] == UNSETTLED
         return ends | {"score": np.where(late, 0.0, ends["score"])}
@@ -129,7 +128,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         return out
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations by group, without the camera's frame."""
+        """Return the entries of observations by group, except those of the camera's frame."""
         return {
             "target": self.goals.one_hot,
             "magnets": self.arrays.signs.reshape(self.count, -1),
@@ -140,7 +139,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         }
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return an episode's progress, and the lines above and below the energies in a picture."""
+        """Return the title of an episode's picture, and the lines above and below its energies."""
         title, wanted, _ = super().caption(row)
         done: Lines = [
             ("time", f"{self.times(self.rows)[row]:.2f} s"),
@@ -150,7 +149,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         return title, wanted, done
 
     def reset_rows(self, rows: Ints) -> None:
-        """Draw the chains of some episodes and load them."""
+        """Draw the chains of the given episodes and put them into their tubes."""
         kinds = np.array(self.world.kinds)[self.numbers[rows]]
         for kind in np.unique(kinds).tolist():
             self.chains.begin(rows[kinds == kind], self.rngs, kind)
@@ -171,7 +170,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         self.chains.stop(rows[over], f"late: {self.lacking} after {self.late:g} s")
 
     def _measure(self, rows: Ints, force: Floats) -> None:
-        """Take frames of some chains and record the force of their drives [N], all with noise."""
+        """Record noisy frames of the given chains and noisy forces of their drives [N]."""
         noise = np.empty((len(rows), 3 * self.n + 1))
         for place, row in enumerate(rows.tolist()):
             self._noise[row].standard_normal(out=noise[place])
@@ -182,7 +181,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
 
 class FeedEpisodes(CameraEpisodes):
-    """Episodes in which given chains are fed at speeds that change from step to step."""
+    """Episodes in which given chains are fed at a speed that each step sets."""
 
     task_kind = FeedTask
     shown = 0
@@ -195,12 +194,12 @@ class FeedEpisodes(CameraEpisodes):
         """Allocate the arrays of the episodes."""
         super().allocate()
         self.driven: Floats = np.zeros((self.count, self.horizon))
-        """Feed speeds in each step [m/s]."""
+        """Feed speed in each step [m/s], (m, horizon)."""
         self._length = self.n * self.world.scene.casing.diagonal
 
     @classmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, Layout]:
-        """Return the form of actions and the layout of observations."""
+        """Return the encoding of actions and the layout of observations."""
         n = world.scene.n
         before = {"target": 3 * (n - 1), "magnets": 4 * n, "direction": 1}
         after = {"advance": 1, "speed": 1, "force": 1, "time": 1}
@@ -213,20 +212,20 @@ class FeedEpisodes(CameraEpisodes):
         return INTERVAL * self.horizon
 
     def scene(self, row: int) -> Scene:
-        """Return the drawn scene of a chain; its feed speeds contain the drawn factors."""
+        """Return the drawn scene of a chain; its feed speeds include the drawn factors."""
         sequence = self.world.tasks[int(self.numbers[row])].sequence
         return self.chains.drawn(row).replace(sequence=sequence)
 
     def acting(self, row: int) -> int:
-        """Return the number of components, in the order of feed, whose magnets act."""
+        """Return how many components, counted in the order of feed, have magnets that act."""
         return self.chains.acting(row)
 
     def times(self, rows: Ints) -> Floats:
-        """Return the elapsed time of some episodes [s]."""
+        """Return the elapsed times of the given episodes [s]."""
         return self.steps[rows].astype(np.float64) * INTERVAL
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations by group, without the camera's frame."""
+        """Return the entries of observations by group, except those of the camera's frame."""
         return super().groups() | {
             # Rounded; otherwise the last bits would reveal the initial offsets of the chain.
             "advance": np.round(self.chains.advances() / self._length, 9)[:, None],
@@ -234,7 +233,7 @@ class FeedEpisodes(CameraEpisodes):
         }
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return an episode's progress, and the lines above and below the energies in a picture."""
+        """Return the title of an episode's picture, and the lines above and below its energies."""
         _, wanted, done = super().caption(row)
         return f"{int(self.arrays.released[row].sum())} of {self.n} out", wanted, done
 
@@ -246,7 +245,7 @@ class FeedEpisodes(CameraEpisodes):
             self.chains.load(self.rows[row : row + 1], signs)
 
     def act(self, rows: Ints, choice: tuple[Floats]) -> None:
-        """Drive the feeds for an interval, at speeds as close to the requested ones as possible."""
+        """Drive the feeds for one interval; `STEEPEST` limits how far their speeds change."""
         before = self.speeds[rows]
         speeds = before + np.clip(choice[0] - before, -STEEPEST, STEEPEST)
         self.speeds[rows], self._took[rows] = speeds, INTERVAL
@@ -256,36 +255,36 @@ class FeedEpisodes(CameraEpisodes):
 
 
 class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
-    """One environment with tasks; subclasses define the goal.
+    """Base class of environments with tasks; subclasses define the goal.
 
-    **Observation**: a flat ``Box(−1, 1)``; of the chain component 1 first. Frames are not stacked.
-    An environment has some of these groups and some of its own.
+    **Observation**: a flat ``Box(−1, 1)``, in which the chain's entries start with component 1.
+    Frames are not stacked. An environment has some of these groups, and some of its own.
 
     ========= ========= ======================================================== =============
     group     entries   meaning and unit                                         range
     ========= ========= ======================================================== =============
     target    3 (n − 1) letter of each joint of the target, one-hot over L, S, R 0, 1
     magnets   4 n       front-left, back-left, back-right, front-right:          −1, 0, 1
-                        1 N, −1 S, nominal; 0 not set yet
-    direction 1         of the feed: 1 forward, −1 backward                      −1, 1
-    heading   2 n       sine and cosine of the heading, noise of 1°; 0 where the [−1, 1]
+                        nominal poles, 1 for N, −1 for S; 0 if not set yet
+    direction 1         feed direction: 1 forward, −1 backward                   −1, 1
+    heading   2 n       sine and cosine of the heading, noise of 1°; 0 if the    [−1, 1]
                         camera does not see the component
-    position  2 n       centre, mouth of the tube at 0, x / chain length, noise  (−1, 1) *
-                        of 0.3 mm along x and y; 0 for unseen components
-    speed     1         of the feed in the last step, x / (0.6 m/s)              [−1, 1]
-    force     1         of the drive, mean over the last step, noise of 10 mN,   (−1, 1) *
-                        x / (0.1 N); negative pulls
+    position  2 n       centre relative to the tube's mouth, x / chain length,   (−1, 1) *
+                        noise of 0.3 mm along x and y; 0 if unseen
+    speed     1         feed speed in the last step, x / (0.6 m/s)               [−1, 1]
+    force     1         mean force of the drive in the last step, x / (0.1 N),   (−1, 1) *
+                        noise of 10 mN; negative if the drive pulls
     ========= ========= ======================================================== =============
 
-    Entries marked * are squashed by ``x / (1 + |x|)``. Noise is normal, with these standard
-    deviations. Observations contain no velocities and none of the hidden draws.
+    Entries marked * are squashed by ``x / (1 + |x|)``. Noise is normal, with the given
+    standard deviations. Observations contain no velocities and none of the hidden draws.
 
-    **Reward**: the score at the end: 1 in the target, half the similarity to it otherwise, and 0 if
-    the time is over or the simulation broke down. ``reward="sparse"``: 1 in the target, else 0.
-    ``reward="relative"``: the score less b, that of a simple schedule. Each simulated second costs
-    0.02. Shaping: `magfold_env.envs.tasks.reward`.
+    **Reward**: the score at the end: 1 if the chain folds into the target, else half its similarity
+    to it, and 0 if time runs out or the simulation breaks down. ``reward="sparse"``: 1 for the
+    target, else 0. ``reward="relative"``: the score minus b, the score of a simple schedule. Each
+    simulated second costs 0.02. `magfold_env.envs.tasks.reward` describes shaping.
 
-    **Info**: ``target``, ``word``, ``time`` [s], ``force`` [N], as measured; at the end also
+    **Info**: ``target``, ``word``, ``time`` [s] and the measured ``force`` [N]; at the end also
     ``status``, ``message``, ``energy`` [J], ``score``, ``baseline``, ``baseline_missing`` (true
     unless the reward uses b) and ``is_success``.
 
@@ -295,7 +294,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
         A tube scene, by default the environment's own; its sequence, direction and speeds are
         ignored.
     render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
-        What `render` returns; ``human`` shows every step in a window by itself.
+        What `render` returns; ``human`` shows every step in a window automatically.
     **options
         See `magfold_env.envs.tasks.world.FeedOptions`.
 
@@ -325,7 +324,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     def make_world(
         cls, scene: str | Path | Scene | None = None, **options: Unpack[FeedOptions]
     ) -> TaskWorld:
-        """Return what all episodes share; the arguments are those of the environment."""
+        """Return what all episodes share; arguments are those of the environment."""
         options.setdefault("tasks", cls.default_tasks)
         scene = cls.default_scene if scene is None else scene
         return TaskWorld(cls.make_episodes, scene, **options)
@@ -343,13 +342,13 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     def baseline_of(self, task: int) -> Baseline:
         """Return the baseline of a task, given by its number.
 
-        May take some seconds where neither the package nor the disk cache has it.
+        This may take some seconds if neither the package nor the disk cache contains it.
         """
         store = self._baselines
         return store.get(store.names[self.world.number_of(task)])
 
     def plan_of(self, numbers: Sequence[int]) -> Plan:
-        """Return a player of the schedules that set the tasks' baselines, one row per task."""
+        """Return a function that plays the tasks' baseline schedules, one row per task."""
         return self._baselines.plan(numbers)
 
     @property
@@ -358,7 +357,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
 
 
 class FeedTrackEnv(CameraTrackEnv):
-    """Feed a given chain back and forth; subclasses define the goal.
+    """Base class for feeding a given chain back and forth; subclasses define the goal.
 
     Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.
     """
@@ -372,28 +371,28 @@ class FeedTrackEnv(CameraTrackEnv):
 
     @property
     def history(self) -> tuple[float, ...]:
-        """The speeds of the feed so far [m/s]; with `to_scene` they replay the episode."""
+        """Feed speeds in all steps so far [m/s]; see `to_scene`."""
         episodes = cast("FeedEpisodes", self._running())
         return tuple(episodes.driven[0, : int(episodes.steps[0])].tolist())
 
     def to_scene(self) -> Scene:
         """Return the concrete scene of the episode.
 
-        `replay` repeats the episode from it and `history`, bit for bit. Its feed speeds contain the
-        drawn factors.
+        `replay` repeats the episode bit for bit from this scene and `history`. The scene's feed
+        speeds include the drawn factors.
         """
         return self._running().scene(0)
 
 
 def replay(scene: Scene, speeds: Sequence[float]) -> DynamicChains:
-    """Simulate `scene` with the given feed speeds [m/s] and return the chain, bit for bit.
+    """Repeat an episode bit for bit and return its chain.
 
     Parameters
     ----------
     scene : Scene
         The scene that `FeedTrackEnv.to_scene` returns.
     speeds : sequence of float
-        The value of `FeedTrackEnv.history`.
+        The value of `FeedTrackEnv.history` [m/s].
     """
     chains, row = DynamicChains((scene,), 1, endless=True), np.array([0])
     chains.begin(row, [np.random.default_rng()])

@@ -1,4 +1,4 @@
-"""A single environment: row 0 of episodes of one."""
+"""Base class of single environments, which are batches of one episode."""
 
 import copy
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ _ROW = np.array([0])
 
 
 class Limited:
-    """What has a limit of its own on the number of steps, which depends on its options."""
+    """Mixin for environments whose limit on the number of steps depends on their options."""
 
     max_episode_steps: int | None
     """The limit for `spec`, if there is one."""
@@ -36,7 +36,7 @@ class Limited:
 
     @property
     def spec(self) -> EnvSpec | None:
-        """How the environment was made; its ``max_episode_steps`` is the environment's own."""
+        """Gymnasium's specification; by default, it contains the environment's own limit."""
         return self._spec
 
     @spec.setter
@@ -49,24 +49,24 @@ class Limited:
 class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec is a property)
     Limited, gymnasium.Env[ObsType, Any], Generic[ObsType]
 ):
-    """One chain in a world; subclasses define the actions and the goal.
+    """Base class of environments with one chain; subclasses define the actions and the goal.
 
     Parameters
     ----------
     world : World
-        What all episodes share.
+        Scene, targets, actions, observations and rewards that all episodes share.
     render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
-        What `render` returns; ``human`` shows every step in a window by itself.
+        What `render` returns; ``human`` shows every step in a window automatically.
 
     Raises
     ------
     ValueError
-        If there is no such render mode.
+        If the render mode is not allowed.
     """
 
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 4}  # noqa: RUF012
     make_episodes: ClassVar[Any]
-    """The class of the episodes, which defines the environment."""
+    """The class of the episodes, which defines what the environment does."""
 
     def __init__(self, world: World, render_mode: str | None) -> None:
         self.world = world
@@ -79,23 +79,23 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
         # One more, because a `TimeLimit` of the horizon would call the task's end a truncation.
         self.max_episode_steps = None if self.horizon is None else self.horizon + 1
         self._made: Episodes[ObsType] | None = None
-        # The initial state of the episode, if known, and the actions since.
+        # Random state and target at the last reset, if known, and the actions since.
         self._began: tuple[Mapping[str, Any], Sequence[int] | None] | None = None
         self._choices: list[tuple[NDArray[Any], ...]] = []
 
     @property
     def scene(self) -> Scene:
-        """The scene that episodes are drawn from, randomisation included."""
+        """The scene that episodes are drawn from, including its randomisation."""
         return self.world.scene
 
     @property
     def actions(self) -> Any:
-        """The form of actions: see `magfold_env.envs.spaces.actions`."""
+        """The encoding of actions; see `magfold_env.envs.spaces.actions`."""
         return self.world.actions
 
     @property
     def layout(self) -> Layout:
-        """The slice of each group of entries in an observation."""
+        """The layout of observations, with the slice of each group of entries."""
         return self.world.layout
 
     @property
@@ -105,12 +105,12 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
 
     @property
     def horizon(self) -> int | None:
-        """Number of steps after which an episode has always ended; None if nothing sets it."""
+        """Largest number of steps in an episode; None if only time limits it."""
         return None
 
     @property
     def episodes(self) -> Episodes[ObsType]:
-        """The episodes: a batch of one."""
+        """The batch of one episode."""
         made = self._made
         if made is None:
             made = self._made = self.make_episodes(self.world, 1, 1, self.viewer.frame_rate)
@@ -119,15 +119,15 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[ObsType, dict[str, Any]]:
-        """Load a new chain; ``options`` may fix the target, or the task.
+        """Begin an episode with a new chain; ``options`` may fix the target or the task.
 
-        Everything random is drawn here. The target or task is drawn first, even if it is fixed, so
-        that a seed gives the same physics for every target.
+        This call draws all random physics. The target or task is drawn first, even if it is fixed,
+        so that a seed gives the same physics for every target.
 
         Raises
         ------
         ValueError
-            For an unknown option, or a value that the environment does not have.
+            If an option is unknown or its value is not allowed.
         """
         super().reset(seed=seed)
         episodes = self.episodes
@@ -140,20 +140,20 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
         return self._observation(), self._info()
 
     def step(self, action: Any) -> tuple[ObsType, float, bool, bool, dict[str, Any]]:
-        """Carry out `action`.
+        """Take a step with `action`.
 
         Raises
         ------
         ValueError
             If the action is not in the space.
         gymnasium.error.ResetNeeded
-            Before the first reset and after the end of an episode.
+            Before the first reset, or after the end of an episode.
         """
         episodes = self._running()
         if episodes.terminated[0]:
             raise gymnasium.error.ResetNeeded("the episode is over; call reset() first")
         choice = self.world.actions.read_one(action)
-        # Copies: an agent may write its next action into the same array.
+        # Copied, because an agent may write its next action into the same array.
         self._choices.append(tuple(part.copy() for part in choice))
         rewards, ends = episodes.step(_ROW, choice)
         self._show()
@@ -170,8 +170,8 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
     def set_state(self, state: EpisodesState) -> tuple[ObsType, dict[str, Any]]:
         """Restore a state of this environment, or of one made with the same options.
 
-        Steps from there repeat exactly. Returns the observation and info that `step` or `reset`
-        returned with that state.
+        Later steps repeat exactly. Returns the observation and info that `step` or `reset` returned
+        with that state.
         """
         episodes = self.episodes
         episodes.rngs[0] = self.np_random
@@ -184,8 +184,8 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
     def render(self) -> Any:
         """Return the chain as an image or as text, or show it, according to `render_mode`.
 
-        ``rgb_array_list`` returns all frames since the last call, or the last reset: the motion
-        between decisions, at half its speed if they are shown at ``metadata["render_fps"]``.
+        ``rgb_array_list`` returns all frames since the last call or reset. Played at
+        ``metadata["render_fps"]``, they show the motion between decisions at half its speed.
 
         Raises
         ------
@@ -196,13 +196,13 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
         return self.viewer.render(self.snapshot)
 
     def snapshot(self) -> "Snapshot":
-        """Return what a picture shows."""
+        """Return the content of a picture."""
         return snapshot_of(self._running(), 0)
 
     def to_html(self, path: str | Path) -> None:
-        """Write a page that plays the episode so far: see `magfold_env.replay.write_html`.
+        """Write a page that plays the episode so far; see `magfold_env.replay.write_html`.
 
-        The episode is simulated again, bit for bit, and recorded; any `render_mode` works.
+        This repeats the episode bit for bit and records it; any `render_mode` works.
 
         Parameters
         ----------
@@ -214,7 +214,7 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
         gymnasium.error.ResetNeeded
             Before the first reset.
         ValueError
-            Before the first step, after `set_state`, and with ``fidelity="quasistatic"``, where
+            Before the first step, after `set_state`, or with ``fidelity="quasistatic"``, where
             nothing moves.
         """
         self._running()
@@ -232,7 +232,7 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
         self.viewer.close()
 
     def _running(self) -> Episodes[ObsType]:
-        """Return the episodes, after a check that one has begun."""
+        """Return the episodes; raise ``ResetNeeded`` if none has begun."""
         self.episodes.check_begun()
         return self.episodes
 
@@ -249,6 +249,6 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
         return {key: column.tolist()[0] for key, column in infos.items()}
 
     def _show(self) -> None:
-        """Play or record the motion since the last call, if the render mode does so."""
+        """Play or record the motion since the last call, if the render mode requires it."""
         if self.render_mode in ("human", "rgb_array_list"):
             self.viewer.follow(self.episodes.chains.motion(), self.snapshot())

@@ -1,7 +1,7 @@
-"""Episodes side by side: what happens in an environment, for any number of chains.
+"""Batches of episodes, which define what an environment does, for any number of chains.
 
-A single environment is row 0 of one episode, so the same code draws, feeds, observes and rewards a
-single chain and many.
+A single environment is a batch of one episode, so the same code draws, feeds, observes and rewards
+one chain or many.
 """
 
 import copy
@@ -42,13 +42,13 @@ class EpisodesState:
     """The complete state of episodes; see `Episodes.get_state`."""
 
     rngs: Sequence[Mapping[str, Any]]
-    """States of the random generators of future episodes."""
+    """States of the random generators from which later episodes are drawn."""
     chains: tuple[Any, ...]
     arrays: Mapping[str, Any]
     """The other arrays of the episodes, by name."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return a compressed state: most of it is scratch space that consists of zeros."""
+        """Return a compressed form; most of the state is scratch space filled with zeros."""
         content = pickle.dumps((self.rngs, self.chains, self.arrays))
         return _unpacked, (zlib.compress(content, level=1),)
 
@@ -58,24 +58,24 @@ def _unpacked(content: bytes) -> EpisodesState:
 
 
 class Episodes(Generic[ObsType]):
-    """Chains, each in an episode of its own.
+    """A batch of chains, each in its own episode.
 
-    An environment is a subclass. It defines what actions do (`act`) and what is observed
-    (`observe`), and, where they differ, the arrays that it keeps (`allocate`, `kept`), how chains
-    begin (`reset_rows`), the rewards (`step_rewards`, `end_rewards`) and the infos (`infos`,
-    `final_infos`).
+    Each environment has a subclass, which defines what actions do (`act`) and what an agent
+    observes (`observe`). A subclass may also change the arrays that it keeps (`allocate`, `kept`),
+    how chains begin (`reset_rows`), the rewards (`step_rewards`, `end_rewards`) and the infos
+    (`infos`, `final_infos`).
 
-    The arguments are what the episodes share, their number, the number of threads that simulate,
-    and the frames recorded per simulated second [1/s], for a single chain.
+    `world` is what the episodes share, `count` is their number, and `threads` is the number of
+    threads that simulate. For a single chain, `frame_rate` frames are recorded per second [1/s].
     """
 
     kept: tuple[str, ...] = ("numbers", "steps", "_potentials")
     """Names of the arrays that are part of the state, with one entry per episode."""
 
     has_true_strengths: ClassVar[bool] = True
-    """Whether the magnets of `scene` have the strengths that act."""
+    """Whether the magnets in the scene that `scene` returns have their actual strengths."""
 
-    # Subclasses declare their own types of world and chains.
+    # Subclasses declare the types of their worlds and chains.
     world: Any
     chains: Any
 
@@ -99,25 +99,25 @@ class Episodes(Generic[ObsType]):
 
     @abstractmethod
     def act(self, rows: Ints, choice: Any) -> None:
-        """Carry out actions, in the form that `World.actions` returns."""
+        """Carry out decoded actions, as ``World.actions.read`` returns them."""
 
     @abstractmethod
     def observe(self) -> ObsType:
         """Return new observations of all episodes, as Gymnasium batches them."""
 
-    # --- open to change --------------------------------------------------------------------
+    # --- may be overridden -----------------------------------------------------------------
 
     def make_chains(
         self, threads: int, frame_rate: float | None
     ) -> DynamicChains | QuasistaticChains:
-        """Return the chains."""
+        """Return the chains that the episodes simulate."""
         return DynamicChains((self.world.scene,), self.count, threads, frame_rate)
 
     def allocate(self) -> None:
         """Allocate the arrays of the episodes."""
         self.goals = Goals(self.world.words, self.world.match, self.count)
         self.numbers: Ints = np.zeros(self.count, dtype=np.int64)
-        """Numbers of the targets, or tasks, of the episodes, (m,)."""
+        """Numbers of the episodes' targets or tasks, (m,)."""
         self.steps: Ints = np.zeros(self.count, dtype=np.int64)
         """Number of steps taken in each episode, (m,)."""
         self.baseline: Floats = np.zeros(self.count)
@@ -126,11 +126,11 @@ class Episodes(Generic[ObsType]):
         self._potentials: Floats = np.zeros(self.count)
 
     def reset_rows(self, rows: Ints) -> None:
-        """Draw the chains of some episodes and load them."""
+        """Draw the chains of the given episodes and put them into their tubes."""
         self.chains.begin(rows, self.rngs)
 
     def step_rewards(self, rows: Ints) -> Floats:
-        """Return the reward of every step; see `magfold_env.envs.tasks.reward`."""
+        """Return the rewards that every step earns; see `magfold_env.envs.tasks.reward`."""
         if self.world.rule.shaping is None:
             return np.zeros(len(rows))
         after = self.potential(rows)
@@ -139,15 +139,15 @@ class Episodes(Generic[ObsType]):
         return rewards
 
     def end_rewards(self, ends: Columns) -> Floats:
-        """Return the additional reward of the last steps of episodes."""
+        """Return the rewards that the last steps of episodes earn in addition."""
         return self.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
 
     def infos(self, rows: Ints) -> Columns:
-        """Return the infos of some episodes, running or ended."""
+        """Return the infos of the given episodes, running or ended."""
         return {"target": self.goals.names[rows], "word": self.words(rows)}
 
     def final_infos(self, rows: Ints) -> Columns:
-        """Return the additional infos of episodes that have terminated."""
+        """Return additional infos of episodes that have terminated."""
         status = self.arrays.status
         _, score, success = self.goals.judge(rows, status, self.arrays.angles)
         return {
@@ -161,18 +161,18 @@ class Episodes(Generic[ObsType]):
         }
 
     def action_masks(self, actions: Any) -> NDArray[np.bool_] | None:
-        """Return which actions of a table are possible, (m, …).
+        """Return which actions of the table `actions` are possible, (m, …).
 
-        None if these are always the same; `actions` then returns them.
+        Returns None if these never change; the table's own ``masks`` then returns them.
         """
         return None
 
     def find_baseline(self, number: int) -> Baseline:
-        """Return the baseline of a target or task; it is flagged if there is none."""
+        """Return the baseline of a target or task by its number; a missing one is flagged."""
         return unknown_baseline(self.world.words[number])
 
     def acting(self, row: int) -> int:
-        """Return the number of components, in the order of feed, whose magnets act."""
+        """Return how many components, counted in the order of feed, have magnets that act."""
         return int(self.arrays.fed[row])
 
     def lattice(self, row: int) -> LatticeFeed:
@@ -184,7 +184,7 @@ class Episodes(Generic[ObsType]):
         return self.chains.scene(row)
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return an episode's progress, and the lines above and below the energies in a picture."""
+        """Return the title of an episode's picture, and the lines above and below its energies."""
         return f"fed {self.arrays.fed[row]} of {self.n}", [("target", self.goals.names[row])], []
 
     # --- fixed -----------------------------------------------------------------------------
@@ -197,19 +197,19 @@ class Episodes(Generic[ObsType]):
     def parse_reset_options(
         self, options: Mapping[str, Any], others: Sequence[str] = ()
     ) -> Sequence[int] | None:
-        """Return the targets or tasks, by number, that options of `reset` request.
+        """Return the numbers of the targets or tasks that options of `reset` fix, or None.
 
-        `others` are further options that are allowed.
+        `others` are the names of other allowed options.
         """
         key, kind = self.world.option
         found = given_for_each(options, (key, *others), self.count, kind)
         return None if found is None else [self.world.number_of(each) for each in found]
 
     def begin(self, rows: Ints, given: Sequence[int] | None = None) -> None:
-        """Begin some episodes; `given` are the numbers of all episodes' targets or tasks, if any.
+        """Begin the given episodes; `given` fixes the targets or tasks of all rows, by number.
 
-        Everything random is drawn here. The target or task is drawn first, even if it is given, so
-        that a seed gives the same physics for every target.
+        This call draws all random physics. The target or task is drawn first, even if it is given,
+        so that a seed gives the same physics for every target.
         """
         for row in rows.tolist():
             if self.rngs[row] is None:
@@ -227,7 +227,7 @@ class Episodes(Generic[ObsType]):
             self._potentials[rows] = self.potential(rows)
 
     def step(self, rows: Ints, choice: Any) -> tuple[Floats, Columns]:
-        """Take a step in some episodes; `choice` has the form that `World.actions` returns.
+        """Take a step in the given episodes with the decoded actions `choice`.
 
         Returns the rewards, (rows,), and `final_infos` of the episodes that have terminated.
         """
@@ -247,10 +247,10 @@ class Episodes(Generic[ObsType]):
     def play(
         self, seeds: Sequence[int], given: Sequence[int], choose: Callable[[Ints], Any]
     ) -> Columns:
-        """Play an episode to its end in each of the first rows; return `final_infos` of all.
+        """Play an episode to its end in each of the first rows; return their `final_infos`.
 
         Row k has the seed ``seeds[k]``, as for `reset` of a single environment, and the target or
-        task number ``given[k]``; `choose` returns the actions of some rows.
+        task number ``given[k]``. `choose` returns decoded actions for given rows.
         """
         self.rngs[: len(seeds)] = [seeding.np_random(seed)[0] for seed in seeds]
         played = rows = self.rows[: len(seeds)]
@@ -261,7 +261,7 @@ class Episodes(Generic[ObsType]):
         return self.final_infos(played)
 
     def potential(self, rows: Ints) -> Floats:
-        """Return Φ of the shaping for chains in their present state; 0 at the end of an episode."""
+        """Return the shaping's potential Φ of chains as they are; 0 for ended episodes."""
         found = np.zeros(len(rows))
         going = ~self.terminated[rows]
         if going.any():
@@ -269,7 +269,7 @@ class Episodes(Generic[ObsType]):
         return found
 
     def _shaped(self, rows: Ints) -> Floats:
-        """Return Φ of the shaping for running episodes."""
+        """Return the shaping's potential Φ of running episodes."""
         arrays = self.arrays
         if self.world.rule.shaping == "similarity":
             return self.goals.judge(rows, arrays.status, arrays.angles)[0]
@@ -296,7 +296,7 @@ class Episodes(Generic[ObsType]):
         return found
 
     def words(self, rows: Ints) -> Any:
-        """Return the nearest fold words of some chains as an array of str."""
+        """Return the nearest fold words of the given chains as an array of str."""
         n = self.arrays.angles.shape[1]
         letters = np.empty((len(rows), n - 1), dtype=np.uint32)
         write_words(rows, self.arrays.angles, letters)
@@ -338,12 +338,12 @@ class Episodes(Generic[ObsType]):
             self.baseline[row], self._missing[row] = found.score, found.flagged
 
     def check_begun(self) -> None:
-        """Refuse episodes that have not begun."""
+        """Raise ``ResetNeeded`` if an episode has not begun."""
         if not self._all_begun:
             raise gymnasium.error.ResetNeeded("no episode has begun; call reset() first")
 
     def close(self) -> None:
-        """End the threads."""
+        """Stop the threads."""
         self.chains.close()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -353,7 +353,7 @@ class Episodes(Generic[ObsType]):
         return {"own": own, "rngs": self.rngs, "state": going}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Restore episodes from `__getstate__`; the motion so far is discarded."""
+        """Restore the state that `__getstate__` returned; recorded motion is lost."""
         self.__init__(*state["own"])
         if state["state"] is not None:
             self.set_state(state["state"])

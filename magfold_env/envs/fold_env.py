@@ -1,4 +1,4 @@
-"""What the environments share in which the agent chooses magnets."""
+"""Base classes of the environments in which the agent chooses magnets."""
 
 from pathlib import Path
 from typing import Any, ClassVar, Literal, TypeVar, Unpack
@@ -21,14 +21,14 @@ ObsType = TypeVar("ObsType")
 
 
 class FoldEpisodes(Episodes[Any]):
-    """Episodes in which magnets and feed speeds are chosen so that chains fold into targets."""
+    """Episodes in which an agent chooses magnets and feed speeds to fold chains into targets."""
 
     world: FoldTask
 
     def make_chains(
         self, threads: int, frame_rate: float | None
     ) -> DynamicChains | QuasistaticChains:
-        """Return the chains, simulated or not, according to the fidelity."""
+        """Return dynamic or quasistatic chains, according to the fidelity."""
         if self.world.fidelity == "quasistatic":
             return QuasistaticChains(self.world.lattice, self.count)
         return super().make_chains(threads, frame_rate)
@@ -46,18 +46,18 @@ class FoldEpisodes(Episodes[Any]):
         return self.observed(self.goals.one_hot)
 
     def observed(self, words: Singles) -> Singles:
-        """Return what is shown of all chains, after the entries of words, (m, words)."""
+        """Return observations of all chains, which start with the entries `words`, (m, words)."""
         layout = self.world.layout
         out = np.empty((self.count, layout.size), dtype=np.float32)
         fill(layout.side, self.chains.seen, words, out)
         return out
 
     def infos(self, rows: Ints) -> Columns:
-        """Return the infos of some episodes, running or ended."""
+        """Return the infos of the given episodes, running or ended."""
         return super().infos(rows) | {"step": self.arrays.fed[rows]}
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return an episode's progress, and the lines above and below the energies in a picture."""
+        """Return the title of an episode's picture, and the lines above and below its energies."""
         arrays, fed = self.arrays, int(self.arrays.fed[row])
         done: Lines = []
         if fed:
@@ -68,16 +68,16 @@ class FoldEpisodes(Episodes[Any]):
 
 
 class FoldEnv(ChainEnv[ObsType]):
-    """A chain whose magnets and feed speeds are chosen so that it folds into a target.
+    """Base class of environments in which the agent chooses magnets and feed speeds.
 
     Parameters
     ----------
     scene : str, Path or Scene, optional
-        A tube scene: a shipped name, a path or the scene. Its sequence and feed speeds are ignored,
-        because the agent chooses them and every face gets a magnet. The default is the scene that
-        the target suite is meant for, or the environment's own.
+        A tube scene: a shipped name, a path or the scene itself. Its sequence and feed speeds are
+        ignored, because the agent chooses them; every face gets a magnet. The default is the scene
+        of the target suite or, without a suite, the environment's own.
     render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
-        What `render` returns; ``human`` shows every step in a window by itself.
+        What `render` returns; ``human`` shows every step in a window automatically.
     **options
         See `magfold_env.envs.tasks.world.FoldOptions`.
 
@@ -89,7 +89,7 @@ class FoldEnv(ChainEnv[ObsType]):
 
     make_episodes = FoldEpisodes
     action_scope: ClassVar[Literal["component", "chain"]] = "component"
-    """What one action describes."""
+    """Whether an action sets one component or the whole chain."""
     default_scene: ClassVar[str] = "tube-feed"
 
     world: FoldTask
@@ -106,7 +106,7 @@ class FoldEnv(ChainEnv[ObsType]):
 
     @property
     def horizon(self) -> int:
-        """Number of steps of an episode."""
+        """Number of steps in an episode."""
         return self.scene.n // self.actions.components
 
     @property
@@ -127,7 +127,7 @@ class FoldEnv(ChainEnv[ObsType]):
     def baseline_of(self, target: str) -> Baseline:
         """Return the energy minimiser's result for `target`.
 
-        May take some seconds where neither the package nor the disk cache has it.
+        This may take some seconds if neither the package nor the disk cache contains it.
         """
         return self.task.baseline_of(target)
 
@@ -161,7 +161,7 @@ class FoldEnv(ChainEnv[ObsType]):
         Raises
         ------
         RuntimeError
-            While components remain to be fed, because a partial chain is not a scene.
+            If components remain to be fed, because a scene needs the whole chain.
         """
         episodes = self._running()
         fed = int(episodes.arrays.fed[0])

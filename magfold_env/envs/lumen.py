@@ -13,8 +13,8 @@ class LumenEnv(FeedTrackEnv):
     Action (x requests ``0.6 x |x|`` m/s), observation, ends, reward, info and options are those of
     `magfold_env.envs.unknown_floor.UnknownFloorEnv`. The tube opens into a chamber. Besides the
     floor and the magnets, `reset` draws and hides the width of the chamber and its offset from the
-    tube's axis. An agent feels the walls by the force that the feed needs, and sees where
-    components stop. The scene's ``obstacles`` are the chamber, and its ``spreads`` set the draws.
+    tube's axis. An agent can infer the walls from the force that the feed needs and from where
+    components stop. The scene's ``obstacles`` define the chamber, its ``spreads`` the draws.
 
     Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.
     """

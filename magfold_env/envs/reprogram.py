@@ -1,4 +1,4 @@
-"""``MagFold/Reprogram-v0``: fold a given chain, draw it in, and fold it into something else."""
+"""``MagFold/Reprogram-v0``: fold a given chain, draw it in, and fold it into another word."""
 
 from dataclasses import replace
 from typing import Any
@@ -20,7 +20,7 @@ HORIZON = 500
 """Number of steps allowed in an episode: 10 s."""
 
 LASTING = 5
-"""Steps that the first word must last while the tube holds the last component: 0.1 s."""
+"""Number of steps for which the first word must last before it counts as reached: 0.1 s."""
 
 FIRST, BACK, SECOND = range(3)
 """Stages of an episode: reach the first word, draw the chain in, reach the second word."""
@@ -40,46 +40,46 @@ class ReprogramEpisodes(FeedEpisodes):
         super().allocate()
         self.stage: Ints = np.zeros(self.count, dtype=np.int64)
         """The stage of each episode, (m,): FIRST, BACK or SECOND."""
-        self._lasted: Ints = np.zeros(self.count, dtype=np.int64)  # steps of the first word
+        self._lasted: Ints = np.zeros(self.count, dtype=np.int64)  # in the first word
         words = zip(*(task.words for task in self.world.tasks), strict=True)
         self.goals = Goals(sum(words, ()), self.world.match, self.count)
 
     @classmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, Layout]:
-        """Return the form of actions and the layout of observations."""
+        """Return the encoding of actions and the layout of observations."""
         table, layout = super().spaces(world, options)
         return table, replace(layout, sizes={**layout.sizes, "stage": 3})
 
     def infos(self, rows: Ints) -> Columns:
-        """Return the infos of some episodes, running or ended."""
+        """Return the infos of the given episodes, running or ended."""
         return super().infos(rows) | {"stage": self.stage[rows]}
 
     def final_infos(self, rows: Ints) -> Columns:
-        """Return the additional infos of episodes that have terminated."""
+        """Return additional infos of episodes that have terminated."""
         ends = super().final_infos(rows)
         second = ends["is_success"] & (self.stage[rows] == SECOND)
         score = np.where(self.arrays.status[rows] == FAILED, 0.0, self._reached(rows))
         return ends | {"score": score + 0.5 * second, "is_success": second}
 
     def is_last_held(self, rows: Ints) -> Bools:
-        """Return whether the tube holds only the last component of some chains."""
+        """Return for which of the given chains the tube holds only the last component."""
         return self.arrays.released[rows].sum(axis=1) == self.n - 1
 
     def is_in(self, rows: Ints) -> Bools:
-        """Return whether all centres of some chains' components but one are in the tube."""
+        """Return which of the given chains have at most one component's centre outside."""
         return self._frames[1, rows, : self.n].sum(axis=1) <= 1.0
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations by group, without the camera's frame."""
+        """Return the entries of observations by group, except those of the camera's frame."""
         return super().groups() | {"stage": self.stage[:, None] == np.arange(3)}
 
     def _shaped(self, rows: Ints) -> Floats:
-        """Return Φ: half the words reached, plus half of the next one's unless drawing in."""
+        """Return Φ: ½ per word reached, plus half the next word's Φ except while drawing in."""
         sought = np.where(self.stage[rows] == BACK, 0.0, super()._shaped(rows))
         return self._reached(rows) + 0.5 * sought
 
     def _reached(self, rows: Ints) -> Floats:
-        """Return the rewards for words reached before the end."""
+        """Return the scores of words reached before the end."""
         return np.where(self.stage[rows] == FIRST, 0.0, 0.5)
 
     def _set_targets(self, rows: Ints) -> None:
@@ -92,13 +92,13 @@ class ReprogramEpisodes(FeedEpisodes):
         self.goals.want(rows, self.numbers[rows] + later)
 
     def reset_rows(self, rows: Ints) -> None:
-        """Draw the chains of some episodes and load them."""
+        """Draw the chains of the given episodes and put them into their tubes."""
         super().reset_rows(rows)
         self.stage[rows] = self._lasted[rows] = 0
         self._seek(rows)
 
     def act(self, rows: Ints, choice: tuple[Floats]) -> None:
-        """Drive the feeds for an interval, and check which stages are complete."""
+        """Drive the feeds for one interval, and check which stages are complete."""
         super().act(rows, choice)
         stage = self.stage[rows]
         as_if = np.full(self.count, FOLDED)
@@ -112,21 +112,21 @@ class ReprogramEpisodes(FeedEpisodes):
 
 
 class ReprogramEnv(FeedTrackEnv):
-    """Fold a chain into a word, draw it in, and fold it into another, on an unknown floor.
+    """Fold a chain into one word, draw it in, and fold it into another, on an unknown floor.
 
     Action (x requests ``0.6 x |x|`` m/s), camera, noise, options and the hidden draws of friction,
     magnets and hinges are those of `magfold_env.envs.unknown_floor.UnknownFloorEnv`. The drive
-    makes the requested speed.
+    runs at the requested speed.
 
-    **Stages.** (0) The first word is reached when all its joints, the one at the held component
-    included, are within 0.05 rad for 0.1 s (5 steps) while the tube holds the last component and no
-    other. Once the last component is out, nothing draws the chain in again. (1) The chain is drawn
-    in when the centre of at most one component is outside the tube. (2) The second word is reached
-    when all components are out and at rest in it.
+    **Stages.** (0) The first word is reached when all joints, including the one at the held
+    component, stay within 0.05 rad of it for 0.1 s (5 steps) while the tube holds only the last
+    component. Once that component is out, the chain cannot be drawn in again. (1) The chain is
+    drawn in when at most one component's centre is outside the tube. (2) The second word is reached
+    when all components are out and at rest in that word.
 
-    **End**: as there, but after 10 s (500 steps).
+    **End**: as in `UnknownFloorEnv`, except that the time limit is 10 s (500 steps).
 
-    **Observation**: ``12 n + 5`` entries. These groups differ, and the last one is new:
+    **Observation**: ``12 n + 5`` entries. These groups differ, and ``stage`` is new:
 
     ====== ========= ============================================================= ======
     group  entries   meaning and unit                                              range
@@ -136,11 +136,11 @@ class ReprogramEnv(FeedTrackEnv):
     stage  3         the stage, one-hot                                            0, 1
     ====== ========= ============================================================= ======
 
-    **Reward**: the score is half the number of words reached, whatever the end, and 0 if the
-    simulation breaks down. b is the score of the best of some schedules of three constant speeds
-    (`magfold_env.envs.baselines.three_speeds`). Success means both words.
+    **Reward**: the score is ½ per word reached, however the episode ends, but 0 if the simulation
+    breaks down. b is the score of the best of several schedules of three constant speeds
+    (`magfold_env.envs.baselines.three_speeds`). An episode that reaches both words is a success.
 
-    **Info**: also ``stage``; ``target`` is the next word.
+    **Info**: that of `UnknownFloorEnv`, and ``stage``; ``target`` is the next word.
 
     Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.
     """

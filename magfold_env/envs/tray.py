@@ -1,4 +1,4 @@
-"""``MagFold/Tray-v0``: fold a chain of components from a tray with some bad magnets."""
+"""``MagFold/Tray-v0``: build a chain from the components of a tray, some with bad magnets."""
 
 from typing import Any, ClassVar, cast
 
@@ -23,21 +23,21 @@ from magfold_env.envs.tasks.world import FeedOptions, TaskWorld, feedable
 from magfold_env.envs.vector_env import ChainVectorEnv
 
 LATE = 10.0
-"""Time after which it is too late [s]."""
+"""Time limit of an episode [s]."""
 
 DEAD = 0.15
-"""Share of the magnets that are dead."""
+"""Probability that a magnet is dead."""
 
 WEAK = 0.1
-"""Share of the magnets that are weak."""
+"""Probability that a magnet is weak."""
 
 WEAKNESS = 0.3
-"""Strength of a weak magnet, where a sound one has 1; both vary by `SPREAD`."""
+"""Strength of a weak magnet relative to a sound one; both vary by `SPREAD`."""
 
 SPREAD = 0.15
 """Largest relative deviation of the strength of a magnet."""
 
-_TURNS = np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])  # cosines and sines
+_TURNS = np.array([[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])  # cosines, sines
 
 
 class TrayEpisodes(CameraEpisodes):
@@ -57,21 +57,21 @@ class TrayEpisodes(CameraEpisodes):
         self.poles: Floats = SIGNS[self.world.patterns]
         """Outward poles of the components on the trays, (tasks, parts, 4)."""
         self.strengths: Floats = np.ones((*shape, 4))
-        """Hidden factors of the strengths of the components' magnets."""
+        """Hidden factors of the strengths of the components' magnets, (m, parts, 4)."""
         self.places: Ints = np.zeros(shape, dtype=np.int64)
-        """Places of components in the order of feed, from 1; 0 on the tray, (m, parts)."""
+        """Positions of components in the order of feed, from 1; 0 on the tray, (m, parts)."""
         self.lies: Ints = np.zeros(shape, dtype=np.int64)
         """Orientations of the components that are out, (m, parts)."""
         self.returned: Ints = np.zeros(shape, dtype=np.int64)
-        """How often each component was drawn back, (m, parts)."""
+        """Number of times that each component was drawn back, (m, parts)."""
 
     @classmethod
     def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, Layout]:
-        """Return the form of actions and the layout of observations."""
+        """Return the encoding of actions and the layout of observations."""
         scene = feedable(world.scene, "component")
         n, sizes = scene.n, sorted({len(task.tray) for task in world.tasks})
         if len(sizes) != 1:
-            raise ValueError(f"tasks: trays of {sizes} components are not allowed; must be alike")
+            raise ValueError(f"tasks: trays of {sizes} components are not allowed; must be equal")
         (parts,), kind = sizes, options.get("actions", "multidiscrete")
         before = {
             "target": 3 * (n - 1),
@@ -87,23 +87,23 @@ class TrayEpisodes(CameraEpisodes):
 
     @property
     def late(self) -> float:
-        """Time after which it is too late [s]."""
+        """Time limit [s]."""
         return LATE
 
     def times(self, rows: Ints) -> Floats:
-        """Return the elapsed time of some episodes [s]."""
+        """Return the elapsed times of the given episodes [s]."""
         return self.chains.times(rows)
 
     def may_draw_back(self) -> Bools:
-        """Return which episodes have a component that can be drawn back: the first one cannot."""
+        """Return in which episodes the last component can be drawn back; the first one cannot."""
         return self.arrays.fed > 1
 
     def action_masks(self, actions: Any) -> NDArray[np.bool_]:
-        """Return which actions of a table are possible; see `TrayTable.masks`."""
+        """Return which actions of the table `actions` are possible; see `TrayTable.masks`."""
         return actions.masks(self.places == 0, self.may_draw_back())
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations by group, without the camera's frame."""
+        """Return the entries of observations by group, except those of the camera's frame."""
         lies, tray = self.lies, self.poles[self.numbers]
         out, side = self.places > 0, np.where(lies < 4, 1.0, -1.0)
         along, across = (table[lies % 4] for table in _TURNS)
@@ -152,7 +152,7 @@ class TrayEpisodes(CameraEpisodes):
         self._stop_late(rows)
 
     def _feed(self, rows: Ints, parts: Ints, lies: Ints, speeds: Floats) -> None:
-        """Feed components; replace those that are out by the next ones on the tray, cyclically."""
+        """Feed components; if one is already out, feed the next one on the tray, cyclically."""
         there = self.places[rows] == 0
         parts = parts.copy()
         for k in np.flatnonzero(~there[np.arange(len(rows)), parts]).tolist():
@@ -166,7 +166,7 @@ class TrayEpisodes(CameraEpisodes):
         self.chains.feed(rows, patterns, speeds, scaled, grades, until)
 
     def _until(self, rows: Ints, speeds: Floats) -> float | Floats:
-        """Return the latest time at which feeds of the next component pause [s]."""
+        """Return the times at which unfinished feeds of the next component pause [s]."""
         return self.late
 
     def _draw_back(self, rows: Ints, speeds: Floats) -> None:
@@ -182,53 +182,53 @@ class TrayEnv(CameraTrackEnv):
 
     `reset` selects a task: a tray of components, a feed direction and a target. It draws and hides
     which magnets are dead (15 %) or weak (10 %, at 0.3 of their strength), the strength of each
-    (±15 %) and of all (±10 %), the friction of the floor (±30 %), and the offsets of the hinges in
-    the tube. Magnets act only outside the tube, as in `magfold_env.envs.tube_feed`.
+    magnet (±15 %) and of all together (±10 %), the friction of the floor (±30 %), and the offsets
+    of the hinges in the tube. Magnets act only outside the tube, as in ``MagFold/TubeFeed-v0``.
 
-    A step takes a component from the tray, orients it, and feeds it out by its diagonal at a speed;
-    or it draws the last component back by as much and puts it on the tray. A component that is
-    drawn in has no magnets and returns to the tray whether or not the tube holds it again; if it is
-    not held it may lie askew. The first component cannot be drawn back, because the pusher is at
-    its stop. Neither can the last one: once it is out, the chain is free and settles in the same
-    step.
+    A step takes a component from the tray, orients it, and feeds it out by one diagonal at the
+    chosen speed. Or it draws the last component back by one diagonal and returns it to the tray.
+    That component then has no magnets, even if the tube does not hold it again and it lies askew.
+    The first component cannot be drawn back, because the pusher is at its stop. The component that
+    completes the chain cannot either: once it is out, the chain settles in the same step.
 
     **End**: when all components are out and at rest; when the drive, limited to 10 N, has slipped
     for 0.1 s (status ``jammed``); after 10 s of simulated time (``unsettled``); or when the
     simulation breaks down. Each of these terminates the episode, because the time is part of the
     task.
 
-    **Action**: ``MultiDiscrete([parts, 8, speeds, 2])``: the component, by its place on the tray;
-    how it lies, 0 to 3 quarter turns, then the same turned over
-    (`magfold_env.envs.spaces.actions.FACES`); the speed level, 5 of them log-spaced from 0.03
-    to 0.6 m/s; and 1 to draw back at that speed, whatever the first two say. If the component is
-    out, the next one on the tray is fed instead, cyclically; if nothing can be drawn back, a
-    component is fed. `action_masks` excludes both cases. ``actions="discrete"`` is the same as one
-    number.
+    **Action**: ``MultiDiscrete([parts, 8, speeds, 2])``: the component, by its position on the
+    tray; its orientation, 0 to 3 quarter turns, then the same turned over
+    (`magfold_env.envs.spaces.actions.FACES`); the speed level, log-spaced from 0.03 to 0.6 m/s; and
+    0 to feed, or 1 to draw back at that speed, which ignores the first two numbers. If the
+    component is already out, the next one on the tray is fed instead, cyclically. If nothing can be
+    drawn back, a component is fed. `action_masks` excludes both cases. ``actions="discrete"``
+    encodes the same in one number.
 
-    **Observation**: ``12 n + 1 + 9 parts`` entries; of the tray in its order: ``target``, then
+    **Observation**: ``12 n + 1 + 9 parts`` entries: ``target``, then the groups below, with
+    ``magnets`` and ``direction`` before ``seen``, ``heading`` and ``position`` after it, and
+    ``speed`` and ``force`` before ``time``. Components on the tray are in the tray's order.
 
     ======== ======= ================================================================== ========
     group    entries meaning and unit                                                   range
     ======== ======= ================================================================== ========
-    tray     4 parts front-left, back-left, back-right, front-right of each component   −1, 1
-                     before it is turned: 1 N, −1 S, nominal
-    place    parts   its place in the order of feed, from 1 / n; 0 on the tray          [0, 1]
-    lie      3 parts 1 with one side up, −1 with the other, cosine and sine of its      −1, 0, 1
-                     turn; 0 on the tray
-    returned parts   how often it was drawn back, x / (1 + x)                           [0, 1)
-    seen     n       1 if the camera sees a component: it has left the tube and its     0, 1
-                     centre is outside
+    tray     4 parts nominal poles of each component before it is turned, front-left,   −1, 1
+                     back-left, back-right, front-right: 1 for N, −1 for S
+    place    parts   position in the order of feed, divided by n; 0 on the tray         [0, 1]
+    lie      3 parts 1 or −1 for the side that is up, cosine and sine of the turn; 0    −1, 0, 1
+                     on the tray
+    returned parts   number of times that the component was drawn back, x / (1 + x)     [0, 1)
+    seen     n       1 if the camera sees a component: the tube does not hold it and    0, 1
+                     its centre is outside
     time     1       x / (10 s)                                                         [0, 1]
     ======== ======= ================================================================== ========
 
-    with ``magnets`` and ``direction`` before ``seen``, ``heading`` and ``position`` after it, and
-    ``speed`` and ``force`` before ``time``; see `magfold_env.envs.camera_track.CameraTrackEnv`.
+    `magfold_env.envs.camera_track.CameraTrackEnv` describes the other groups.
 
-    **Reward** and **info** are those of that class; b is the score of the minimiser's chain from
+    **Reward** and **info** are those of that class. b is the score of the minimiser's chain from
     the tray at its best constant speed (`magfold_env.envs.baselines.tray_order`).
 
-    Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`. The scene needs
-    ``feed.loading`` ``at_mouth``.
+    Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`. In the scene,
+    ``feed.loading`` must be ``at_mouth``.
     """
 
     make_episodes = TrayEpisodes

@@ -25,7 +25,7 @@ class GoalEpisodes(FoldEpisodes):
     """Episodes with goals separate from the observations, and with a reward in every step."""
 
     def observe(self) -> GoalObservation:
-        """Return new observations, (m, …) each."""
+        """Return a dictionary of new observations, (m, …) each."""
         seen = self.observed(np.empty((self.count, 0), dtype=np.float32))
         achieved, wanted = self._goals()
         return {"observation": seen, "achieved_goal": achieved, "desired_goal": wanted}
@@ -53,19 +53,19 @@ class GoalEpisodes(FoldEpisodes):
 class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
     """`magfold_env.envs.tube_feed.TubeFeedEnv` with the goal separate from the observation.
 
-    **Action**, horizon and info are the same.
+    **Action**, horizon and info are those of `TubeFeedEnv`.
 
     **Observation**: a dictionary of
 
     - ``observation``: the ``14 n − 1`` entries of `TubeFeedEnv` without the target;
     - ``achieved_goal``: the ``n − 1`` joint angles [rad], then 1 if the chain has settled, folded
       or not, and 0 otherwise;
-    - ``desired_goal``: the joint angles of the target, and 1.
+    - ``desired_goal``: the joint angles of the target [rad], then 1.
 
     **Reward**: at every step 0 if the goal is achieved, and −1 otherwise; see `compute_reward`.
     There is no baseline and no shaping: ``reward`` is ``sparse``.
 
-    Arguments are those of `magfold_env.envs.fold_env.FoldEnv` but ``reward``, ``shaping``,
+    Arguments are those of `magfold_env.envs.fold_env.FoldEnv`, except ``reward``, ``shaping``,
     ``gamma`` and ``baseline``.
     """
 
@@ -80,7 +80,7 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
     ) -> None:
         for key in FoldOptions.__annotations__.keys() - ChainOptions.__annotations__.keys():
             if key in options:
-                raise ValueError(f"{key}: must be left out, rewards are -1 and 0")
+                raise ValueError(f"{key}: must be left out, because rewards are -1 and 0")
         super().__init__(scene, render_mode=render_mode, reward="sparse", baseline=None, **options)
         self.world.layout = chain_layout(self.scene.n, self.scene.casing.side, words=())
         joints = self.scene.n - 1
@@ -98,7 +98,7 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
         """Return the reward for `achieved_goal` given `desired_goal`.
 
         It is 0 if every joint is within 0.05 rad of the desired angle and the chain has settled
-        where the goal requires it. With ``match="outline"``, both goals must instead be within 0.05
+        if the goal requires it. With ``match="outline"``, both goals must instead be within 0.05
         rad of fully folded words with the same outline. Otherwise the reward is −1.
 
         Parameters
@@ -117,19 +117,19 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
 
 
 class TubeFeedGoalVectorEnv(ChainVectorEnv[GoalObservation]):
-    """Many of `TubeFeedGoalEnv`."""
+    """The vector form of `TubeFeedGoalEnv`."""
 
     single = TubeFeedGoalEnv
 
     def compute_reward(self, *arguments: Any) -> NDArray[np.float64] | float:
-        """Return `TubeFeedGoalEnv.compute_reward`."""
+        """Return the result of `TubeFeedGoalEnv.compute_reward`."""
         return self.template.compute_reward(*arguments)
 
 
 def compute_reward(
     achieved_goal: NDArray[Any], desired_goal: NDArray[Any], match: Match
 ) -> NDArray[np.float64] | float:
-    """Return `TubeFeedGoalEnv.compute_reward` for goals that `match` compares."""
+    """Return the result of `TubeFeedGoalEnv.compute_reward` for the option `match`."""
     achieved, desired = np.asarray(achieved_goal), np.asarray(desired_goal)
     apart = np.abs(achieved[..., :-1] - desired[..., :-1])
     alike = (apart <= SUCCESS_TOLERANCE).all(axis=-1)

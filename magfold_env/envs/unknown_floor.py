@@ -22,38 +22,39 @@ class UnknownFloorEnv(FeedTrackEnv):
     """Feed a chain back and forth so that it folds into a target on a floor of unknown friction.
 
     `reset` selects a task: a sequence, a feed direction and a target. It draws and hides the
-    friction of the floor (log-uniform from 0.05 to 1), the strength of all magnets (±30 %) and of
-    each (±15 %), the actual speed of the drive for a requested one (±60 %), and the offsets of the
+    friction of the floor (log-uniform from 0.05 to 1), the strength of all magnets together (±30 %)
+    and of each (±15 %), the ratio of actual to requested feed speed (±60 %), and the offsets of the
     hinges in the tube. Each step sets the feed speed for the next 20 ms. Magnets act only outside
-    the tube. The tube is 1.3 diagonals wide, so most folded chains can be drawn in, and may be held
-    again. Two casings do not fit side by side, so a fold has to open. A wrong fold can be released
-    again until the last component is out.
+    the tube. The tube is 1.3 diagonals wide, so most folded chains can be drawn in, and the tube
+    may hold them again. Two casings do not fit side by side, so a fold opens when it is drawn in.
+    Until the last component is out, a wrong fold can be drawn in and released again.
 
     **End**: when all components are out and at rest; when the drive has slipped for 0.1 s (status
-    ``jammed``); after 5 s, 250 steps (``unsettled``); or when the simulation breaks down. Each of
+    ``jammed``); after 250 steps, 5 s (``unsettled``); or when the simulation breaks down. Each of
     these terminates the episode, because the time is part of the task.
 
-    **Action**: ``Box(−1, 1, (1,))``: x requests the speed ``0.6 x |x|`` m/s; negative speeds pull
-    back, and the feed stands still below 0.025 m/s, so for ``|x| < 0.204``.
-    ``env.unwrapped.actions.encode(speed)`` returns the action for a speed [m/s]. The drive changes
-    its speed by at most 0.2 m/s a step. `magfold_env.envs.spaces.actions.SpeedTable` lists the
+    **Action**: ``Box(−1, 1, (1,))``: x requests the speed ``0.6 x |x|`` m/s. Negative speeds pull
+    the chain back. The feed stands still below 0.025 m/s (``|x| < 0.204``).
+    ``env.unwrapped.actions.encode(speed)`` returns the action for a speed [m/s]. The feed speed
+    changes by at most 0.2 m/s per step. `magfold_env.envs.spaces.actions.SpeedTable` lists the
     other forms.
 
-    **Observation**: ``12 n + 2`` entries: ``target``, ``magnets`` and ``direction``, then
+    **Observation**: ``12 n + 2`` entries: ``target``, ``magnets``, ``direction``, then the groups
+    below, with ``heading`` and ``position`` after ``seen``, and ``speed`` (as commanded) and
+    ``force`` after ``advance``.
 
     ======= ======= ======================================================================= ======
     group   entries meaning and unit                                                        range
     ======= ======= ======================================================================= ======
-    seen    n       1 if the camera sees a component: it is not held and its centre is      0, 1
-                    outside the tube. 20 ms old, as are the next two groups
-    advance 1       position of the feed, x / chain length; 1 with all components out       [0, 1]
+    seen    n       1 if the camera sees a component: the tube does not hold it and its     0, 1
+                    centre is outside. This and the next two groups are 20 ms old
+    advance 1       position of the feed, x / chain length; 1 if all components are out     [0, 1]
     time    1       x / (5 s)                                                               [0, 1]
     ======= ======= ======================================================================= ======
 
-    with ``heading`` and ``position`` after ``seen``, and ``speed``, as commanded, and ``force``
-    after ``advance``; see `magfold_env.envs.camera_track.CameraTrackEnv`.
+    `magfold_env.envs.camera_track.CameraTrackEnv` describes the other groups.
 
-    **Reward** and **info** are those of that class; b is the score of the best constant speed
+    **Reward** and **info** are those of that class. b is the score of the best constant speed
     (`magfold_env.envs.baselines.constant_speed`).
 
     Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.

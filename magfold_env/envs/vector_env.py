@@ -32,14 +32,14 @@ Infos = dict[str, Any]
 class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as in ChainEnv)
     Limited, VectorEnv[ObsType, Any, NDArray[Any]], Generic[ObsType]
 ):
-    """Many chains, each in an episode of its own.
+    """Vector environment of many chains, each in its own episode.
 
     Parameters
     ----------
     num_envs : int
         Number of environments.
     autoreset_mode : AutoresetMode or str
-        When a new episode follows one that has ended; Gymnasium's three modes.
+        Gymnasium's mode, which sets when a new episode follows one that has ended.
     threads : int, optional
         Number of threads that simulate; by default, one per core that the process may use. Results
         do not depend on it.
@@ -60,7 +60,7 @@ class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as
 
     @classmethod
     def of(cls, single: type[ChainEnv[Any]]) -> type[Self]:
-        """Return the vector form of an environment: a class named like it, in the same module."""
+        """Return the vector form of an environment, with a matching name, in the same module."""
         name = f"{single.__name__.removesuffix('Env')}VectorEnv"
         body = {"single": single, "__module__": single.__module__, "__doc__": cls.__doc__}
         return cast("type[Self]", type(name, (cls,), body))
@@ -92,7 +92,7 @@ class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as
             else checks.whole("max_episode_steps", max_episode_steps, 1)
         )
         self.template: Any = one
-        """A single environment with the same options, in which nothing happens."""
+        """A single environment with the same options, which is never stepped."""
         self.num_envs = num_envs
         self.render_mode = one.render_mode
         self.metadata = {**one.metadata, "autoreset_mode": self.autoreset_mode}
@@ -117,13 +117,13 @@ class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as
             The first environment's seed, from which the others count up, or one seed per
             environment.
         options : mapping, optional
-            Options of the single environment: one value for all, or a list with one value each;
+            Options of the single environment: one value for all, or a list with one value each.
             ``reset_mask``, an array of bool, selects the environments to reset.
 
         Raises
         ------
         ValueError, TypeError
-            For a wrong number of seeds, an unknown option or one that is not allowed.
+            If the number of seeds is wrong, or an option is unknown or not allowed.
         """
         options, episodes = options or {}, self.episodes
         given = episodes.parse_reset_options(options, ("reset_mask",))
@@ -143,7 +143,7 @@ class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as
         ValueError
             If an action is not in the space.
         gymnasium.error.ResetNeeded
-            Before the first reset, and, with the mode DISABLED, where an episode has ended.
+            Before the first reset or, in the mode DISABLED, if an episode has ended.
         """
         episodes = self.episodes
         choice = self.template.world.actions.read(actions, self.num_envs)
@@ -174,7 +174,7 @@ class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as
         return episodes.observe(), rewards, terminated, truncated, infos
 
     def action_masks(self) -> NDArray[np.bool_]:
-        """Return the masks of all environments, (m, …); see the single one's ``action_masks``."""
+        """Return the masks of all environments, (m, …); see the single form's ``action_masks``."""
         masks = self.episodes.action_masks(self.template.actions)
         if masks is None:
             return np.repeat(self.template.action_masks()[None], self.num_envs, axis=0)
@@ -190,7 +190,7 @@ class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as
     def set_state(self, state: EpisodesState) -> ObsType:
         """Restore a state of these environments, or of others made with the same options.
 
-        Steps from there repeat exactly. Returns the observations.
+        Later steps repeat exactly. Returns the observations.
         """
         self.episodes.set_state(state)
         return self.episodes.observe()
@@ -203,21 +203,21 @@ class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as
         )
 
     def snapshot(self, row: int) -> "Snapshot":
-        """Return the content of a picture of an environment."""
+        """Return the content of a picture of environment `row`."""
         return snapshot_of(self.episodes, row)
 
     def close_extras(self, **kwargs: Any) -> None:
-        """End the threads."""
+        """Stop the threads."""
         self.episodes.close()
         self.template.close()
 
     @property
     def _truncated(self) -> Bools:
-        """Which episodes have reached the limit from outside, (m,)."""
+        """Which episodes have reached `max_episode_steps`, (m,)."""
         return self.episodes.steps >= (self.max_episode_steps or np.inf)
 
     def _final(self, ended: Bools, terminated: Bools, ends: Columns) -> Infos:
-        """Return the last observations and infos of episodes that are replaced in this step."""
+        """Return the last observations and infos of episodes that end in this step."""
         final = np.full(self.num_envs, None, dtype=object)
         observations = list(iterate(cast("Any", self).observation_space, self.episodes.observe()))
         rows = np.flatnonzero(ended)
@@ -233,7 +233,7 @@ class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as
         }
 
     def _spread(self, rows: Ints, columns: Columns) -> Infos:
-        """Return infos of some environments in Gymnasium's form: arrays for all, with masks."""
+        """Return infos of the given environments in Gymnasium's form: full arrays with masks."""
         mask = np.zeros(self.num_envs, dtype=np.bool_)
         mask[rows] = True
         infos: Infos = {}

@@ -1,1 +1,1 @@
-"""Baselines: the scores that energy minimisation achieves without learning."""
+"""Baselines: the scores that simple methods achieve without learning."""

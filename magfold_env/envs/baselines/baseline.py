@@ -1,4 +1,4 @@
-"""Baselines: the score that energy minimisation alone achieves, which rewards may subtract.
+"""Baselines: the scores that energy minimisation achieves, which rewards may subtract.
 
 For a target word, the energy minimiser designs the sequence with the largest gap between the
 target's energy and its best competitor's. That design is fed out of the tube at the best of five
@@ -33,7 +33,7 @@ from magfold_env.shapes import folded_words
 from magfold_env.simulation.simulate import simulate
 
 CANDIDATE_SPEEDS: tuple[float, ...] = tuple(np.geomspace(SLOWEST, FASTEST, 5).tolist())
-"""Feed speeds that a design may use, one for the whole chain [m/s]."""
+"""Candidate feed speeds of a design [m/s]; each applies to the whole chain."""
 
 SELECTION_DRAWS = 16
 SCORING_DRAWS = 64
@@ -49,21 +49,21 @@ class Baseline:
     """The energy minimiser's result for a target, or the best constant speed of a given chain."""
 
     target: str
-    """The word, or several words in order, joined by hyphens."""
+    """The target word, or several words joined by hyphens, in order."""
     sequence: tuple[_Faces, ...] | None
     """The design or the given chain; None if there is no design."""
     speed: _Speed | None
     """Feed speed at which the chain scores best [m/s]."""
     score: _Share
-    """b, its mean score; 0 without a design."""
+    """The mean score b; 0 without a design."""
     success: _Share
     """Share of the draws that ended in success; 0 without a design."""
     direction: str | None = None
-    """Direction of feed of a given chain, where only the speed is free."""
+    """Feed direction, if the task gives the chain or the tray."""
     later: tuple[_Speed, ...] = ()
-    """The speeds after `speed` of a chain that is pulled in and pushed out again [m/s]."""
+    """Speeds of the pull and of the second push, if the chain folds twice [m/s]."""
     tray: tuple[_Faces, ...] = ()
-    """The components that `sequence` is taken from."""
+    """The components on the tray from which `sequence` is taken, if there is a tray."""
 
     @property
     def name(self) -> str:
@@ -95,8 +95,8 @@ def unknown_baseline(target: str) -> Baseline:
 def designs(scene: Scene) -> dict[str, tuple[str, ...] | None]:
     """Return the minimiser's design for every fully folded word, or None for words without one.
 
-    Computing all words takes as long as computing one: some seconds for six components. Longer
-    chains are beyond the exhaustive search and have no designs.
+    A search for all words takes as long as for one: some seconds for six components. Longer chains
+    have no designs, because the exhaustive search does not cover them.
     """
     words = folded_words(scene.n)
     if scene.n > LONGEST_OF_ALL:
@@ -107,16 +107,16 @@ def designs(scene: Scene) -> dict[str, tuple[str, ...] | None]:
 def evaluate_design(
     scene: Scene, target: str, sequence: tuple[str, ...] | None, match: Match = "word"
 ) -> Baseline:
-    """Return the baseline that a design sets for `target`; a missing design flags it.
+    """Return the baseline of `target` for a design; without a design, it is flagged.
 
-    The sequence and feed speeds of `scene` are replaced; its spreads count.
+    The design replaces the sequence and feed speeds of `scene`; the spreads of `scene` apply.
     """
     if sequence is None:
         return unknown_baseline(target)
     designed = scene.replace(sequence=sequence)
 
     def trial(speed: float, stream: str, draws: int) -> tuple[float, float]:
-        """Return mean score and share of successes over the fixed draws of a stream."""
+        """Return the mean score and the share of successes over the fixed draws of a stream."""
         at_speed = designed.replace(feed={"speed": speed})
         folds = [
             simulate(at_speed.draw(draw_generator(stream, index)))
@@ -148,7 +148,7 @@ LATER_SPREADS = (
     "obstacle_offset", "tilt",
 )  # fmt: skip
 PHYSICS_VERSION = "11"
-"""Changes whenever the same scene may fold differently, which invalidates older baselines."""
+"""Changes whenever the same scene may fold differently, so that older baselines are not used."""
 
 _log = logging.getLogger(__name__)
 
@@ -176,7 +176,7 @@ class Store:
     def _cached(self, name: str) -> Baseline:
         """Return the baseline from the user's cache; compute and store a missing one."""
         path = cache_folder() / self.key / f"{name}.json"
-        with suppress(OSError, ValueError):  # a damaged file is written again
+        with suppress(OSError, ValueError):  # a damaged file is replaced
             found = _STORED.validate_json(path.read_bytes(), strict=True)
             if found.name == name:
                 return found
@@ -186,12 +186,12 @@ class Store:
             path.parent.mkdir(parents=True, exist_ok=True)
             write_text(path, json.dumps(asdict(baseline)) + "\n")
         except OSError as error:
-            _warn_once(f"{path.parent}: baselines are not kept: {error.strerror}")
+            _warn_once(f"{path.parent}: cannot store baselines: {error.strerror}")
         return baseline
 
 
 class BaselineStore(Store):
-    """The baselines of one scene's targets, under its spreads."""
+    """The baselines of the targets of a scene, with its spreads."""
 
     def __init__(self, scene: Scene, match: Match = "word") -> None:
         super().__init__(baseline_key(scene, match))
@@ -200,7 +200,7 @@ class BaselineStore(Store):
 
     @cached_property
     def _designs(self) -> dict[str, tuple[str, ...] | None]:
-        """The design for every target; one search finds them all."""
+        """The designs for all targets, which one search finds."""
         return designs(self._scene)
 
     def compute(self, name: str) -> Baseline:
@@ -214,15 +214,15 @@ DESIGN_PROTOCOL = (CANDIDATE_SPEEDS, SELECTION_DRAWS, SCORING_DRAWS)
 def baseline_key(
     scene: Scene, match: Match = "word", protocol: Sequence[Any] = DESIGN_PROTOCOL
 ) -> str:
-    """Return a hash of a scene, what counts as a success, and how baselines are computed."""
+    """Return a hash of a scene, the rule for success and the way baselines are computed."""
     content = scene.model_dump(mode="json")
     if match != "word":
         content["match"] = match
     # The agent chooses these and the design replaces them.
     del content["sequence"], content["feed"]["speed"]
     if not (scene.field and scene.field.any):
-        del content["field"]  # a field that does not act counts as none
-    # Keys that older scenes lacked are omitted where they are unused, so that hashes stay the same.
+        del content["field"]  # a field of zero counts as none
+    # Unused keys that older scenes lacked are omitted, so that hashes stay the same.
     for group, names in ((content, ("obstacles", "bumps")), (content["spreads"], LATER_SPREADS)):
         for name in names:
             if not group[name]:
@@ -246,7 +246,7 @@ def shipped_folder() -> Path:
 
 
 def save_shipped(name: str, key: str, baselines: Iterable[Baseline]) -> Path:
-    """Write baselines of a key to the shipped file `name` and return its path."""
+    """Write baselines with a key to the shipped file `name` and return its path."""
     path = shipped_folder() / f"{name}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     rows = ",\n  ".join(json.dumps(asdict(baseline)) for baseline in baselines)

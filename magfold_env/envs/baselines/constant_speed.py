@@ -1,8 +1,8 @@
-"""The best constant speed of a given chain: the baseline b where only the speed is free.
+"""The best constant speed of a given chain: the baseline b where the agent sets only the speed.
 
-The baseline takes the speed of `SPEEDS` that scores best on the draws of the stream ``selection``,
-and the slowest of equally good ones. b is its mean score on the draws of the stream ``scoring``.
-Neither reported results nor training use these draws.
+The baseline uses the speed in `SPEEDS` that scores best on the draws of the stream ``selection``.
+If several are equally good, it uses the slowest. b is its mean score on the draws of the stream
+``scoring``. Training and reported results use other draws.
 """
 
 from abc import abstractmethod
@@ -30,19 +30,19 @@ SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, 
 """Candidate speeds [m/s]."""
 
 Plan = Callable[[Any, Ints], Any]
-"""Returns the next actions of some rows of episodes, in the form that `World.actions` returns."""
+"""A function of episodes and rows that returns decoded actions for these rows."""
 
 
 class TaskStore(Store):
-    """The baselines of a world's tasks: the best of some schedules each.
+    """The baselines of a world's tasks: for each task, the best of several schedules.
 
-    It is chosen on the draws of the stream ``selection``, the first of equally good ones, and b is
-    its mean score on those of the stream ``scoring``. `make_episodes` makes a number of episodes of
-    the world, and `protocol` is what else the baselines depend on.
+    The best schedule is the first with the highest mean score on the draws of the stream
+    ``selection``. b is its mean score on the draws of the stream ``scoring``. `make_episodes` makes
+    episodes of the world. `protocol` lists other constants on which the baselines depend.
     """
 
     draws: ClassVar[tuple[int, int]] = (64, 128)
-    """How many draws the schedule is chosen on, and how many it is scored on."""
+    """Numbers of draws for choosing the schedule and for scoring it."""
 
     def __init__(
         self, make_episodes: Callable[..., Any], world: TaskWorld, protocol: Sequence[Any]
@@ -55,24 +55,24 @@ class TaskStore(Store):
         """Cache keys of the tasks."""
 
     def plan(self, numbers: Sequence[int]) -> Plan:
-        """Return a player of the schedules that set the tasks' baselines, one row per task."""
+        """Return a function that plays the tasks' baseline schedules, one row per task."""
         found = {number: self.get(self.names[number]) for number in set(numbers)}
         return self._plan([(number, found[number]) for number in numbers])
 
     @abstractmethod
     def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
-        """Return a player of the schedules that set the baselines of tasks, given by number."""
+        """Return a function that plays one schedule per row; tasks are given by number."""
 
     @abstractmethod
     def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
-        """Return what baselines of this kind depend on."""
+        """Return the constants on which baselines of this kind depend."""
 
     @abstractmethod
     def candidates(self, number: int) -> Sequence[Baseline]:
-        """Return the schedules of a task that are tried, without their scores."""
+        """Return the schedules to try for a task, without scores."""
 
     def compute(self, name: str) -> Baseline:
-        """Return the baseline of a task, computed anew."""
+        """Compute the baseline of a task without the cache."""
         number = self.names.index(name)
         candidates = self.candidates(number)
         if not candidates:
@@ -84,7 +84,7 @@ class TaskStore(Store):
         return replace(best, score=mean, success=success)
 
     def _trial(self, number: int, tried: Baseline, *, scoring: bool = False) -> dict[str, Any]:
-        """Return all infos of episodes of a task that a schedule plays."""
+        """Return all infos of episodes in which a schedule plays a task."""
         draws = self.draws[scoring]
         episodes, plan = self._make(self._world, draws), self._plan([(number, tried)] * draws)
         seeds = episode_seeds("scoring" if scoring else "selection", draws)
@@ -96,11 +96,11 @@ class ConstantSpeedStore(TaskStore):
     """Baselines set by constant speeds; the arguments are those of `TaskStore`."""
 
     def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
-        """Return what baselines of this kind depend on."""
+        """Return the constants on which baselines of this kind depend."""
         return (SPEEDS, *self.draws)
 
     def candidates(self, number: int) -> Sequence[Baseline]:
-        """Return the schedules of a task that are tried, without their scores."""
+        """Return the schedules to try for a task, without scores."""
         task = self._world.tasks[number]
         return [
             Baseline(task.aim, task.sequence, speed, 0.0, 0.0, task.direction) for speed in SPEEDS

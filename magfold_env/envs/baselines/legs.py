@@ -1,6 +1,6 @@
-"""Feeding in legs: one speed up to a given advance of the feed, then another.
+"""Feed schedules in legs, each at one speed up to a given advance of the feed.
 
-The player knows the advance of the feed and nothing else.
+Schedules observe only the advance of the feed.
 """
 
 from collections.abc import Sequence
@@ -15,13 +15,13 @@ BRAKE = 8.0
 """Deceleration of the feed before it stops [m/s²]."""
 
 NEAR = 0.05
-"""Distance before the end of a leg at which a braking feed stops [diagonals]."""
+"""Distance to the end of a leg at which a braking leg is over [diagonals]."""
 
 _NEVER = 1_000_000
 
 
 class Leg(NamedTuple):
-    """A part of the motion, which ends at an advance or after a time, whichever comes first."""
+    """A part of a schedule, which ends at an advance or after some steps, whichever is first."""
 
     speed: float
     """Speed of the feed [m/s]: positive out of the tube, 0 to stop."""
@@ -34,7 +34,7 @@ class Leg(NamedTuple):
 
 
 class Following:
-    """Plays the legs of each row of episodes in order, and continues with the last."""
+    """Plays the legs of each row of episodes in order; the last leg never ends."""
 
     def __init__(self, ways: Sequence[Sequence[Leg]]) -> None:
         self._last: Ints = np.array([len(each) - 1 for each in ways])
@@ -46,7 +46,7 @@ class Following:
         self._taken: Ints = np.zeros(len(ways), dtype=np.int64)
 
     def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:
-        """Return the speeds of some rows for the next step [m/s]."""
+        """Return the speeds of the given rows for the next step [m/s]."""
         diagonal = episodes.world.scene.casing.diagonal
         gone = episodes.chains.advances()[rows]
         _, left, steps, brakes = self._now(rows, gone)
@@ -61,16 +61,16 @@ class Following:
         return (np.where(brakes > 0.0, np.copysign(slowed, speed), speed),)
 
     def restart(self, rows: Ints, gone: Floats) -> None:
-        """Restart some rows after the last leg that the advance of the feed [m] has passed."""
+        """Continue the given rows after the last leg whose end the advance [m] has passed."""
         ends: Floats = self._legs[rows, :, 1]
         over: Bools = np.isfinite(ends) & (ends <= gone[:, None])
-        # The index after the last of them.
+        # The index after the last leg that is over.
         after: Ints = over.shape[1] - np.argmax(over[:, ::-1], axis=1)
         self.at[rows] = np.minimum(np.where(over.any(axis=1), after, 0), self._last[rows])
         self._taken[rows] = 0
 
     def _now(self, rows: Ints, gone: Floats) -> tuple[Floats, ...]:
-        """Return the speed, remaining distance [m], steps and braking flag of the rows' legs."""
+        """Return speed, remaining distance [m], steps and braking flag of the rows' legs."""
         now: tuple[Floats, ...] = tuple(self._legs[rows, self.at[rows]].T)
         speed, until, steps, brakes = now
         left = np.where(speed < 0.0, gone - until, until - gone)

@@ -1,10 +1,9 @@
-"""Pushing, pulling and pushing at constant speeds: the baseline b where a chain folds twice.
+"""A push, a pull and a push at constant speeds: the baseline b where a chain folds twice.
 
-A schedule pushes out all components but the last, stops, pulls them in and pushes them all out. It
-knows the advance of the feed and nothing else. The first two speeds are those that draw in the most
-chains which had reached their first word, on the draws of the stream ``selection``. The third is
-the one that scores best on the same draws. b is the mean score on the draws of the stream
-``scoring``.
+A schedule pushes out all components except the last, stops, pulls them in and pushes all of them
+out. It observes only the advance of the feed. The first two speeds are those with which the most
+chains reach their first word and are drawn in, on the draws of the stream ``selection``. The third
+speed scores best on the same draws. b is the mean score on the draws of the stream ``scoring``.
 """
 
 from collections.abc import Sequence
@@ -24,10 +23,10 @@ PULLS = (0.1, 0.3)
 """Candidate speeds for a pull [m/s]."""
 
 INSIDE = 0.3
-"""Length kept in the tube by the first push, and left outside by the pull [diagonals]."""
+"""Length that the first push keeps in the tube and the pull leaves outside [diagonals]."""
 
 STAND = 15
-"""Steps of standstill between two motions."""
+"""Number of steps at standstill between the first push and the pull."""
 
 Speeds = tuple[float, float, float]
 
@@ -45,16 +44,16 @@ def push_pull_push(scene: Scene, speeds: Speeds) -> tuple[Leg, ...]:
 
 
 class ThreeSpeedStore(TaskStore):
-    """Baselines set by these schedules; the arguments are those of `TaskStore`."""
+    """Baselines set by `push_pull_push`; the arguments are those of `TaskStore`."""
 
     draws = (16, 32)
 
     def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
-        """Return what baselines of this kind depend on."""
+        """Return the constants on which baselines of this kind depend."""
         return PUSHES, PULLS, *self.draws, INSIDE, STAND, BRAKE
 
     def candidates(self, number: int) -> Sequence[Baseline]:
-        """Return the schedules of a task that are tried, without their scores."""
+        """Return the schedules to try for a task, without scores."""
         task = self._world.tasks[number]
 
         def schedule(push: float, *later: float) -> Baseline:
@@ -72,7 +71,7 @@ class ThreeSpeedStore(TaskStore):
 
 
 def way_of(scene: Scene, baseline: Baseline) -> tuple[Leg, ...]:
-    """Return the schedule that set a baseline of three speeds."""
+    """Return the schedule of a baseline with three speeds."""
     assert baseline.speed is not None
     first, second = baseline.later
     return push_pull_push(scene, (baseline.speed, first, second))

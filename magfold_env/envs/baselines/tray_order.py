@@ -1,10 +1,10 @@
-"""The minimiser's chain from a tray at its best constant speed: the baseline b of trays.
+"""The minimiser's chain from a tray, fed at its best constant speed: the baseline b of trays.
 
 Among the sequences that the tray allows, the minimiser takes the one with the largest gap between
 the energy of the target and that of its best competitor, assuming sound magnets. It takes equal
 components in the order of the tray. The speed is the one at which that chain scores best on the
-draws of the stream ``selection``, and the slowest of equally good ones. b is its mean score on the
-draws of the stream ``scoring``. No component is drawn back.
+draws of the stream ``selection``; if several are equally good, it is the slowest. b is the chain's
+mean score on the draws of the stream ``scoring``. No component is drawn back.
 """
 
 from collections.abc import Sequence
@@ -22,11 +22,11 @@ from magfold_env.envs.tasks.world import TaskWorld
 from magfold_env.minimiser import sequence_of
 from magfold_env.scene import Scene
 
-_KINDS = LYING.min(axis=1).astype(np.int8)  # the same number for patterns that are one component
+_KINDS = LYING.min(axis=1).astype(np.int8)  # equal for patterns of the same component
 
 
 class TrayDesigns:
-    """Sequences that trays allow, for one target and the casing, magnets and length of a scene."""
+    """The sequences that fold into one target, and those among them that a tray allows."""
 
     def __init__(self, scene: Scene, target: str) -> None:
         self.n = scene.n
@@ -44,11 +44,11 @@ class TrayDesigns:
         self._kinds = np.stack([_KINDS[patterns], _KINDS[15 - patterns]])
 
     def best(self, tray: Sequence[str]) -> tuple[str, ...] | None:
-        """Return the sequence of largest gap that a tray allows, or None."""
+        """Return the sequence with the largest gap that a tray allows, or None."""
         return next(iter(self.ranked(tray, 1)), None)
 
     def ranked(self, tray: Sequence[str], count: int) -> list[tuple[str, ...]]:
-        """Return up to the given number of sequences that a tray allows, the largest gap first."""
+        """Return up to `count` sequences that a tray allows, the largest gap first."""
         fits = self._fit(tray)
         found = np.flatnonzero(fits.any(axis=0))[:count]
         return [self._sequence(place, bool(fits[0, place])) for place in found.tolist()]
@@ -61,7 +61,7 @@ class TrayDesigns:
     def every(self, tray: Sequence[str]) -> Ints:
         """Return all sequences that a tray allows, the largest gap first, (k, n).
 
-        Components are numbers of patterns, component 1 first.
+        Entries are pattern numbers, component 1 first.
         """
         place, changed = np.nonzero(self._fit(tray).T)
         patterns = self._patterns(self.numbers[place])
@@ -86,11 +86,11 @@ class TrayStore(TaskStore):
     """Baselines of trays; the arguments are those of `TaskStore`."""
 
     def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
-        """Return what baselines of this kind depend on."""
+        """Return the constants on which baselines of this kind depend."""
         return (tuple(world.actions.speeds.tolist()), *self.draws)
 
     def candidates(self, number: int) -> Sequence[Baseline]:
-        """Return the schedules of a task that are tried, without their scores."""
+        """Return the schedules to try for a task, without scores."""
         task: TrayTask = self._world.tasks[number]
         sequence = TrayDesigns(self._world.scene, task.target).best(task.tray)
         if sequence is None:
@@ -106,27 +106,27 @@ class TrayStore(TaskStore):
             task: TrayTask = self._world.tasks[number]
             order = task.order_of(baseline.sequence or ())
             if not order:
-                raise ValueError(f"task: {task.name!r} has no chain of the minimiser's")
+                raise ValueError(f"task: the minimiser has no chain for {task.name!r}")
             fed.append(task.as_fed(order))
         speeds = np.array([[each.speed] for _, each in schedules], dtype=np.float64)
         return in_order(np.array(fed), speeds)
 
 
 def always(task: TrayTask, order: Order, speed: float) -> Plan:
-    """Return the plan that feeds a chain, component 1 first, at a constant speed [m/s]."""
+    """Return the plan that feeds the components in `order` at a constant speed [m/s]."""
     fed = np.array(task.as_fed(order))
     return in_order(fed[None], np.array([[speed]]))
 
 
 def in_order(fed: Ints, speeds: Floats) -> Plan:
-    """Return a player that feeds components as given, (1 or m, n, 2), in the order of feed.
+    """Return the plan that feeds `fed`: components and orientations in order, (1 or m, n, 2).
 
     `speeds` are the components' speeds [m/s], (1 or m, n), or (1 or m, 1) if they are equal.
     """
     speeds = np.broadcast_to(speeds, (len(fed), fed.shape[1]))
 
     def plan(episodes: Any, rows: Ints) -> Any:
-        # An anchored chain is left once all components are fed, whatever else the action says.
+        # After all components are fed, any feeding action leaves an anchored chain.
         at = rows % len(fed), np.minimum(episodes.arrays.fed[rows], fed.shape[1] - 1)
         part, lie = fed[at].T
         return part, lie, speeds[at], np.full(len(rows), AHEAD)

@@ -1,4 +1,4 @@
-"""The visible state of chains in their tubes: the arrays that observations are made from."""
+"""The visible state of chains: the arrays from which observations are made."""
 
 from typing import NamedTuple
 
@@ -23,22 +23,22 @@ STATUSES = (
     FoldStatus.HELD,
     "opened",
 )
-"""Meanings of the numbers in `ChainArrays.status`; 0 is a running chain. The last is that of chains
-whose folds gave way to a pull, which no simulation of a scene has."""
+"""Meanings of the numbers in `ChainArrays.status`; 0 is a running chain. The last status belongs to
+chains whose folds a pull has opened; simulations of scenes do not end with it."""
 
 FOLDED, MISFOLDED, UNSETTLED, FAILED, JAMMED, HELD, OPENED = range(1, len(STATUSES))
 
 
 @by_pointer
 class ChainArrays(NamedTuple):
-    """Chains side by side, component 1 first."""
+    """The arrays of many chains, component 1 first."""
 
     forward: Bools  # True where component 1 leaves the tube first, (m,)
     fed: Ints  # number of components whose magnets and speed are chosen, (m,)
-    status: Ints  # how each fold ended, a number of `STATUSES`, (m,)
+    status: Ints  # how each fold ended, an index in `STATUSES`, (m,)
     released: Bools  # which components are out, (m, n)
-    signs: Floats  # outward poles, N = 1, S = −1, (m, n, 4); 0 where not set or without a magnet
-    speeds: Floats  # requested, on the log scale, (m, n); 0 where not set yet
+    signs: Floats  # outward poles, N = 1, S = −1, (m, n, 4); 0 if not set or without a magnet
+    speeds: Floats  # requested, on the log scale, (m, n); 0 if not set yet
     angles: Floats  # headings [rad], (m, n)
     rates: Floats  # [rad/s], (m, n)
     base: Floats  # outer hinge of component 1 [m], (m, 2)
@@ -74,7 +74,7 @@ def component(forward: bool, place: int, n: int) -> int:
 
 @kernel
 def clear(rows: Ints, forward: bool, arrays: ChainArrays) -> None:
-    """Forget some chains, and say how they are fed."""
+    """Reset the given chains and set their feed direction."""
     for r in range(rows.size):
         k: int = rows[r]
         arrays.forward[k] = forward
@@ -87,7 +87,7 @@ def clear(rows: Ints, forward: bool, arrays: ChainArrays) -> None:
 
 @kernel
 def write_words(rows: Ints, angles: Floats, out: NDArray[np.uint32]) -> None:
-    """Fill in the letters of the nearest words of some chains, (rows, n - 1), as code points."""
+    """Write the letters of the given chains' nearest words as code points, (rows, n - 1)."""
     for r in range(rows.size):
         k: int = rows[r]
         for j in range(angles.shape[1] - 1):

@@ -1,6 +1,6 @@
-"""Simulated chains, side by side, for environments, each with its own draws.
+"""The simulated chains of environments, each with its own draws.
 
-Draws are `Scene.draw` as arrays, without a scene for each chain: its numbers in its order. The
+Draws take the same numbers in the same order as `Scene.draw`, but need no scene for each chain. The
 results equal those of `magfold_env.simulation.pack.pack` for the drawn scene, bit for bit.
 """
 
@@ -43,7 +43,7 @@ from magfold_env.simulation.pack import (
 from magfold_env.simulation.view import Orientation, advances, public_states
 
 REFERENCE_SPEED = 0.1
-"""Speed [m/s] that the scene's draw is applied to, to find the drawn factors."""
+"""Feed speed of all templates [m/s]; drawn speeds divided by it are the drawn factors."""
 
 _TURNED = tuple(TURNED)
 _AS_DRAWN = np.ones(4)
@@ -51,19 +51,19 @@ _ROUNDING = 1e-9  # [s] tolerance for the time at which a chain stops
 
 
 class DynamicChains:
-    """Simulated chains; see `magfold_env.envs.chains.quasistatic.QuasistaticChains`.
+    """Simulated chains, the counterpart of `magfold_env.envs.chains.quasistatic.QuasistaticChains`.
 
     Parameters
     ----------
     templates : sequence of Scene
-        Tube scenes that chains are drawn from, each run from one of them. They may differ in the
-        direction of feed; their feed speeds and sequences do not count.
+        Tube scenes; each chain is drawn from one of them. They may differ in the direction of feed.
+        Their feed speeds and sequences have no effect.
     count : int
         Number of chains.
     threads : int
-        Number of threads that feed them.
+        Number of threads that simulate.
     frame_rate : float, optional
-        Frames recorded per simulated second [1/s], for a single chain; they do not change results.
+        Frames recorded per simulated second [1/s], for a single chain. It does not change results.
     endless : bool
         Whether chains that are completely out may take longer to settle than the scenes allow.
     """
@@ -87,7 +87,7 @@ class DynamicChains:
         given = template.start_angles is not None or template.start_offsets is not None
         self._given = [inner_offsets(each) for each in self.templates] if given else None
         self.engine = Chains(packed, count, threads, frame_rate)
-        """The chains in the engine's order of components."""
+        """The chains, with components in the engine's order."""
         self._first = 0 if template.is_concrete else 2 * n + 4 + 5 * n * spreads.one_by_one
         last = 2 * (spreads.moves_obstacles + (spreads.tilt > 0.0))
         self._numbers = np.zeros((count, self._first + last))
@@ -97,16 +97,16 @@ class DynamicChains:
         self.factors = np.ones((count, n))
         """Factors of the feed speeds, component 1 first."""
         self._length = self.engine.models[0].bodies.length
-        # Whether the engine counts the components of a template, or a chain, from its end.
+        # Whether the engine counts components from the chain's end, per template and per chain.
         self._flips = [reversed_inside(each) for each in templates]
         self._flip: Bools = np.zeros(count, dtype=np.bool_)
         self._messages = [""] * count
         self.arrays = ChainArrays.empty(count, n)
         self.seen = pointer(self.arrays)
-        """`arrays` in the form that kernels accept fastest."""
+        """`arrays` in the form that makes calls of kernels fastest."""
 
     def begin(self, rows: Ints, rngs: Sequence[np.random.Generator], kind: int = 0) -> None:
-        """Put chains of a template into their tubes; all is drawn here, row k from ``rngs[k]``."""
+        """Draw chains from a template, row k with ``rngs[k]``, and put them into their tubes."""
         if self._first:
             for row in rows.tolist():
                 cast("Any", rngs[row]).random(out=self._numbers[row])
@@ -116,7 +116,7 @@ class DynamicChains:
         self._sync_from_engine(rows)
 
     def _put_in(self, rows: Ints, kind: int) -> None:
-        """Put some chains of a template into the tube, using the numbers drawn for them."""
+        """Put chains of a template into their tubes, using the numbers drawn for them."""
         self.engine.clear(rows, kind)
         if self._first:
             self._apply_draws(rows, kind)
@@ -132,12 +132,12 @@ class DynamicChains:
         grades: Floats = _AS_DRAWN,
         until: float | Floats = math.inf,
     ) -> None:
-        """Feed the next component of each chain, or all components; a complete chain settles.
+        """Feed the next component of each chain, or all components; complete chains then settle.
 
-        `patterns` (rows, components) are numbers, component 1 first; `speeds` [m/s], and the same
-        `scaled` on the log scale from −1 to 1, are one each. `grades` (rows, 4) are factors of the
-        strengths of the next components' magnets. Feeds that have not finished pause at the time
-        `until` [s].
+        `patterns` (rows, components) are pattern numbers, component 1 first. `speeds` (rows,) are
+        in m/s, and `scaled` (rows,) are the same on the log scale from −1 to 1. `grades` (rows, 4)
+        are factors of the strengths of the next components' magnets. A feed that has not finished
+        pauses at the time `until` [s].
         """
         chains = self.engine
         signs, whole = SIGNS.take(patterns, axis=0), patterns.shape[1] > 1
@@ -158,7 +158,7 @@ class DynamicChains:
         self._sync_from_engine(rows)
 
     def load(self, rows: Ints, signs: Floats) -> None:
-        """Set the magnets of whole chains, fed in one direction: outward poles (rows, n, 4)."""
+        """Set the outward poles (rows, n, 4) of whole chains, which have one feed direction."""
         self.arrays.signs[rows] = signs
         self.arrays.fed[rows] = signs.shape[1]
         charges = signs * self.strengths[rows]
@@ -169,7 +169,7 @@ class DynamicChains:
             self.engine.charge[rows] = charges
 
     def push(self, rows: Ints, speeds: Floats, seconds: float) -> Floats:
-        """Feed chains at given speeds [m/s], negative to pull back, for a time [s].
+        """Feed chains at given speeds [m/s] for a time [s]; negative speeds pull back.
 
         Returns the mean forces of the drives over that time [N], (rows,).
         """
@@ -182,9 +182,9 @@ class DynamicChains:
         return np.where(self.arrays.status[rows] == FAILED, 0.0, force)
 
     def pull(self, rows: Ints, forces: Floats, seconds: float) -> None:
-        """Apply forces [N], (rows, 2), to the part of chains outside the tubes for a time [s].
+        """Apply forces [N], (rows, 2), to the parts of chains outside the tubes for a time [s].
 
-        The feeds do not move.
+        The feeds stand still.
         """
         chosen = self.engine.speeds[rows]
         self._set_speeds(rows, np.zeros(len(rows)))
@@ -193,10 +193,10 @@ class DynamicChains:
         self._sync_from_engine(rows)
 
     def draw_back(self, rows: Ints, speeds: Floats, until: float) -> None:
-        """Draw the last component that is out back into the tube, at speeds [m/s].
+        """Draw each chain's last released component back into the tube, at speeds [m/s].
 
-        It then has no magnets and may be chosen again, whether or not the tube holds it. Chains may
-        end earlier, or reach the time ``until`` [s].
+        That component then has no magnets and may be chosen again, even if the tube does not hold
+        it. The motion stops early if the chain ends, or at the time ``until`` [s].
         """
         arrays, chains, n = self.arrays, self.engine, self.arrays.angles.shape[1]
         arrays.fed[rows] -= 1
@@ -209,21 +209,21 @@ class DynamicChains:
         self._sync_from_engine(rows)
 
     def _set_speeds(self, rows: Ints, speeds: Floats) -> None:
-        """Choose a feed speed [m/s] for each of some chains, (rows,)."""
+        """Set the requested feed speed [m/s] of each of the given chains, (rows,)."""
         factors = speeds[:, None] * self.factors[rows]
         flips = self._flip[rows][:, None]
         self.engine.speeds[rows] = np.where(flips, factors[:, ::-1], factors)
 
     def _move(self, rows: Ints, speeds: Floats, excess: float, until: Floats) -> None:
-        """Feed chains until all chosen components are out, then for a further time [s].
+        """Move the feeds to where exactly the chosen components are out, and ``excess`` [s] more.
 
-        Feeding stops where the next component reaches the mouth, or at the time ``until`` [s].
+        The motion stops early if the chain ends, or at the time ``until`` [s].
         """
         chains, n, pitch, left = self.engine, self.arrays.angles.shape[1], self._length[0], rows
         chosen = chains.speeds[rows]
         self._set_speeds(rows, speeds)
         while len(left):
-            inside = chains.released[left] - self.arrays.fed[left]  # but released earlier
+            inside = chains.released[left] - self.arrays.fed[left]  # to be drawn in
             way = -inside * pitch - chains.q[left, n]
             seconds = way / chains.speeds[left, n - 1 - chains.released[left]] + excess
             on = seconds > 0.1 * _ROUNDING
@@ -234,7 +234,7 @@ class DynamicChains:
         chains.speeds[rows] = chosen
 
     def times(self, rows: Ints) -> Floats:
-        """Return simulated times [s], (rows,)."""
+        """Return the simulated times [s], (rows,)."""
         return self.engine.times[rows]
 
     def impulses(self, rows: Ints) -> Floats:
@@ -242,25 +242,25 @@ class DynamicChains:
         return self.engine.impulses[rows]
 
     def advances(self) -> Floats:
-        """Return the advance of the feeds [m], (m,): the length of the chain if it is out."""
+        """Return the feeds' advances [m], (m,); a released chain's advance is its length."""
         chains, out = self.engine, np.empty(self._flip.size)
         advances(self._length, chains.counters, chains.q, chains.depths, out)
         return out
 
     def acting(self, row: int) -> int:
-        """Return the number of components of a chain whose magnets act now."""
+        """Return how many components of a chain have magnets that act now."""
         return int(self.engine.charge[row].any(axis=1).sum())
 
     def stop(self, rows: Ints, message: str, status: int = UNSETTLED) -> None:
-        """End some chains in their present state, by default with the status unsettled."""
+        """End the given chains in their present states, by default with the status unsettled."""
         self.arrays.status[rows] = status
         for row in rows.tolist():
             self._messages[row] = message
 
     def energies(self, rows: Ints) -> Floats:
-        """Return the magnetic energies [J]; NaN where a simulation failed."""
+        """Return the magnetic energies [J]; NaN if a simulation failed."""
         chains, going = self.engine, rows[self.engine.outcomes[rows] == outcomes.REACHED]
-        # Energies of ended chains are known: all threads computed them.
+        # The energies of ended chains are known, because the threads computed them.
         chains.find_energies(going)
         failed = self.arrays.status[rows] == FAILED
         return np.where(failed, np.nan, chains.energies[rows])
@@ -294,7 +294,7 @@ class DynamicChains:
         return self.templates[int(self.engine.kind[row])].draw(again)
 
     def drive_as(self, scene: Scene) -> None:
-        """Take the factors of the feed speeds from a scene that was drawn before."""
+        """Take the factors of the feed speeds from a drawn scene."""
         self.factors[:] = scene.speeds / REFERENCE_SPEED
 
     def get_state(self) -> tuple[Any, ...]:
@@ -315,7 +315,7 @@ class DynamicChains:
         self._messages = list(messages)
 
     def close(self) -> None:
-        """End the threads, if there are any."""
+        """Stop the threads, if there are any."""
         self.engine.queue.close()
 
     def _apply_draws(self, rows: Ints, kind: int) -> None:
@@ -377,7 +377,7 @@ class DynamicChains:
 
 
 class _Again:
-    """A source that returns numbers drawn earlier, so that `Scene.draw` repeats them."""
+    """A random source that returns earlier numbers, so that `Scene.draw` repeats its results."""
 
     def __init__(self, numbers: Floats) -> None:
         self._left = numbers
@@ -390,7 +390,7 @@ class _Again:
 
 
 def _nothing_drawn(template: Scene) -> Scene:
-    """Return a concrete scene with a magnet behind every face."""
+    """Return a concrete, straight form of a template, with a magnet behind every face."""
     spreads = dict.fromkeys(type(template.spreads).model_fields, 0.0)
     sequence = (PATTERNS[0],) * template.n
     straight = (0.0,) * (template.n - 1)
@@ -430,7 +430,7 @@ def _choose(
 
 @kernel
 def _release(rows: Ints, counts: Ints, arrays: ChainArrays) -> None:
-    """Update the number of released components of some chains."""
+    """Update which components of the given chains are released."""
     n = arrays.angles.shape[1]
     for j in range(rows.size):
         k: int = rows[j]

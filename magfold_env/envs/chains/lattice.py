@@ -1,12 +1,12 @@
-"""Component-by-component energy minimisation, compiled: one joint decided in about a microsecond.
+"""Compiled energy minimisation, component by component: it decides a joint in about a microsecond.
 
 The rule is that of `magfold_env.minimise` in the modes `forward` and `backward`: a joint takes the
-letter S, L or R of least energy that causes no overlap, with the components beyond it straight. All
-of these components have magnets if the chain is preloaded; none has if a component gets its
-magnets as it leaves the tube.
+letter S, L or R with the least energy that causes no overlap, with the components beyond it in a
+straight line. If the chain is preloaded, all components beyond it have magnets. If components get
+their magnets as they leave the tube, the components beyond the joint have none.
 
-Rows are components in the order in which they leave the tube. Cells and quarter turns are those
-of `magfold_env.minimiser.lattice`, with the first row at the origin.
+Rows are components in the order in which they leave the tube. `magfold_env.minimiser.lattice`
+defines cells and quarter turns; the first row is at the origin.
 """
 
 from functools import lru_cache
@@ -31,7 +31,7 @@ TURNS = {letter: turn for turn, letter in LETTERS.items()}
 """Quarter turns of joints by their letters."""
 
 DEAD_END = 2
-"""No letter of the joint is free of overlap."""
+"""The result for a joint if every letter causes an overlap."""
 
 
 @by_pointer
@@ -39,9 +39,9 @@ class LatticeRules(NamedTuple):
     """The values of a scene that kernels use."""
 
     preloaded: bool  # all magnets act from the start
-    pitch: float  # distance of a component's hinges [m]
+    pitch: float  # distance between a component's hinges [m]
     turn: int  # 1 in forward and −1 in backward feed
-    tie: float  # energies [J] closer than this are equal
+    tie: float  # energies [J] closer than this count as equal
     table: Floats  # `pose_table`
     strengths: Floats  # charge of every pole face, component 1 first, (n, 4)
 
@@ -49,7 +49,7 @@ class LatticeRules(NamedTuple):
 class LatticeFeed:
     """The rules by which the minimiser folds chains of a tube scene, for any sequence and speeds.
 
-    A scene with an external field, which energy minimisation does not include, is refused.
+    A scene with an external field raises an error, because energy minimisation ignores fields.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -72,7 +72,7 @@ class LatticeFeed:
         return self.packed.turn
 
     def energy_of(self, turns: Ints, poles: Floats) -> float:
-        """Return the energy [J] of the first ``len(turns) + 1`` rows in a given shape."""
+        """Return the energy [J] of the first ``len(turns) + 1`` rows in the shape `turns`."""
         return float(energy_of(turns, self.turn, self.packed.table, poles))
 
     def energy_as(self, word: str, signs: Floats, count: int) -> float:
@@ -95,7 +95,7 @@ def pose_table(table: Couplings, n: int) -> Floats:
 
     The axes of the array, (4 n − 3, 4 n − 3, 4, 4, 4), are the cell of the second component as seen
     from the first (both numbers shifted by 2 (n − 1)), its quarter turns, the face of the first and
-    the face of the second. Entries are zero where no chain reaches.
+    the face of the second. Entries for poses that no chain reaches are zero.
     """
     reach = 2 * (n - 1)
     span = np.arange(-reach, reach + 1)
@@ -109,19 +109,19 @@ def pose_table(table: Couplings, n: int) -> Floats:
 
 @kernel
 def step_x(quarter: int) -> int:
-    """X component of the heading after some quarter turns."""
+    """Return the x component of a heading given in quarter turns."""
     return (1 - quarter) if quarter % 2 == 0 else 0
 
 
 @kernel
 def step_y(quarter: int) -> int:
-    """Y component of the heading after some quarter turns."""
+    """Return the y component of a heading given in quarter turns."""
     return (2 - quarter) if quarter % 2 == 1 else 0
 
 
 @kernel
 def pair_energy(i: int, j: int, table: Floats, poles: Floats, cells: Ints, quarters: Ints) -> float:
-    """Magnetic energy of rows i and j [J]."""
+    """Return the magnetic energy of rows i and j [J]."""
     c, s = step_x(quarters[i]), step_y(quarters[i])
     dx, dy = cells[j, 0] - cells[i, 0], cells[j, 1] - cells[i, 1]
     reach = (table.shape[0] - 1) // 2
@@ -138,7 +138,7 @@ def pair_energy(i: int, j: int, table: Floats, poles: Floats, cells: Ints, quart
 
 @kernel
 def energy(acting: int, table: Floats, poles: Floats, cells: Ints, quarters: Ints) -> float:
-    """Magnetic energy of the first ``acting`` rows, counting each pair once [J]."""
+    """Return the magnetic energy of the first ``acting`` rows [J], counting each pair once."""
     total = 0.0
     for j in range(acting):
         for i in range(j):
@@ -148,9 +148,9 @@ def energy(acting: int, table: Floats, poles: Floats, cells: Ints, quarters: Int
 
 @kernel
 def put(row: int, acting: int, turn: int, letter: int, cells: Ints, quarters: Ints) -> bool:
-    """Place a row after a joint of ``letter`` quarter turns, and the rows beyond it straight.
+    """Place a row after a joint of ``letter`` quarter turns, and the rows beyond it in line.
 
-    Returns whether nothing overlaps; rows after the first overlap are left unchanged.
+    Returns True if nothing overlaps. Rows after the first overlap do not change.
     """
     for k in range(row, acting):
         before = quarters[k - 1]
@@ -175,12 +175,12 @@ def lay(
     cells: Ints,
     quarters: Ints,
 ) -> int:
-    """Decide the joint before a row, place the row, and place the rows beyond it straight.
+    """Decide the joint before a row, place the row, and place the rows beyond it in line.
 
-    Earlier rows do not move, and only ``acting`` rows, those with magnets, are placed: their
-    ``cells`` (n, 2) in half hinge-to-hinge lengths and ``quarters`` (n,), headings in quarter
-    turns. ``poles`` (n, 4) are charges in units of the strongest, N positive. Returns the joint's
-    quarter turns: 0, 1 or −1 for S, L or R, or `DEAD_END` where every letter overlaps.
+    Earlier rows do not move. Only the first ``acting`` rows, those with magnets, are placed:
+    ``cells`` (n, 2) are in half hinge-to-hinge lengths, and ``quarters`` (n,) are headings in
+    quarter turns. ``poles`` (n, 4) are charges in units of the strongest, N positive. Returns the
+    joint's quarter turns: 0, 1 or −1 for S, L or R, or `DEAD_END` if every letter overlaps.
     """
     best, least = DEAD_END, np.inf
     for option in range(3):
@@ -203,7 +203,7 @@ def lay(
 def in_line(
     forward: bool, pitch: float, out: int, turns: Ints, angles: Floats, base: Floats
 ) -> None:
-    """Headings (n,) [rad] and component 1's outer hinge (2,) [m] of a chain in a tube.
+    """Write the headings (n,) [rad] and outer hinge of component 1 (2,) [m] of a chain in a tube.
 
     The first ``out`` components in the order of feed are out. The last of these is in line with the
     tube, with its trailing hinge at the mouth. ``turns`` (n − 1,) are the joints' quarter turns,
@@ -229,7 +229,7 @@ def in_line(
 
 @allocating_kernel
 def energy_of(turns: Ints, turn: int, table: Floats, poles: Floats) -> float:
-    """See `LatticeFeed.energy_of`."""
+    """Return the energy [J]; see `LatticeFeed.energy_of`."""
     cells = np.zeros((turns.size + 1, 2), dtype=np.int64)
     quarters = np.zeros(turns.size + 1, dtype=np.int64)
     for k in range(turns.size):
@@ -247,11 +247,11 @@ def lay_many(
     poles: Floats,
     taken: Ints,
 ) -> None:
-    """Decide the joint before a row for many chains that are alike up to there.
+    """Decide the joint before a row for many chains that have the same shape up to that row.
 
-    ``row`` comes out, the last with magnets; ``before`` (row − 1,) are the quarter turns of the
-    joints decided so far, ``poles`` (m, n, 4) the pole charges of each chain. ``taken`` (m,) is
-    filled with what `lay` returns.
+    ``row`` is the last row with magnets. ``before`` (row − 1,) are the quarter turns of the earlier
+    joints, and ``poles`` (m, n, 4) are the pole charges of each chain. The function writes the
+    results of `lay` to ``taken`` (m,).
     """
     n = poles.shape[1]
     cells = np.zeros((n, 2), dtype=np.int64)

@@ -1,6 +1,6 @@
-"""Chains that fold by energy minimisation, joint by joint, without dynamics, side by side.
+"""Chains that fold by energy minimisation, joint by joint, without dynamics.
 
-There is no time, so speeds have no effect; there is no friction and there are no draws. A joint is
+There is no time, so speeds have no effect. There is no friction, and nothing is random. A joint is
 decided when the component behind it has left the tube, and does not change afterwards.
 """
 
@@ -38,19 +38,19 @@ from magfold_env.simulation.endings import named
 
 @by_pointer
 class _Lattice(NamedTuple):
-    """Chains on the lattice; components in the order in which they leave the tube."""
+    """Chains on the lattice, with components in the order in which they leave the tube."""
 
     out: Ints  # number of components outside the tube, (m,)
     poles: Floats  # charges, (m, n, 4)
     cells: Ints  # centres, (m, n, 2)
     quarters: Ints  # headings in quarter turns, (m, n)
     turns: Ints  # quarter turns of the joints, component 1 first, (m, n − 1)
-    speeds: Floats  # requested, component 1 first, (m, n) [m/s]
+    speeds: Floats  # requested [m/s], component 1 first, (m, n)
 
 
 @by_pointer
 class _Chains(NamedTuple):
-    """Everything that kernels need, in one tuple: each tuple argument costs time at each call."""
+    """Everything that kernels need, in one tuple, because each tuple argument slows down calls."""
 
     arrays: ChainArrays
     lattice: _Lattice
@@ -58,7 +58,7 @@ class _Chains(NamedTuple):
 
 
 class QuasistaticChains:
-    """Chains of one scene; nothing is drawn, and one thread is enough."""
+    """Chains of one scene, which need no random draws and only one thread."""
 
     def __init__(self, rules: LatticeFeed, count: int) -> None:
         n = rules.n
@@ -73,11 +73,11 @@ class QuasistaticChains:
         )
         self.arrays = ChainArrays.empty(count, n)
         self.seen = pointer(self.arrays)
-        """`arrays` in the form that kernels accept fastest."""
+        """`arrays` in the form that makes calls of kernels fastest."""
         self._chains = pointer(_Chains(self.arrays, self._lattice, rules.packed))
 
     def begin(self, rows: Ints, rngs: Sequence[np.random.Generator] = (), kind: int = 0) -> None:
-        """Put chains into their tubes; nothing is random, and there is one template."""
+        """Put the given chains into their tubes; `rngs` and `kind` have no effect."""
         _begin(rows, self._rules.forward, self._chains)
 
     def feed(self, rows: Ints, patterns: Ints, speeds: Floats, scaled: Floats) -> None:
@@ -89,7 +89,7 @@ class QuasistaticChains:
         _feed(rows, SIGNS.take(ordered, axis=0), speeds, scaled, self._chains)
 
     def predict(self, row: int, signs: Floats) -> None:
-        """Feed components with these outward poles (count, 4), in the order of feed."""
+        """Feed components with the outward poles `signs`, (count, 4), in the order of feed."""
         one = np.zeros(1)
         _feed(np.array([row]), np.ascontiguousarray(signs[None]), one, one, self._chains)
 
@@ -113,7 +113,7 @@ class QuasistaticChains:
         return f"at rest with {named(straight)} open" if straight else "folded"
 
     def held(self, row: int) -> NDArray[np.bool_]:
-        """Return False for every component: there is no friction that holds it."""
+        """Return False for every component, because there is no friction."""
         return np.zeros(self._rules.n, dtype=np.bool_)
 
     def motion(self) -> None:
@@ -144,7 +144,7 @@ class QuasistaticChains:
 
 
 class QuasistaticFold(NamedTuple):
-    """The result of a chain that folds by energy alone."""
+    """The fold that a chain reaches by energy minimisation."""
 
     word: str
     """The fold word so far, with the undecided joints straight."""
@@ -157,15 +157,12 @@ class QuasistaticFold(NamedTuple):
 
     @property
     def is_stuck(self) -> bool:
-        """Whether every letter of a joint overlaps."""
+        """Whether folding stopped because every letter of a joint causes an overlap."""
         return self.status is not None and self.message.startswith("stuck")
 
 
 def predict(rules: LatticeFeed, signs: Floats) -> QuasistaticFold:
-    """Return the result of a chain after some components are fed, in that order.
-
-    `signs` are their outward poles, (count, 4).
-    """
+    """Return the fold after feeding components with the outward poles `signs`, (count, 4)."""
     chains, row = QuasistaticChains(rules, 1), np.array([0])
     chains.begin(row)
     chains.predict(0, signs)
@@ -176,7 +173,7 @@ def predict(rules: LatticeFeed, signs: Floats) -> QuasistaticFold:
 
 
 def fold(scene: Scene) -> QuasistaticFold:
-    """Return the result of a chain fed out according to a tube scene."""
+    """Return the quasistatic fold of a tube scene."""
     rules = LatticeFeed(scene)
     signs = np.array([signs_of(faces) for faces in scene.sequence])
     return predict(rules, signs if rules.forward else signs[::-1])

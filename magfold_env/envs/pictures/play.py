@@ -1,4 +1,4 @@
-"""Folding by keyboard: the tube-feed environment in a window."""
+"""A keyboard game: the tube-feed environment in a window."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -27,10 +27,10 @@ _OTHER = {"N": "S", "S": "N"}
 
 
 class Game:
-    """A chain, the choice for its next component, and a window that accepts keys.
+    """A game in which a player folds a chain with keys, in a window.
 
-    `env` has ``render_mode="human"``, `seed` is that of the first chain, and `target` is the word
-    to fold, drawn if not given.
+    `env` must have ``render_mode="human"``. `seed` is the seed of the first chain. `target` is the
+    word to fold into; without it, `reset` draws a word.
     """
 
     def __init__(self, env: TubeFeedEnv, seed: int = 0, target: str | None = None) -> None:
@@ -52,7 +52,7 @@ class Game:
         self.draw()
 
     def run(self) -> None:
-        """Handle keys until one of them quits or the window is closed."""
+        """Handle keys until one quits the game or the window is closed."""
         import pygame  # noqa: PLC0415 - needs the extra, and a window is open by now
 
         while True:
@@ -69,7 +69,7 @@ class Game:
                 self.draw()
 
     def press(self, key: str) -> None:
-        """Handle a key, given by pygame's name; other keys do nothing."""
+        """Handle a key, given by pygame's name; unknown keys do nothing."""
         if key == "h":
             self._has_help = not self._has_help
         elif key == "r":
@@ -82,7 +82,7 @@ class Game:
         self.draw()
 
     def draw(self) -> None:
-        """Show the chain and the choice for the component in the mouth."""
+        """Show the chain and the choice for the next component."""
         snapshot = self.env.snapshot()
         help_line = ("help", "H")
         if self._is_over:

@@ -30,7 +30,7 @@ def snapshot_of(episodes: Episodes[Any], row: int) -> "Snapshot":
     """Return the content of a picture of an episode.
 
     The prediction is the fold that the minimiser reaches joint by joint, at the scene's nominal
-    strengths. There is none before a component has magnets, in an external field, and with
+    strengths. There is no prediction before a component has magnets, in an external field, or with
     ``fidelity="quasistatic"``.
     """
     from magfold_env.render.snapshot import Snapshot  # noqa: PLC0415 - needs the extra
@@ -81,7 +81,7 @@ def or_dash(value: float, unit: str) -> str:
 
 
 def recording(episodes: Episodes[Any], choices: Sequence[Any]) -> Recording:
-    """Play a single episode, which records frames, by the choices of its steps."""
+    """Play an episode that records frames, with decoded actions, and return the recording."""
     arrays, chains = episodes.arrays, cast("DynamicChains", episodes.chains)
     if chains.motion() is None:
         raise ValueError("fidelity: 'quasistatic' is not allowed; there is no motion to play")
@@ -120,7 +120,7 @@ def recording(episodes: Episodes[Any], choices: Sequence[Any]) -> Recording:
 
 
 def _with_end(episodes: Episodes[Any]) -> Trajectory:
-    """Return the frames of a single episode; the last one shows the present chain."""
+    """Return the frames of a single episode; the last frame shows the present chain."""
     arrays, chains = episodes.arrays, cast("DynamicChains", episodes.chains)
     motion = cast("Trajectory", chains.motion())
     time = chains.times(_ROW)

@@ -5,7 +5,7 @@ layout. ``rgb_array`` and ``ansi`` show the chain at the moment of a decision. `
 the motion that the last step recorded, slowed down, and ``rgb_array_list`` returns it as frames.
 Nothing is simulated a second time.
 
-Drawing needs the `render` extra and simulation does not, so its modules are imported on use.
+Only drawing needs the `render` extra, so drawing modules are imported when they are first used.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ FILM_FPS = 30
 
 
 class Viewer:
-    """Shows an environment in a render mode, in a window at most `fps` steps per second."""
+    """Shows an environment in a render mode; a window shows at most `fps` steps per second."""
 
     def __init__(self, mode: str | None, fps: float) -> None:
         self.mode = one_of("render_mode", mode, (None, *RENDER_MODES))
@@ -54,14 +54,14 @@ class Viewer:
 
     @property
     def frame_rate(self) -> float | None:
-        """Frames that episodes must record per simulated second [1/s]; None for none."""
+        """Frames that episodes must record per simulated second [1/s]; None to record none."""
         if self.mode == "human" and self._fps < FILM_FPS:  # otherwise only the steps are shown
             return FRAME_RATE
         return FILM_RATE if self.mode == "rgb_array_list" else None
 
     @property
     def window(self) -> Window:
-        """The window of ``human``."""
+        """The window of the mode ``human``."""
         if self._window is None:
             from magfold_env.render.snapshot import SNAPSHOT_SIZE  # noqa: PLC0415
             from magfold_env.render.window import Window  # noqa: PLC0415

@@ -1,7 +1,7 @@
 """The decisions of an agent and their encodings as actions.
 
-Every environment decodes its actions here: magnet patterns (of one component, or of the whole
-sequence at once) and a feed speed (`ActionTable`), a feed speed alone (`SpeedTable`), or a
+Every environment decodes its actions here. An action sets the magnet patterns of one component or
+of the whole chain, and a feed speed (`ActionTable`); only a feed speed (`SpeedTable`); or a
 component of a tray, its orientation and a feed speed (`TrayTable`).
 """
 
@@ -27,7 +27,7 @@ FASTEST = 0.6
 """Highest available feed speed [m/s]."""
 
 DEAD_BAND = 0.025
-"""Feed speed below which a two-way drive stops [m/s]."""
+"""Feed speed below which a two-way drive stands still [m/s]."""
 
 SLOWEST_LEVEL = 0.03
 """Lowest feed speed other than zero in a two-way table [m/s]."""
@@ -61,16 +61,16 @@ def letters_of(signs: NDArray[np.float64]) -> str:
 
 
 def speeds_at(scaled: Any) -> Any:
-    """Return the speeds [m/s] at places on the log scale: `SLOWEST` at −1, `FASTEST` at 1.
+    """Return the speeds [m/s] at positions on the log scale: `SLOWEST` at −1, `FASTEST` at 1.
 
-    Machines whose exponentials differ in the last bit agree on speeds to 1e-12 m/s.
+    Speeds are rounded to 1e-12 m/s, because exponentials differ slightly between machines.
     """
     exponents: Floats = np.asarray(_HALF_RANGE * scaled, dtype=np.float64)
     return np.clip(np.round(_MIDDLE * np.exp(exponents), 12), SLOWEST, FASTEST)
 
 
 def scaled_speeds(speeds: Any) -> Any:
-    """Return where speeds [m/s] lie on the log scale from −1 to 1."""
+    """Return the positions of speeds [m/s] on the log scale from −1 to 1."""
     return np.log(speeds / _MIDDLE) / _HALF_RANGE
 
 
@@ -90,8 +90,8 @@ def read_catalogue(catalogue: Sequence[str] | None) -> tuple[int, ...]:
 FACES: NDArray[np.int64] = np.array(
     [np.roll(faces, turn) for faces in ([0, 1, 2, 3], [3, 2, 1, 0]) for turn in range(4)]
 )
-"""The face of a component at each position, (8, 4), for every orientation: with one side up after 0
-to 3 quarter turns to the left, then with the other side up, turned over about the long axis."""
+"""Index of the face at each position, (8, 4), for every orientation: 0 to 3 quarter turns to the
+left, then the same turns of a component that is turned over about its long axis."""
 
 LYING: NDArray[np.int64] = np.array(
     [
@@ -119,21 +119,21 @@ MOST_DISCRETE = 1_000_000
 """Largest number of actions in a `discrete` space."""
 
 ROUNDING = 1e-6
-"""Amount by which a number of a ``Box`` may exceed its bounds and still count as the bound:
+"""Amount by which numbers may exceed the bounds of a ``box``; they are then clipped. For example,
 `gymnasium.wrappers.RescaleAction` returns 1.0000001."""
 
 
 class Actions:
     """The encoding of actions, and the decoding of arrays of actions.
 
-    There are three kinds. ``multidiscrete``: whole numbers. ``discrete``: these as the digits of
-    one number. ``box``: numbers from −1 to 1.
+    There are three kinds. ``multidiscrete``: whole numbers. ``discrete``: one number that has these
+    as digits. ``box``: numbers from −1 to 1.
     """
 
     kind: ActionKind
     levels: int
     kinds: ClassVar[Any] = ActionKind
-    """The kinds that there are."""
+    """The allowed kinds."""
 
     def __post_init__(self) -> None:
         whole("speeds", self.levels, 2)
@@ -165,7 +165,7 @@ class Actions:
 
     @cached_property
     def space(self) -> spaces.Space[Any]:
-        """Gymnasium's description of the actions."""
+        """The Gymnasium space of the actions."""
         if self.kind == "multidiscrete":
             return spaces.MultiDiscrete(list(self.sizes))
         if self.kind == "discrete":
@@ -175,20 +175,20 @@ class Actions:
     def read_one(self, action: Any) -> Any:
         """Return the result of `read` for a single action."""
         try:
-            # A plain list is converted as NumPy does, so that [3, 2] works as an action.
+            # NumPy converts plain lists, so that [3, 2] works as an action.
             return self.read(np.asarray(action)[None], 1)
         except ValueError:
             raise self._refused("action", action) from None
 
     def _digits(self, actions: Any, count: int) -> Ints:
-        """Return the whole numbers of actions that are not a ``box``, (count, sizes)."""
+        """Return the whole numbers of actions other than ``box``, (count, sizes)."""
         found = np.asarray(actions)
         one = self.kind == "discrete"
         sizes = (self.count,) if one else self.sizes
         shape = (count,) if one else (count, len(sizes))
         if found.shape != shape or found.dtype.kind not in "iu":
             raise self._refused_shape(found, shape)
-        # Several times as fast as arrays of one element.
+        # For one action, this is several times as fast as arrays of one element.
         if count > 1 or not all(map(_is_within, found.ravel().tolist(), sizes)):
             wrong = (found < 0) | (found >= (self.count if one else sizes))
             if wrong.any():
@@ -209,7 +209,7 @@ class Actions:
         return np.clip(found, -1.0, 1.0)
 
     def _written(self, digits: Ints) -> Any:
-        """Return the actions with these whole numbers, (…, sizes), that are not a ``box``."""
+        """Return actions other than ``box``, given their whole numbers, (…, sizes)."""
         if self.kind == "multidiscrete":
             return digits
         return np.int64(np.ravel_multi_index(tuple(digits.T), self.sizes))
@@ -240,12 +240,12 @@ def _is_within(value: int, size: int) -> bool:
 class ActionTable(Actions):
     """Actions that choose magnets and a speed.
 
-    ``multidiscrete``: the patterns, then the speed level. ``discrete``: the same as one number, the
-    speed level the last digit. ``box``: four numbers from −1 to 1 a component, above 0 is N, and
-    the speed on a log scale from −1 to 1.
+    ``multidiscrete``: the patterns, then the speed level. ``discrete``: the same as one number; its
+    last digit is the speed level. ``box``: four numbers from −1 to 1 per component, above 0 for N,
+    then the speed on a log scale from −1 to 1.
 
-    A component that cannot be built is replaced by the nearest one that can, which differs in the
-    fewest faces; `masks` returns the actions that need no replacement.
+    A component that cannot be built is replaced by the one that can and differs in the fewest
+    faces. `masks` returns the actions that need no replacement.
     """
 
     levels: int
@@ -300,7 +300,7 @@ class ActionTable(Actions):
     def encode(self, faces: str | Sequence[str], speed: float) -> Any:
         """Return the action for the faces of each component, or of one, and a speed [m/s].
 
-        It has the nearest level on the log scale.
+        Unless the action is a ``box``, it has the nearest speed level on the log scale.
         """
         each = [faces] if isinstance(faces, str) else faces
         patterns = np.array([PATTERNS.index(letters) for letters in each], dtype=np.int64)
@@ -313,7 +313,7 @@ class ActionTable(Actions):
         """Return which actions request only components that can be built.
 
         The form is that of sb3-contrib's ``MaskablePPO``: an entry per action for ``discrete``, the
-        concatenated masks of the dimensions for ``multidiscrete``; ``box`` has none.
+        concatenated masks of the dimensions for ``multidiscrete``. ``box`` has no masks.
         """
         patterns = np.zeros(len(PATTERNS), dtype=np.bool_)
         patterns[list(self.catalogue)] = True
@@ -359,12 +359,12 @@ def _level(speeds: Floats, speed: float) -> int:
 class SpeedTable(Actions):
     """Actions that choose the speed of a two-way feed, including standstill.
 
-    ``box``: one number x from −1 to 1, for the speed ``0.6 x |x|`` m/s, or standstill where that
-    is slower than `DEAD_BAND`, 0.025 m/s. ``discrete``: a number among the speeds of the table,
-    ascending from −0.6 m/s; ``levels`` is standstill. ``multidiscrete``: the same as a list of one.
+    ``box``: one number x from −1 to 1, for the speed ``0.6 x |x|`` m/s, or standstill if that is
+    slower than `DEAD_BAND`, 0.025 m/s. ``discrete``: the index of a speed in the table, ascending
+    from −0.6 m/s; ``levels`` is standstill. ``multidiscrete``: a list that contains this index.
 
-    `encode` returns the action for v. As a ``box`` it is x = ±√(|v| / 0.6 m/s): 0.447 for 0.12 m/s,
-    not 0.2, which stands still.
+    `encode` returns the action for a speed v. A ``box`` action is ``x = ±√(|v| / 0.6 m/s)``, such
+    as 0.447 for 0.12 m/s; 0.2 means standstill.
     """
 
     levels: int
@@ -386,7 +386,7 @@ class SpeedTable(Actions):
 
     @cached_property
     def speeds(self) -> NDArray[np.float64]:
-        """The levels back, standstill and the levels ahead [m/s], (2 levels + 1,), ascending."""
+        """Backward levels, standstill and forward levels [m/s], (2 levels + 1,), ascending."""
         ahead = np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, self.levels), 12)
         return np.concatenate([-ahead[::-1], [0.0], ahead])
 
@@ -420,8 +420,8 @@ class SpeedTable(Actions):
 class TrayTable(Actions):
     """Actions that choose a component of a tray, its orientation and a speed.
 
-    ``multidiscrete``: the component, the orientation, the speed level, and 1 to draw back at that
-    speed instead. ``discrete``: the same as one number, the last digit 1 to draw back.
+    ``multidiscrete``: the component, the orientation, the speed level, and 0 to feed or 1 to draw
+    back. ``discrete``: the same as one number, whose last digit is 0 to feed or 1 to draw back.
     """
 
     parts: int
@@ -430,8 +430,8 @@ class TrayTable(Actions):
     """Number of speed levels, log-spaced from 0.03 to 0.6 m/s, both included."""
     kind: ActionKind = "multidiscrete"
     ways: int = 2
-    """Number of kinds of steps: 2, to feed and to draw back, or 3, where the last number or digit
-    may also be 2, to pull the chain."""
+    """Number of kinds of steps: 2 (feed, draw back), or 3, if the last number or digit may also be
+    2, to pull the chain."""
     kinds = TrayKind
 
     @cached_property
@@ -473,8 +473,8 @@ class TrayTable(Actions):
     def masks(self, there: NDArray[np.bool_], back: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return which actions are possible, (m, …), in the form of `ActionTable.masks`.
 
-        `there` are the components on the trays, (m, parts); `back` is true where one can be drawn
-        back, (m,).
+        `there` is true for components on the trays, (m, parts), and `back` if a component can be
+        drawn back, (m,).
         """
         count = len(back)
         go = np.ones((count, self.ways), dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""Flat observations of a chain that is being fed: their layouts and how they are filled."""
+"""Flat observations of a chain in a tube: their layouts and the kernels that fill them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -74,7 +74,7 @@ class Layout:
 def chain_layout(n: int, side: float, words: Sequence[str] = ("target",)) -> Layout:
     """Return the layout for a fully visible chain whose components are chosen; see `fill`.
 
-    `words` are groups of 3 (n − 1) entries that come first, each a word, one-hot over L, S, R.
+    `words` names the groups that come first. Each has 3 (n − 1) entries: one-hot letters L, S, R.
     """
     sizes = {"released": n, "magnets": 4 * n, "speed": n, "joint": n - 1, "heading": 2 * n}
     sizes |= {"rate": n, "position": 2 * n, "velocity": 2 * n}
@@ -93,10 +93,10 @@ def camera_layout(
 def take_frames(
     side: float, rows: Ints, arrays: ChainArrays, noise: Floats, frames: Floats
 ) -> None:
-    """Take frames of some chains, with rows of ``frames`` (m, 5 n).
+    """Write the camera's frames of the given chains to their rows of ``frames``, (m, 5 n).
 
-    ``side`` is the edge length of a casing [m]; ``noise`` (rows, 3 n) are standard normal numbers:
-    for each component its heading, x and y.
+    ``side`` is the edge length of a casing [m]. ``noise`` (rows, 3 n) contains standard normal
+    numbers for the heading, x and y of each component.
     """
     n = arrays.angles.shape[1]
     pitch = np.sqrt(2.0) * side
@@ -108,7 +108,7 @@ def take_frames(
         for i in range(n):
             angle = arrays.angles[k, i]
             across, up = pitch * np.cos(angle), pitch * np.sin(angle)
-            # A casing that was drawn in again is invisible, held or not.
+            # A casing that was drawn in again is invisible, even if the tube does not hold it.
             if arrays.released[k, i] and x + 0.5 * across > 0.0:
                 angle += HEADING_NOISE * noise[j, 3 * i]
                 frame[i] = 1.0
@@ -127,9 +127,9 @@ def take_frames(
 
 @kernel
 def fill(side: float, arrays: ChainArrays, words: Singles, out: Singles) -> None:
-    """Fill in observations (m, size) of a `chain_layout`.
+    """Fill in observations (m, size) that have a `chain_layout`.
 
-    ``side`` is the edge length of a casing [m], ``words`` are the entries of the words (m, words).
+    ``side`` is the edge length of a casing [m]. ``words`` (m, words) are the entries of the words.
     """
     count, first = words.shape
     for k in range(count):
@@ -182,5 +182,5 @@ def fill_chain(side: float, arrays: ChainArrays, row: int, out: Singles) -> None
 
 @kernel
 def squash(value: float) -> float:
-    """Return ``x / (1 + |x|)``: inside (−1, 1), strictly increasing, so nothing is clipped away."""
+    """Return ``x / (1 + |x|)``, which is strictly increasing and within (−1, 1)."""
     return value / (1.0 + abs(value))

@@ -1,7 +1,7 @@
-"""What users give to environments, checked.
+"""Checks of the arguments that users give to environments.
 
-What is not allowed raises a `ValueError` that names the argument, what was given, and what is
-allowed.
+A value that is not allowed raises a `ValueError` that names the argument, the value given and the
+allowed values.
 """
 
 import os
@@ -26,38 +26,38 @@ T = TypeVar("T")
 class UnknownOptionError(TypeError, ValueError):
     """An option that an environment does not have.
 
-    It is a `TypeError` with Python's own wording, by which libraries find out what an environment
-    accepts, and like all errors of wrong options a `ValueError`.
+    It is a `TypeError` with Python's own wording, from which libraries find out what an environment
+    accepts, and also a `ValueError`, like all errors about options.
     """
 
 
 def require(right: bool, key: str, value: object, allowed: str) -> None:
-    """Refuse a value that is not right; say what is `allowed`, such as ``must be 'tube'``."""
+    """Raise an error unless `right`; `allowed` completes the message, as in ``must be 'tube'``."""
     if not right:
         refuse([Problem(key, value, allowed)])
 
 
 def one_of(key: str, value: T, kind: Any) -> T:
-    """Return `value` if it is one of those of a literal type, or of a sequence."""
+    """Return `value` if a literal type or a sequence contains it; otherwise raise an error."""
     refuse(unless_one_of(key, value, get_args(kind) or kind))
     return value
 
 
 def whole(key: str, value: int, least: int) -> int:
-    """Return `value` if it is a whole number, `least` or more."""
+    """Return `value` if it is a whole number of at least `least`; otherwise raise an error."""
     refuse(unless_whole(key, value, least))
     return int(value)
 
 
 def share_of(key: str, value: float) -> float:
-    """Return `value` if it is above 0 and at most 1."""
+    """Return `value` if it is above 0 and at most 1; otherwise raise an error."""
     right = is_number(value) and 0.0 < value <= 1.0
     require(right, key, value, "must be above 0 and at most 1")
     return value
 
 
 def refuse_unknown(options: Mapping[str, Any], known: type) -> None:
-    """Refuse options that the typed dictionary `known` does not have."""
+    """Raise an error for options that the typed dictionary `known` does not contain."""
     names = ("scene", *known.__annotations__, "render_mode")
     unknown = sorted(set(options) - set(names))
     if unknown:
@@ -68,7 +68,7 @@ def refuse_unknown(options: Mapping[str, Any], known: type) -> None:
 
 
 def threads_of(threads: int | None) -> int:
-    """Return how many threads to use; None stands for as many as the process may use cores."""
+    """Return the number of threads to use; None means one per core that the process may use."""
     if threads is None:
         usable = getattr(os, "sched_getaffinity", None)
         return len(usable(0)) if usable else os.cpu_count() or 1
@@ -76,7 +76,7 @@ def threads_of(threads: int | None) -> int:
 
 
 def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:
-    """Return a seed for each environment: one number is the first's, and the others follow on."""
+    """Return one seed per environment; a single number is the first seed, and others count up."""
     if seed is None:
         return [None] * count
     if isinstance(seed, (int, np.integer)):
@@ -85,7 +85,7 @@ def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | 
 
 
 def mask_of(options: Mapping[str, Any], count: int) -> NDArray[np.bool_]:
-    """Return which environments `reset` is to reset; a wrong type of mask is a `TypeError`."""
+    """Return which environments to reset; a mask of another type raises a `TypeError`."""
     key, mask = "options['reset_mask']", cast("Any", options.get("reset_mask"))
     if mask is None:
         return np.ones(count, dtype=np.bool_)
@@ -100,9 +100,9 @@ def mask_of(options: Mapping[str, Any], count: int) -> NDArray[np.bool_]:
 def given_for_each(
     options: Mapping[str, Any], keys: Sequence[str], count: int, kind: type
 ) -> list[Any] | None:
-    """Return what the first of the allowed `keys` sets for each environment; None to draw it.
+    """Return the value of option ``keys[0]`` for each environment; None if it is not given.
 
-    A single value, which is of a `kind`, counts for all.
+    A single value, of type `kind`, counts for all environments. Other `keys` are allowed too.
     """
     for key in options:
         one_of("options", key, keys)

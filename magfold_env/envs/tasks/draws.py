@@ -1,8 +1,8 @@
 """Random variation of the physics between episodes, and fixed draws.
 
-Fixed draws are seeds for ``env.reset``; no two purposes share a seed. Results are compared on the
-same draws, which training never uses. Training seeds are numbers below 2³²; the seeds defined here
-are above 2⁶⁴.
+A fixed draw is a seed for ``env.reset``; no two purposes share a seed. Results are compared on the
+same draws, which training never uses: training seeds are below 2³², and the seeds defined here are
+above 2⁶⁴.
 """
 
 from typing import Literal
@@ -15,14 +15,14 @@ from magfold_env.scene import Problem, Scene, Spreads
 from magfold_env.scene.errors import refuse
 
 EVALUATION_VERSION = 3
-"""Version of the draws that results are reported on. It changes when `evaluation_seeds` changes or
+"""Version of the draws on which results are reported. It changes when `evaluation_seeds` changes or
 when an environment draws differently for a seed; a test checks both."""
 
 _RESERVED = 1 << 64
 
 
 def episode_seeds(stream: str, count: int) -> list[int]:
-    """Return the first seeds of a stream, named by its purpose, such as ``validation``."""
+    """Return the first seeds of a stream, which is named for a purpose such as ``validation``."""
     seeds: list[int] = []
     for index in range(count):
         key = (crc32(stream.encode()), index)
@@ -32,21 +32,21 @@ def episode_seeds(stream: str, count: int) -> list[int]:
 
 
 def evaluation_seeds(count: int) -> list[int]:
-    """Return the seeds of the evaluation draws: use each once with every target or task."""
+    """Return the seeds of the evaluation draws; use each one once per target or task."""
     return episode_seeds("evaluation", count)
 
 
 Randomisation = Literal["none", "nominal", "strong", "scene"]
-"""``none``: the same physics every time. ``nominal``, ``strong``: the spreads below. ``scene``:
-the scene's own, masses and single magnets included."""
+"""``none``: the same physics every time. ``nominal``, ``strong``: the spreads in `PRESETS`.
+``scene``: the scene's own spreads, including those of masses and single magnets."""
 
 PRESETS: dict[str, tuple[Spreads, float]] = {
     "none": (Spreads(), 0.0),
     "nominal": (Spreads(friction=0.10, remanence=0.05, feed_jitter=0.05), 0.03),
     "strong": (Spreads(friction=0.30, remanence=0.10, feed_jitter=0.20), 0.1),
 }
-"""Relative half-widths of the uniform draws, and the largest joint angle at release [rad] if the
-bore leaves room for it. Feed jitter varies the speed at which each component leaves."""
+"""Relative half-widths of the uniform draws, and the largest joint angle at release [rad], which
+the bore may limit further. Feed jitter varies the speed at which each component leaves."""
 
 
 def randomised(scene: Scene, randomisation: Randomisation) -> Scene:

@@ -1,4 +1,4 @@
-"""Tasks with a given chain or given components, and the folds to reach."""
+"""Tasks: a given chain or given components, and the folds to reach."""
 
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,7 +19,7 @@ from magfold_env.scene.io import parse_yaml
 from magfold_env.scene.scene import Component
 
 Order = list[tuple[int, int]]
-"""Components of a tray, by number, and their orientations; component 1 of the chain first."""
+"""Numbers of components on a tray, and their orientations; component 1 of the chain first."""
 
 
 class Task(FrozenModel):
@@ -95,7 +95,7 @@ class TrayTask(Task):
     tray: tuple[str, ...]
     """Faces of the components on the tray, four letters N or S each."""
     strengths: tuple[tuple[float, float, float, float], ...] | None = None
-    """Factors of the strengths of the magnets; None to draw them."""
+    """Factors of the magnets' strengths; None to draw them at reset."""
 
     def __init__(self, **data: Any) -> None:
         super().__init__(**data)
@@ -115,10 +115,10 @@ class TrayTask(Task):
         return self.tray
 
     def order_of(self, sequence: Sequence[str], parts: Iterable[int] | None = None) -> Order | None:
-        """Return the first way to take a sequence from the tray, or None if there is none.
+        """Return the components and orientations that form a sequence; None if some are missing.
 
         Of equal components, those that come first in `parts` are taken (by default, first on the
-        tray); components not listed in it stay there.
+        tray). Components that `parts` does not list stay on the tray.
         """
         left, found = list(range(len(self.tray)) if parts is None else parts), cast("Order", [])
         for faces in sequence:
@@ -135,15 +135,15 @@ class TrayTask(Task):
 
 
 class AnchorTask(TrayTask):
-    """A tray of components, the direction of feed and the pull that the fold must bear.
+    """A tray of components, the direction of feed and the pull that the fold must withstand.
 
-    Any fold counts. b and the shaping use the target.
+    Any fold is allowed; the target is used only for b and for shaping.
     """
 
     pull: Positive
     """Size of the pull [N]."""
     towards: float
-    """Direction of the pull in the plane [rad], 0 away from the tube."""
+    """Direction of the pull in the plane [rad]; 0 points away from the tube."""
 
     @property
     def aim(self) -> str:
@@ -173,7 +173,7 @@ def read_tasks(
 
 
 def _checked(tasks: object, kind: type[Task]) -> tuple[Any, ...]:
-    """Return tasks as models; refuse what are none, and chains of different lengths."""
+    """Return tasks as models; raise an error for other values or different chain lengths."""
     listed = isinstance(tasks, (list, tuple))
     given = cast("list[Any]", tasks if listed else [None])
     right = all(isinstance(each, (Task, Mapping)) for each in given)

@@ -1,13 +1,13 @@
 """Goals of episodes, and how close a fold is to its goal.
 
 A goal is a fold word, or any word with the same outline. The similarity of two folds is
-`magfold_env.shapes.similarity`: the mean over ordered pairs of components of exp(−d²/side²), where
-d is the distance between the positions of the one component in the two folds, as seen from the
-other. This measure distinguishes components, because each has its own magnets. It ignores
-translation and rotation, because the target is a shape and not a place. It does not ignore
-mirroring, because a mirror image is a different fold. It has no jumps, so that it can shape a
-reward. It is 1 only for the target. The mean error of the joint angles has the same properties, but
-it gives a wrong joint in the middle, which moves half the chain, the same weight as one at the end.
+`magfold_env.shapes.similarity`: the mean over ordered pairs of components of exp(−d²/side²). Here
+d is the distance between the second component's positions in the two folds, as seen from the first.
+This measure distinguishes components, because each has its own magnets. It ignores translation and
+rotation, because the target is a shape and not a location. It does not ignore mirroring, because a
+mirror image is a different fold. It is continuous, so it can shape a reward. It is 1 only for the
+target. The mean error of the joint angles has the same properties, but it gives a wrong joint in
+the middle, which moves half the chain, the same weight as a wrong joint at the end.
 """
 
 from collections.abc import Sequence
@@ -29,10 +29,10 @@ SUCCESS_TOLERANCE = 0.05
 
 
 class Goals:
-    """Goals of `count` chains side by side, each one of the `words`, which are of one length.
+    """The goals of `count` chains. Each goal is one of `words`, which all have the same length.
 
-    Only the word counts, or, if `match` is ``outline``, every fully folded word that covers the
-    same cells.
+    Only the word itself counts or, if `match` is ``outline``, every fully folded word that covers
+    the same cells.
     """
 
     def __init__(self, words: Sequence[str], match: Match, count: int) -> None:
@@ -56,7 +56,7 @@ class Goals:
         return self._angles[:, 0]
 
     def want(self, rows: Ints, numbers: Ints) -> None:
-        """Set the goals of some chains by the numbers of the words."""
+        """Set the goals of the given chains by the numbers of their words."""
         self.names[rows] = self._all_names[numbers]
         self.one_hot[rows] = self._one_hots[numbers]
         for row, number in zip(rows.tolist(), numbers.tolist(), strict=True):
@@ -69,15 +69,15 @@ class Goals:
             self._angles[row, :count], self._folds[row, :count] = angles, folds
 
     def judge(self, rows: Ints, status: Ints, angles: Floats) -> Floats:
-        """Return potential, score and success of some chains, (3, rows).
+        """Return the potential, score and success of the given chains, (3, rows).
 
-        The potential is half the similarity to the likest of the words. The score is 1 for a
-        success, 0 for a failed simulation, else the potential, so that no amount of similarity is
-        worth as much as the fold itself. A success is 1, else 0: the chain settled with every joint
-        within `SUCCESS_TOLERANCE`.
+        The potential is half the similarity to the most similar word that counts. Success is 1 if
+        the chain settled with every joint within `SUCCESS_TOLERANCE`, else 0. The score is 1 for a
+        success, 0 for a failed simulation, and otherwise the potential, so that similarity is worth
+        at most half as much as the fold itself.
 
-        `status` (m,) are numbers of `STATUSES`, and `angles` (m, n) the headings [rad], of all
-        chains.
+        `status` (m,) contains indices of `STATUSES`, and `angles` (m, n) contains headings [rad].
+        Both cover all chains.
         """
         out = np.empty((3, len(rows)))
         headings = angles[rows]
@@ -87,7 +87,7 @@ class Goals:
 
 
 def judged(target: str, match: Match, folds: Sequence[Fold]) -> Floats:
-    """Return what `Goals.judge` returns for folds with one target, (3, folds)."""
+    """Return the results of `Goals.judge` for folds with one target, (3, folds)."""
     goals, rows = Goals((target,), match, len(folds)), np.arange(len(folds))
     goals.want(rows, np.zeros_like(rows))
     status = np.array([STATUSES.index(fold.status) for fold in folds])
@@ -96,7 +96,7 @@ def judged(target: str, match: Match, folds: Sequence[Fold]) -> Floats:
 
 @lru_cache(maxsize=4096)
 def goal_words(word: str, match: Match) -> tuple[str, ...]:
-    """Return the words that count as reached; `word` is the first."""
+    """Return the words that count as `word`, which comes first."""
     if match == "word":
         return (word,)
     return (word, *(other for other in words_of_outline(outline(word)) if other != word))
@@ -104,7 +104,7 @@ def goal_words(word: str, match: Match) -> tuple[str, ...]:
 
 @lru_cache(maxsize=4096)
 def _shapes_of(word: str, match: Match) -> tuple[Floats, Floats]:
-    """Return the joint angles and headings [rad] of `goal_words`; component 1 heads to 0."""
+    """Return the joint angles and headings [rad] of `goal_words`; component 1 has heading 0."""
     angles = np.array([word_to_angles(each) for each in goal_words(word, match)])
     return angles, np.array([headings(each) for each in angles])
 
@@ -120,7 +120,7 @@ def judge(
     scratch: Floats,
     out: Floats,
 ) -> None:
-    """See `Goals.judge`; a chain has ``counts`` words."""
+    """Judge chains as in `Goals.judge`; ``counts[k]`` words count for chain k."""
     n = joints.shape[1] + 1
     turned = scratch[4]
     for j in range(rows.size):
@@ -148,9 +148,9 @@ def judge(
 def _similarity(
     angles: NDArray[np.float64], folds: NDArray[np.float64], scratch: NDArray[np.float64]
 ) -> float:
-    """Similarity of headings ``angles`` (n,) to the most similar of ``folds`` (m, n); 4 n scratch.
+    """Return the similarity of headings ``angles`` (n,) to the most similar of ``folds`` (m, n).
 
-    This is the compiled form of `magfold_env.shapes.similarity`.
+    This is the compiled form of `magfold_env.shapes.similarity`; it overwrites ``scratch``.
     """
     n = angles.size
     if n == 1:
@@ -178,7 +178,7 @@ def _similarity(
 
 @kernel
 def _place(angles: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
-    """Centres of a chain, in sides: hinges lie √2 sides apart, centres halfway between."""
+    """Write a chain's centres, in sides; they lie halfway between hinges √2 sides apart."""
     px, py = 0.0, 0.0
     for i in range(angles.size):
         dx, dy = np.sqrt(2.0) * np.cos(angles[i]), np.sqrt(2.0) * np.sin(angles[i])

@@ -1,23 +1,23 @@
 """Rewards of episodes and of their steps.
 
-The **score** of an episode is 1 if the chain settled as wanted, else half its similarity to the
+The **score** of an episode is 1 if the chain settled in the target, else half its similarity to the
 target, and 0 if the simulation failed (`magfold_env.envs.tasks.goals`) or the task's time limit was
 reached. The last step's reward is
 
-- ``relative``: the score less b. b is the mean score of the energy minimiser's own design for this
-  target under the same randomisation (`magfold_env.envs.baselines.baseline`), or, where only the
-  speed is free, of the best constant speed (`magfold_env.envs.baselines.constant_speed`). Targets
-  differ in difficulty; this reward measures what an agent adds to the minimiser, and 0 equals it.
-- ``score``: the score alone.
+- ``relative``: the score minus b. b is the mean score of the energy minimiser's design for the same
+  target and randomisation (`magfold_env.envs.baselines.baseline`). If the agent sets only the
+  speed, b is the score of the best constant speed (`magfold_env.envs.baselines.constant_speed`).
+  Targets differ in difficulty; this reward measures how far an agent exceeds b.
+- ``score``: the score itself.
 - ``sparse``: 1 for a success, else 0.
 
-**Shaping** adds γ Φ(next) − Φ(now) to every step, with Φ = 0 at the end, which leaves the best
-policies as they are (Ng, Harada and Russell 1999). Φ is half of one of these:
+**Shaping** adds γ Φ(next) − Φ(now) to every step, with Φ = 0 at the end. It does not change
+which policies are best (Ng, Harada and Russell 1999). Φ is half of one of these:
 
 - ``similarity``: the similarity of the present chain to the target, 0 to 1;
 - ``energy``: the magnetic energy of the present chain divided by that of the same components in the
-  target's shape, limited to 0 to 1: the released share of the energy that the target would release.
-  If the target would release none, Φ is 0.
+  target's shape, clipped to [0, 1]. This is the share of the target's energy that the chain has
+  released. If the target's energy is not negative, Φ is 0.
 """
 
 from dataclasses import dataclass
@@ -59,13 +59,13 @@ class RewardRule:
         return self.gamma * after - before
 
     def end(self, score: Floats, success: Bools, baseline: Floats) -> Floats:
-        """Return the additional reward of the last steps of episodes."""
+        """Return the rewards that the last steps of episodes earn in addition."""
         if self.kind == "relative":
             return score - baseline
         return score if self.kind == "score" else np.asarray(success, dtype=np.float64)
 
 
 def energy_potential(energy: Floats, wanted: Floats) -> Floats:
-    """Return Φ of the shaping by energy, from the energies now and in the target's shape [J]."""
+    """Return Φ of shaping by energy, from energies now and in the target's shape [J]."""
     share = np.divide(energy, wanted, out=np.zeros_like(energy), where=wanted < 0.0)
     return 0.5 * np.clip(share, 0.0, 1.0)

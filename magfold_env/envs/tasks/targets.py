@@ -1,10 +1,10 @@
 """The possible target words of episodes and their difficulty.
 
-The difficulty of a word is minus the logarithm of the share of random sequences that fold into it,
-component by component, by energy alone. Words of long chains are too rare to count, so the share is
-a product over joints (multilevel splitting). A population of random chains that are right so far
-gets a random next component each; the factor is the share of chains that take the right letter, and
-these chains form the next population.
+The difficulty of a word is minus the logarithm of the share of random sequences that energy
+minimisation, component by component, folds into it. For long chains this share is too small to
+count, so it is a product over joints (multilevel splitting). Each chain in a population of random
+chains that are right so far gets a random next component. The factor is the share of chains that
+take the right letter, and the next population is drawn from these chains.
 """
 
 import math
@@ -22,8 +22,8 @@ from magfold_env.scene.errors import Problem, nearest, refuse
 from magfold_env.shapes import folded_words, overlaps
 
 LONGEST_LISTED = 16
-"""Largest number of components for which all words are listed: 8,894 words; two more components
-give three times as many."""
+"""Largest number of components for which all words are listed. These are 8,894 words; with two more
+components there are three times as many."""
 
 
 def resolve_targets(targets: Sequence[str] | None, n: int) -> tuple[str, ...]:
@@ -68,19 +68,19 @@ def pick_target(word: object, targets: Sequence[str]) -> str:
 
 
 def _listed(words: Sequence[str], most: int = 40) -> str:
-    """Return `words` as text, cut short where there are very many."""
+    """Return `words` as text; a long list is cut short."""
     more = "" if len(words) <= most else f", … ({len(words)} in all)"
     return ", ".join(words[:most]) + more
 
 
 POPULATION = 4096
-"""Chains at a time; makes the difficulty of six components exact to about 0.1."""
+"""Number of chains in a population; difficulties for six components are exact to about 0.1."""
 
 
 def difficulties(scene: Scene, words: tuple[str, ...]) -> dict[str, float]:
-    """Return the difficulty of each word; infinite where no chain of a population gets there.
+    """Return the difficulty of each word; infinite if no chain takes the right letter at a joint.
 
-    Every component gets its magnets as it leaves, whatever the scene's sequence.
+    Components get magnets as they leave the tube; the scene's sequence has no effect.
     """
     lattice = LatticeFeed(scene)
     strength = lattice.packed.strengths
@@ -102,7 +102,7 @@ def easiest(scene: Scene, words: tuple[str, ...], share: float) -> tuple[str, ..
 
 
 def _difficulty(lattice: LatticeFeed, strength: NDArray[np.float64], turns: list[int]) -> float:
-    """Return minus the logarithm of the share of chains that make `turns`, in order of feed."""
+    """Return the difficulty of a word, given by its joints' quarter turns in the order of feed."""
     rng, rules = np.random.default_rng(0), lattice.packed
     poles = np.zeros((POPULATION, lattice.n, 4))
     poles[:, 0] = SIGNS[rng.integers(len(SIGNS), size=POPULATION)] * strength[0]

@@ -1,4 +1,4 @@
-"""What all episodes of an environment share, and the options that set it."""
+"""What all episodes of an environment share, and the options that define it."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -30,17 +30,17 @@ Fidelity = Literal["dynamics", "quasistatic"]
 
 
 class World:
-    """Scene, targets, actions, observations and rewards, without a chain.
+    """The scene, targets, actions, observations and rewards that all episodes share.
 
-    Of the options, ``fidelity``, ``match``, ``randomisation`` and those of `RewardOptions` are read
-    here; `randomisation` and `reward` are the defaults of these two.
+    This class reads the options ``fidelity``, ``match``, ``randomisation`` and those of
+    `RewardOptions`. The arguments `randomisation` and `reward` are defaults of these options.
     """
 
     option: ClassVar[tuple[str, type]] = ("target", str)
-    """The option of `reset` that fixes what is drawn, and the type of its value."""
+    """The option of `reset` that fixes the target or task, and the type of its value."""
 
     words: tuple[str, ...]
-    """The words that `reset` draws from, or those of its tasks."""
+    """The target words that `reset` draws from, or those of the tasks."""
     actions: Any
     """Encoding and decoding of actions: an `ActionTable`, `SpeedTable` or `TrayTable`."""
     layout: Layout
@@ -57,7 +57,7 @@ class World:
         self.match: Match = one_of("match", options.get("match", "word"), Match)
         self.randomisation: Randomisation = options.get("randomisation", randomisation)
         self.scene = randomised(scene, self.randomisation)
-        """The template of episodes, including the randomisation."""
+        """The scene that episodes are drawn from, including the randomisation."""
         self.rule = RewardRule.of(
             options.get("reward", reward), options.get("shaping", False), options.get("gamma", 1.0)
         )
@@ -73,52 +73,52 @@ class World:
         return LatticeFeed(self.scene)
 
     def number_of(self, value: Any) -> int:
-        """Return the number of the target or task that `value` of the option names."""
+        """Return the number of the target or task that the `value` of the option selects."""
         return self.words.index(pick_target(value, self.words))
 
 
 class SharedOptions(TypedDict, total=False):
-    """Options of all environments; every option may be left out."""
+    """Options of all environments; all are optional."""
 
     match: Match
     """``word``: the fold must be the target. ``outline``: it must cover the same cells, in any
     order (`magfold_env.shapes.outline`)."""
     difficulty: float
-    """Share of the targets or tasks to draw from, the easiest first; above 0, and 1 by default."""
+    """Share of the targets or tasks to draw from, easiest first: above 0, at most 1 (default)."""
     fidelity: Fidelity
-    """``dynamics``: the chain is simulated. ``quasistatic``, where magnets are chosen: energy alone
-    decides one joint after another, without speed, friction, randomisation or baseline."""
+    """``dynamics`` (default): the chain is simulated. ``quasistatic``, where the agent chooses
+    magnets: energy decides each joint, without speed, friction, randomisation or baseline."""
     randomisation: Randomisation
     """Physics drawn at reset. ``none``: no draws, a straight chain, sound magnets. ``nominal``
-    (default where magnets are chosen): friction ±10 %, remanence ±5 %, speed of each component
-    ±5 %, release angles ±0.03 rad. ``strong``: ±30 %, ±10 %, ±20 %, and ±0.1 rad or the tube's
-    clearance. ``scene`` (default where tasks are given): the scene's own spreads."""
+    (default where the agent chooses magnets): friction ±10 %, remanence ±5 %, speed of each
+    component ±5 %, release angles ±0.03 rad. ``strong``: ±30 %, ±10 %, ±20 % and ±0.1 rad;
+    the tube may limit angles. ``scene`` (default where tasks are given): the scene's spreads."""
     speeds: int
-    """Number of speed levels. The default is 9 where magnets are chosen, which includes the
-    baseline's five speeds, and 5 where tasks are given. Where the agent sets only the speed: each
-    way, besides standstill."""
+    """Number of speed levels. The default is 9 where the agent chooses magnets, which includes the
+    baseline's five speeds, and 5 where tasks are given. Where the agent sets only the speed, this
+    is the number in each direction, without standstill."""
     actions: ActionKind
-    """How actions are written. ``multidiscrete``: whole numbers, such as patterns of magnets and
-    speed level. ``discrete``: these as one number, up to a million. ``box``: numbers from −1 to 1,
-    four a component, above 0 is N, and the speed on a log scale; where the agent sets only the
-    speed, x for 0.6 x² m/s with the sign of x. The default is ``box`` there, else
-    ``multidiscrete``; trays have no ``box``."""
+    """Form of actions. ``multidiscrete``: whole numbers, such as the magnet pattern and the speed
+    level. ``discrete``: one number for all of these, with at most a million values. ``box``:
+    numbers from −1 to 1, four per component, above 0 for N, and the speed on a log scale. Where the
+    agent sets only the speed, ``box`` is the default: x means 0.6 x² m/s with the sign of x.
+    Elsewhere ``multidiscrete`` is the default. Trays have no ``box``."""
 
 
 class RewardOptions(TypedDict, total=False):
     """How episodes are rewarded."""
 
     reward: RewardKind
-    """``relative``, ``score`` or ``sparse``; see `magfold_env.envs.tasks.reward`. By default
-    ``relative`` where magnets are chosen, and ``score`` where tasks are given."""
+    """``relative``, ``score`` or ``sparse``; see `magfold_env.envs.tasks.reward`. The default is
+    ``relative`` where the agent chooses magnets, and ``score`` where tasks are given."""
     shaping: bool | Shaping
     """Potential-based shaping: False (default), ``similarity`` (or True) or ``energy``."""
     gamma: float
-    """Discount of the shaping, 1 by default; must be the agent's own."""
+    """Discount of the shaping, 1 by default; must equal the agent's discount."""
 
 
 class ChainOptions(SharedOptions, total=False):
-    """Options where magnets are chosen, without those of the reward."""
+    """Options where the agent chooses magnets, except those of the reward."""
 
     components: int | None
     """Chain length; by default that of the suite or the scene."""
@@ -128,11 +128,11 @@ class ChainOptions(SharedOptions, total=False):
     folded word of the chain."""
     catalogue: Sequence[str] | None
     """Components that can be built, such as ``["NSNS", "NNSS"]``; all 16 by default. The nearest
-    of them replaces any other, and `action_masks` excludes the others."""
+    of them replaces any other component, and `action_masks` excludes the others."""
 
 
 class FoldOptions(ChainOptions, RewardOptions, total=False):
-    """Options where magnets are chosen."""
+    """Options where the agent chooses magnets."""
 
     baseline: Literal["auto"] | None
     """``auto`` (default): take b from the package data or the disk cache, or compute it. None: b is
@@ -148,10 +148,10 @@ class FeedOptions(SharedOptions, RewardOptions, total=False):
 
 
 class FoldTask(World):
-    """A folding task in which magnets are chosen, for a component or a chain at a time.
+    """A world in which the agent chooses magnets, for a component or a chain at a time.
 
-    Without a `scene` it takes the shipped one named `usual`, or the scene that the target suite is
-    meant for, with the feed of `usual`.
+    The default scene is the shipped one named `usual` or, if a suite of targets is given, the
+    suite's scene with the feed of `usual`.
     """
 
     def __init__(
@@ -194,8 +194,8 @@ class FoldTask(World):
         if wanted and self.fidelity == "dynamics":
             if self.in_field:
                 raise ValueError(
-                    "baseline: 'auto' is not allowed with scene.field; energy minimisation does "
-                    "not know of external fields, must be None"
+                    "baseline: 'auto' is not allowed with scene.field, because energy minimisation "
+                    "ignores external fields; must be None"
                 )
             self._baselines = BaselineStore(self.scene, self.match)
         if self.fidelity == "quasistatic" or self.rule.shaping == "energy":
@@ -217,10 +217,10 @@ def lengthened(scene: Scene, components: int | None) -> Scene:
 
 
 def feedable(scene: Scene, action_scope: Literal["component", "chain"]) -> Scene:
-    """Return `scene`; refuse one whose magnets cannot be chosen or whose chain cannot be fed."""
+    """Return `scene`; raise an error if magnets cannot be chosen or the chain cannot be fed."""
     loading = scene.feed.loading
     late = action_scope == "chain" or loading == "at_mouth"
-    allowed = "must be 'at_mouth', or magnets would act before they are chosen"
+    allowed = "must be 'at_mouth', so that magnets do not act before they are chosen"
     require(scene.mount == "tube", "scene.mount", scene.mount, "must be 'tube'")
     require(late, "scene.feed.loading", loading, allowed)
     require(scene.magnets is not None, "scene.magnets", None, "must be given")
@@ -240,7 +240,7 @@ def _suite(name: str) -> Suite:
 class TaskWorld(World):
     """A world of given tasks; the class of its episodes defines actions and observations.
 
-    Sequence, direction and speeds of `scene` are ignored; the option ``tasks`` must be given.
+    The sequence, direction and speeds of `scene` are ignored. The option ``tasks`` is required.
     """
 
     option = ("task", int)
@@ -253,7 +253,7 @@ class TaskWorld(World):
     ) -> None:
         refuse_unknown(options, FeedOptions)
         fidelity = options.get("fidelity", "dynamics")
-        allowed = "must be 'dynamics', energy minimisation knows of no speed"
+        allowed = "must be 'dynamics', because energy minimisation ignores speeds"
         require(fidelity == "dynamics", "fidelity", fidelity, allowed)
         scene = scene if isinstance(scene, Scene) else load_scene(scene)
         require(scene.mount == "tube", "scene.mount", scene.mount, "must be 'tube'")
@@ -267,11 +267,11 @@ class TaskWorld(World):
         self.templates: tuple[Scene, ...] = tuple(
             self.scene.replace(feed={"direction": direction}) for direction in directions
         )
-        """The templates of episodes: a scene for each direction of feed."""
+        """The scenes that episodes are drawn from, one per feed direction."""
         self.kinds: tuple[int, ...] = tuple(
             list(directions).index(task.direction) for task in self.tasks
         )
-        """Which of the templates each task has."""
+        """Index of each task's template."""
         self.actions, self.layout = episodes.spaces(self, options)
 
     @cached_property
@@ -281,7 +281,7 @@ class TaskWorld(World):
 
     @cached_property
     def lattices(self) -> tuple[LatticeFeed, ...]:
-        """What energy minimisation needs to know of the chains of each template."""
+        """The rules by which energy minimisation folds the chains of each template."""
         return tuple(map(LatticeFeed, self.templates))
 
     def number_of(self, value: int) -> int:

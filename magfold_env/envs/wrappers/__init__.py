@@ -1,1 +1,1 @@
-"""Wrappers and adapters."""
+"""Wrappers of environments."""

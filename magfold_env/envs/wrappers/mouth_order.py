@@ -1,9 +1,9 @@
-"""Observations of tube feed that are counted from the mouth of the tube.
+"""Observations of tube feed, ordered from the mouth of the tube.
 
 The environment lists components from the chain's first to its last, so the position of the
-component that left the tube last changes with every step. Here that component always comes first
-and earlier ones follow, and the target begins at the joint that folds next: what a network learns
-at one joint applies to the others. Missing entries are 0. The step comes last, one-hot.
+component that left the tube last changes with every step. Here that component always comes first,
+and earlier ones follow. The target begins at the joint that folds next. What a network learns at
+one joint thus applies to the others. Missing entries are 0. The step comes last, one-hot.
 """
 
 from typing import Any
@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 from magfold_env.envs.spaces.observation import Layout, chain_layout
 
 WIDTHS = {"magnets": 4, "speed": 1, "heading": 2, "rate": 1, "position": 2, "velocity": 2}
-"""Groups of the observation that list components, and their entries for each."""
+"""Groups with entries for each component, and the number of entries per component."""
 
 LETTERS = 3
-"""Entries of a target letter."""
+"""Number of entries per target letter."""
 
 
 def mouth_order(n: int, width: int, backward: bool) -> NDArray[np.int64]:
-    """Return the indices of the entries to take, in order, for each step 0 to n: (n + 1, entries).
+    """Return the indices of the ordered entries at each step from 0 to n, (n + 1, entries).
 
-    The target comes first, with `width` entries per joint, then the chain of `n` components. The
-    index of a missing entry is one beyond the last. `backward`: component ``n`` leaves first.
+    The target comes first, with `width` entries per joint, then the chain of `n` components. A
+    missing entry has the index after the last. If `backward`, component ``n`` leaves first.
     """
     layout = chain_layout(n, side=1.0, words=())
     target = slice(0, width * (n - 1))
@@ -59,9 +59,9 @@ def mouth_order(n: int, width: int, backward: bool) -> NDArray[np.int64]:
 
 
 class MouthOrder:
-    """Reorders observations of ``MagFold/TubeFeed-v0``, one or many; refuses other layouts.
+    """Reorders one or many observations of ``MagFold/TubeFeed-v0``, the only accepted layout.
 
-    `backward`: component ``n`` leaves the tube first.
+    If `backward`, component ``n`` leaves the tube first.
     """
 
     def __init__(self, layout: Layout, backward: bool) -> None:
@@ -79,7 +79,7 @@ class MouthOrder:
         return spaces.Box(-1.0, 1.0, (sum(self._order.shape),), np.float32)
 
     def __call__(self, entries: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the observations, (…, entries), in order."""
+        """Return the observations, (…, entries), in the new order."""
         step = entries[..., self._released].sum(axis=-1).round().astype(np.int64)
         padded = np.concatenate([entries, np.zeros_like(entries[..., :1])], axis=-1)
         ordered = np.take_along_axis(padded, self._order[step], axis=-1)
@@ -90,9 +90,9 @@ class MouthOrder:
 class MouthOrderObservation(gymnasium.ObservationWrapper[Any, Any, Any], RecordConstructorArgs):
     """Reorders observations of ``MagFold/TubeFeed-v0`` from the mouth of the tube.
 
-    The vector form is `magfold_env.envs.wrappers.vector.MouthOrderObservation`. The goal
-    environment is refused: hindsight changes goals afterwards, so its learners must reorder
-    observations themselves with `mouth_order`.
+    The vector form is `magfold_env.envs.wrappers.vector.MouthOrderObservation`. It does not
+    accept the goal environment, because hindsight replay changes goals afterwards; its learners
+    must reorder observations themselves with `mouth_order`.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ class MouthOrderObservation(gymnasium.ObservationWrapper[Any, Any, Any], RecordC
     Raises
     ------
     ValueError
-        If it is a different environment.
+        If the observations of `env` have another layout.
     """
 
     def __init__(self, env: gymnasium.Env[Any, Any]) -> None:
@@ -113,5 +113,5 @@ class MouthOrderObservation(gymnasium.ObservationWrapper[Any, Any, Any], RecordC
         self.observation_space = self._ordered.space
 
     def observation(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the observation in order."""
+        """Return the observation in the new order."""
         return self._ordered(observation)

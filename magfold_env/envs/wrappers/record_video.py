@@ -12,8 +12,8 @@ class RecordVideo(wrappers.RecordVideo[ObsType, ActType]):
     """Gymnasium's `RecordVideo` with all frames of ``render_mode="rgb_array_list"``.
 
     Gymnasium's own class keeps only the last frame of each step, the moment of a decision.
-    Arguments are Gymnasium's; ``video_length`` counts frames, and the frames of a step can exceed
-    it.
+    Arguments are Gymnasium's; ``video_length`` counts frames, but the last step is recorded
+    completely.
     """
 
     def _capture_frame(self) -> None:

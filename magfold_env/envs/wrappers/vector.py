@@ -1,4 +1,4 @@
-"""Wrappers of vector environments; like Gymnasium's, they are named like those of single ones."""
+"""Wrappers of vector environments, named like the wrappers of single environments."""
 
 from collections.abc import Callable
 from typing import Any, cast
@@ -18,9 +18,9 @@ from magfold_env.envs.wrappers.mouth_order import MouthOrder
 class _Observation(VectorWrapper[Any, Any, Any, Any, Any]):
     """Changes the form of array observations, in every autoreset mode.
 
-    Gymnasium's base class for such wrappers refuses SAME_STEP. `shown` returns all observations in
-    the new form, given which environments have begun and which have made a step; `last` returns an
-    episode's last observation, given its row, when another episode follows.
+    Gymnasium's base class for such wrappers does not support SAME_STEP. `shown` returns all
+    observations in the new form, given which environments have begun and which have taken a step.
+    `last` returns the new form of an episode's last observation, given its row.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class FrameStackObservation(_Observation):
 
 
 class Frames:
-    """The last observations of `count` environments, the newest last, `stack_size` for each."""
+    """Stacks of the last `stack_size` observations of `count` environments, the newest last."""
 
     def __init__(self, space: spaces.Box, stack_size: int, count: int) -> None:
         self.space = cast("spaces.Box", batch_space(space, stack_size))
@@ -114,7 +114,7 @@ class Frames:
         """The stacks, (count, stack_size, ...)."""
 
     def push(self, observations: NDArray[Any], begun: Bools, stepped: Bools) -> NDArray[Any]:
-        """Add observations of environments that began or made a step; return a copy of all stacks.
+        """Add observations of environments that began or took a step; return a copy of all stacks.
 
         An episode's first observation pads the stack.
         """
@@ -124,5 +124,5 @@ class Frames:
         return self.kept.copy()
 
     def last(self, observation: NDArray[Any], row: int) -> NDArray[Any]:
-        """Return the stack of an episode's last observations, given the newest."""
+        """Return the stack of an episode's last observations, given the newest of them."""
         return np.concatenate([self.kept[row, 1:], observation[None]])
