@@ -50,34 +50,34 @@ STANDING = {
 }
 
 LIKE = {FeedTrackEnv: UnknownFloorEnv, FoldEnv: TubeFeedEnv}
-"""Where that stands which the docstrings of a kind of environment leave out."""
+"""The class whose docstring describes what the docstrings of a kind of environment omit."""
 
 
 class Entries:
-    """Groups of entries of an observation, as a docstring's tables tell of them.
+    """Groups of entries of an observation, read from the tables of docstrings.
 
     Parameters
     ----------
     classes : sequence of type
-        Environments; of a group that several tell of the first one is believed.
+        Environments. If several describe a group, the first description counts.
     """
 
     def __init__(self, *classes: type) -> None:
-        self.told: dict[str, tuple[str, str, str]] = {}
+        self.described: dict[str, tuple[str, str, str]] = {}
         """Number of entries, meaning and range of each group."""
         for each in classes:
             for group, *rest in _rows(inspect.getdoc(each) or ""):
-                self.told.setdefault(group, (rest[0], rest[1], rest[2]))
+                self.described.setdefault(group, (rest[0], rest[1], rest[2]))
 
     def count(self, group: str, **names: int) -> int:
         """Return the number of entries of a group that a formula such as ``3 (n − 1)`` gives."""
-        formula = re.sub(r"(?<=\d) (?=[a-z(])", "*", self.told[group][0].replace("−", "-"))
+        formula = re.sub(r"(?<=\d) (?=[a-z(])", "*", self.described[group][0].replace("−", "-"))
         return int(eval(formula, {}, names))  # of this repository's own docstrings
 
 
 def classes_of(env: Any) -> list[type]:
-    """Return the classes in whose docstrings the entries of an environment are told of."""
-    return [*type(env).__mro__, *(told for kind, told in LIKE.items() if isinstance(env, kind))]
+    """Return the classes whose docstrings describe the entries of an environment's observations."""
+    return [*type(env).__mro__, *(base for kind, base in LIKE.items() if isinstance(env, kind))]
 
 
 def _rows(docstring: str) -> list[list[str]]:
@@ -100,14 +100,14 @@ def options_of(env: Any) -> Iterator[tuple[str, str]]:
     """Yield the options of an environment, those that it shares included, and what they mean."""
     hint = get_type_hints(type(env).__init__, include_extras=True)["options"]
     (kind,) = get_args(hint)
-    told = {
+    values = {
         name: " ".join(lines)
         for module in (world.__name__, kind.__module__)
         for (owner, name), lines in ModuleAnalyzer.for_module(module).find_attr_docs().items()
         if owner.endswith("Options")
     }
     for name in kind.__annotations__:
-        yield name, told[name].strip()
+        yield name, values[name].strip()
 
 
 def table(head: Sequence[str], rows: Iterator[Sequence[str]]) -> Iterator[str]:
@@ -146,7 +146,7 @@ def observation(env_id: str) -> Iterator[str]:
     Raises
     ------
     ValueError
-        If no docstring tells of one.
+        If no docstring describes one.
     """
     env: Any = gymnasium.make(env_id).unwrapped
     yield from table(("entries", "group", "what", "range"), _groups(env))
@@ -159,17 +159,17 @@ def _groups(env: Any) -> Iterator[tuple[str, ...]]:
     names = {"n": env.layout.n, "parts": getattr(env.world.actions, "parts", 0)}
     for group, place in env.layout.slices.items():
         count = place.stop - place.start
-        if group not in entries.told or entries.count(group, **names) != count:
-            raise ValueError(f"no docstring tells of {count} entries {group!r}")
+        if group not in entries.described or entries.count(group, **names) != count:
+            raise ValueError(f"no docstring describes {count} entries {group!r}")
         where = f"{place.start}" if count == 1 else f"{place.start}–{place.stop - 1}"
-        _, meaning, bounds = entries.told[group]
+        _, meaning, bounds = entries.described[group]
         yield where, f"`{group}`", meaning, bounds.replace("*", "\\*")
 
 
 def options(env_id: str) -> Iterator[str]:
     """Yield the lines on an environment's options."""
     env: Any = gymnasium.make(env_id).unwrapped
-    yield from table(("option", ""), ((f"`{name}`", told) for name, told in options_of(env)))
+    yield from table(("option", ""), ((f"`{name}`", text) for name, text in options_of(env)))
 
 
 def admission(env_id: str) -> Iterator[str]:
@@ -194,8 +194,8 @@ def admission(env_id: str) -> Iterator[str]:
 def _contestants(found: Any) -> Iterator[tuple[str, ...]]:
     for key, name in CONTESTANTS.items():
         row, seeds = found["rows"][key], len(found["rows"][key].get("files", ()))
-        told = f"{name}{f', {seeds} seeds' if seeds > 1 else ''}"
-        yield told, _share(row), f"{row['score']:.3f}", f"{row['figures']['normalised']:.2f}"
+        label = f"{name}{f', {seeds} seeds' if seeds > 1 else ''}"
+        yield label, _share(row), f"{row['score']:.3f}", f"{row['figures']['normalised']:.2f}"
 
 
 def standing(_: None) -> Iterator[str]:

@@ -46,7 +46,7 @@ def refuse_field(scene: Scene) -> None:
     """Raise a ValueError if a scene has an external field."""
     if scene.field is not None and scene.field.any:
         raise ValueError(
-            "field: an external field is not allowed; energy minimisation does not know of any, "
+            "field: an external field is not allowed; energy minimisation ignores fields, "
             "must be None"
         )
 
