@@ -1,4 +1,4 @@
-"""Scenes: the input of a user, its groups, and reading and writing."""
+"""Scenes: the user's input, its groups of keys, and functions that read and write scenes."""
 
 from magfold_env.scene.errors import Problem, SceneError
 from magfold_env.scene.io import load_scene, save_scene, scene_names

@@ -1,4 +1,4 @@
-"""Base class of the groups of a scene, and the numbers in them."""
+"""The base class of a scene's groups, and the types of the numbers in them."""
 
 import math
 import sys
@@ -20,7 +20,7 @@ from pydantic import (
 from magfold_env.scene.errors import SceneError, is_number, problems_of
 
 MU0 = 4e-7 * math.pi
-"""Vacuum permeability [T m/A], the value the paper uses."""
+"""Vacuum permeability [T m/A], with the value that the paper uses."""
 
 # Strict, because pydantic otherwise reads True as 1.0 and "3" as 3.0.
 Number = Annotated[float, Strict()]
@@ -31,18 +31,18 @@ Flag = Annotated[bool, Strict()]
 
 
 class Most(NamedTuple):
-    """The largest value of a quantity, and units that are used by mistake."""
+    """The largest allowed value of a quantity, and other units that users may give by mistake."""
 
     most: float
     unit: str
     usual: tuple[float, float]
-    """The smallest and the largest plausible number."""
+    """The smallest and the largest plausible value."""
     others: dict[str, float]
-    """Other units by name, each in this unit. The message names the first that gives a plausible
-    number."""
+    """Other units by name, each expressed in this unit. The message suggests the first one with
+    which the value is plausible."""
 
     def check(self, value: object) -> object:
-        """Return the value; raise a `ValueError` that suggests another unit if it is too large."""
+        """Return the value; if it is too large, raise a `ValueError` that may suggest a unit."""
         if not is_number(value) or not self.most < value <= sys.float_info.max:
             return value
         message = f"must be at most {self.most:.6g} {self.unit}"
@@ -54,11 +54,11 @@ class Most(NamedTuple):
 
 
 LENGTH = Most(0.5, "m", (0.0, 0.5), {"mm": 1e-3})
-"""Limits of the sides of casings and magnets."""
+"""Limits on the sides of casings and magnets."""
 REMANENCE = Most(10.0, "T", (0.05, 1.6), {"mT": 1e-3, "kG": 0.1, "G": 1e-4})
-"""No magnet has more than 1.6 T; draws of its strength at most quadruple that."""
+"""Limits on the remanence. No magnet has more than 1.6 T, and draws at most quadruple that."""
 SPEED = Most(20.0, "m/s", (0.0, 20.0), {"mm/s": 1e-3})
-"""Limits of the feed speed; no drive is faster."""
+"""Limits on the feed speed; no drive is faster."""
 
 Metres = Annotated[Positive, Field(le=LENGTH.most), BeforeValidator(LENGTH.check)]
 MetresOrZero = Annotated[NonNegative, Field(le=LENGTH.most), BeforeValidator(LENGTH.check)]
@@ -68,9 +68,9 @@ Velocity = Annotated[Number, Field(ge=-SPEED.most, le=SPEED.most), BeforeValidat
 
 
 def number_or_list(value: object) -> str:
-    """Return the tag of the branch that checks one number or many.
+    """Return the tag of the branch that validates a value: a single number or a list.
 
-    Tags in angle brackets are not taken for keys: see `magfold_env.scene.errors.dotted`.
+    `magfold_env.scene.errors.dotted` distinguishes tags from keys by their angle brackets.
     """
     return "<list>" if isinstance(value, (list, tuple)) else "<number>"
 
@@ -80,11 +80,11 @@ Each = Annotated[
     Annotated[T, Tag("<number>")] | Annotated[tuple[T, ...], Tag("<list>")],
     Discriminator(number_or_list),
 ]
-"""One number for all components, or one for each, component 1 first."""
+"""One number for all components, or one number per component, component 1 first."""
 
 
 def plain(value: Any) -> Any:
-    """Convert NumPy arrays and scalars, at any depth, to Python values for models."""
+    """Convert NumPy arrays and scalars, at any depth, to Python values that models accept."""
     if isinstance(value, (np.ndarray, np.generic)):
         return cast("Any", value.tolist())
     if isinstance(value, Mapping):
@@ -95,9 +95,9 @@ def plain(value: Any) -> Any:
 
 
 def by_key(value: Any, key: str = "", *, lists: bool = True) -> dict[str, Any]:
-    """Return the values in nested groups by their dotted keys.
+    """Return the values of nested groups by their dotted keys.
 
-    With ``lists``, their values have keys too, which end in places from 1: ``friction_2``.
+    With ``lists``, each item of a list has a key, which ends with its position: ``friction_2``.
     """
     if isinstance(value, Mapping):
         named = cast("Mapping[str, Any]", value).items()
@@ -111,7 +111,7 @@ def by_key(value: Any, key: str = "", *, lists: bool = True) -> dict[str, Any]:
 
 
 class FrozenModel(BaseModel):
-    """Base of all groups: frozen, without unknown keys, finite; errors raise a `SceneError`."""
+    """Base class of all groups: frozen models that raise a `SceneError` for any wrong entry."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -119,5 +119,5 @@ class FrozenModel(BaseModel):
         try:
             super().__init__(**plain(data))
         except ValidationError as error:
-            # Nested groups raise here too; the outer group prefixes its own key.
+            # Nested groups raise this error too; the outer group adds its own key in front.
             raise SceneError(problems_of(error, type(self))) from None

@@ -23,25 +23,25 @@ class Problem(NamedTuple):
 
 
 def quoted(value: object) -> str:
-    """Return a value as messages show it: on one line, without the middle of a long one."""
+    """Return a value as text for messages: on one line, and without its middle if it is long."""
     return shortened(re.sub(r"\n\s*", " ", repr(value)))  # arrays are shown in lines
 
 
 def shortened(text: str, most: int = 400) -> str:
-    """Return a text without the middle if it is much longer than ``most`` characters."""
+    """Return a text, without its middle if it is longer than ``most`` characters."""
     half = most // 2
     return text if len(text) <= most else f"{text[:half]} … {text[-half:]}"
 
 
 class SceneError(ValueError):
-    """A scene that cannot be used: one line per problem, each naming key, value and remedy.
+    """An error in a scene; each line of the message names a key, its value and what is allowed.
 
     Parameters
     ----------
     problems
-        The wrong entries, or a single sentence if no entry is wrong (such as a missing file).
+        The wrong entries, or one sentence for any other error, such as a missing file.
     source
-        Origin of the scene, which begins every line; empty for scenes made in code.
+        Origin of the scene, which every line names first; empty for scenes made in code.
     """
 
     def __init__(self, problems: Iterable[Problem] | str, source: str = "") -> None:
@@ -53,9 +53,9 @@ class SceneError(ValueError):
 
 
 def unless_one_of(key: str, value: object, allowed: Iterable[object]) -> list[Problem]:
-    """Return the problem with a value that is not one of the allowed ones."""
+    """Return the problem, if any, with a value that must be one of ``allowed``."""
     choices = list(allowed)
-    # Membership of an array in a list is undefined.
+    # NumPy cannot compare an array with the choices.
     if isinstance(value, Hashable) and value in choices:
         return []
     return [Problem(key, value, f"must be one of {', '.join(map(str, choices))}")]
@@ -64,17 +64,17 @@ def unless_one_of(key: str, value: object, allowed: Iterable[object]) -> list[Pr
 def unless_a(
     key: str, value: object, kinds: type | tuple[type, ...], allowed: str
 ) -> list[Problem]:
-    """Return the problem with a value of the wrong type; ``allowed`` describes the right ones."""
+    """Return the problem, if any, with the type of a value; ``allowed`` describes ``kinds``."""
     return [] if isinstance(value, kinds) else [Problem(key, value, f"must be {allowed}")]
 
 
 def unless_function(key: str, value: object) -> list[Problem]:
-    """Return the problem with a value that is neither None nor callable."""
+    """Return the problem, if any, with a value that must be None or callable."""
     return [] if value is None or callable(value) else [Problem(key, value, "must be a function")]
 
 
 def unless_whole(key: str, value: object, least: int, most: int | None = None) -> list[Problem]:
-    """Return the problem with a value that is not a whole number within limits."""
+    """Return the problem, if any, with a value that must be a whole number within limits."""
     kind = "a whole number, "
     if isinstance(value, Integral) and is_number(value):
         if value >= least and (most is None or value <= most):
@@ -85,7 +85,7 @@ def unless_whole(key: str, value: object, least: int, most: int | None = None) -
 
 
 def unless_positive(key: str, value: object, most: float = sys.float_info.max) -> list[Problem]:
-    """Return the problem with a value that is not a number above 0 within limits."""
+    """Return the problem, if any, with a number that must be above 0 and at most ``most``."""
     kind = "a number, "
     if is_number(value):
         if 0.0 < value <= most:
@@ -96,14 +96,14 @@ def unless_positive(key: str, value: object, most: float = sys.float_info.max) -
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Return whether a value is a real number of Python or NumPy; bools are not."""
+    """Return whether a value is a real number of Python or NumPy; a bool is not."""
     return not isinstance(value, bool) and isinstance(value, Real)
 
 
 def nearest(name: str, names: Iterable[str]) -> str:
-    """Return the hint "; did you mean …?" with the most similar of some names.
+    """Return the hint "; did you mean …?" with the name that is most similar to ``name``.
 
-    The comparison ignores case; the hint is empty if no name is similar.
+    The comparison ignores case. The hint is empty if no name is similar.
     """
     known = {each.casefold(): each for each in names}
     found = get_close_matches(name.casefold(), known, n=1)
@@ -117,7 +117,7 @@ def refuse(problems: Sequence[Problem]) -> None:
 
 
 def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """Convert pydantic's report on an outermost model to problems with dotted keys."""
+    """Convert the errors that pydantic found in a ``model`` to problems with dotted keys."""
     problems: list[Problem] = []
     for entry in error.errors(include_url=False):
         key = dotted(entry["loc"])
@@ -145,7 +145,7 @@ def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]
 def dotted(location: Sequence[str | int]) -> str:
     """Write a location as a key: ('casing', 'mass', 2) -> 'casing.mass[2]'.
 
-    Parts in angle brackets are tags of the branches of a union, not keys, and are omitted.
+    Parts in angle brackets are omitted: they are not keys but tags of a union's branches.
     """
     key = ""
     for part in location:

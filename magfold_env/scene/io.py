@@ -1,4 +1,4 @@
-"""Scenes as YAML files: the shipped ones by name, any other by path."""
+"""Read and write scenes as YAML files; a shipped scene has a name, any other a path."""
 
 import re
 from contextlib import suppress
@@ -25,10 +25,10 @@ _NUMBERS = {
 
 
 class _Loader(yaml.SafeLoader):
-    """Safe YAML with decimal numbers, in which keys are unique text and there are no aliases.
+    """A safe YAML loader that reads numbers as decimal, and refuses aliases and repeated keys.
 
-    YAML 1.1, which PyYAML follows, takes 1e-3 for text, 1:30 for 90 and 010 for 8. Aliases of
-    aliases let a file of a kilobyte expand beyond any memory.
+    PyYAML follows YAML 1.1, which reads 1e-3 as text, 1:30 as 90 and 010 as 8. With aliases of
+    aliases, a file of one kilobyte could fill any memory. Keys must be text.
     """
 
     yaml_implicit_resolvers = {  # noqa: RUF012 - as PyYAML has it
@@ -74,18 +74,18 @@ def load_scene(name_or_path: str | Path) -> Scene:
     Parameters
     ----------
     name_or_path
-        The name of a shipped scene ("paper/sequence-3") or the path of a YAML file.
+        The name of a shipped scene, such as "paper/sequence-3", or the path of a YAML file.
 
     Raises
     ------
     SceneError
-        If there is no such scene or file, or if it is not valid.
+        If the scene or file does not exist, or is not valid.
     """
     return read_named(name_or_path, "scenes", scene_names(), Scene)
 
 
 def save_scene(scene: Scene, path: str | Path, comment: str = "") -> None:
-    """Write a scene as YAML with all fields; `load_scene` returns an equal scene.
+    """Write all fields of a scene as YAML; `load_scene` reads an equal scene from the file.
 
     Parameters
     ----------
@@ -94,12 +94,12 @@ def save_scene(scene: Scene, path: str | Path, comment: str = "") -> None:
     path
         Path of the file.
     comment
-        Comment lines before the scene.
+        Text that is written before the scene, as comment lines.
 
     Raises
     ------
     SceneError
-        If it is not a scene.
+        If `scene` is not a `Scene`.
     """
     refuse(unless_a_scene(scene))
     data = scene.model_dump(mode="json")
@@ -107,13 +107,13 @@ def save_scene(scene: Scene, path: str | Path, comment: str = "") -> None:
 
 
 def write_commented(path: str | Path, text: str, comment: str) -> None:
-    """Write YAML below some comment lines."""
+    """Write YAML text below the lines of a comment."""
     head = "".join(f"# {line}\n" for line in comment.splitlines())
     write_text(path, head + text)
 
 
 def shipped_names(folder: str) -> list[str]:
-    """Return the sorted names of the settings shipped in a folder."""
+    """Return the sorted names of the shipped settings in a folder."""
     root = configs_dir() / folder
     return sorted(
         path.relative_to(root).with_suffix("").as_posix() for path in root.rglob("*.yaml")
@@ -123,7 +123,7 @@ def shipped_names(folder: str) -> list[str]:
 def read_named(
     name_or_path: str | Path, folder: str, names: list[str], kind: type[ModelType]
 ) -> ModelType:
-    """Read settings of ``kind``: shipped ones by name in a folder, or a file; refuse others."""
+    """Read settings of the type ``kind``: shipped ones in a folder by name, others by path."""
     what = kind.__name__.lower()
     refuse(unless_a(what, name_or_path, (str, Path), f"the name of a {what}, or a file's path"))
     path = Path(name_or_path)
@@ -146,9 +146,9 @@ def read_named(
 
 
 def read_mapping(path: Path, what: str) -> dict[str, Any]:
-    """Read the keys and values in a YAML file, or refuse it.
+    """Return the keys and values in a YAML file, or raise a `SceneError`.
 
-    ``what`` is the kind of content, for messages: "scene".
+    ``what`` names the kind of content in messages, such as "scene".
     """
     try:
         data = parse_yaml(path.read_text(encoding="utf-8"))
@@ -162,7 +162,7 @@ def read_mapping(path: Path, what: str) -> dict[str, Any]:
 
 
 def parse_yaml(text: str) -> object:
-    """Parse YAML; all YAML in the package is read here, and what is not YAML is refused."""
+    """Parse YAML, or raise a `SceneError`. The package parses all YAML with this function."""
     try:
         return yaml.load(text, Loader=_Loader)
     except yaml.YAMLError as error:

@@ -1,4 +1,4 @@
-"""The magnets group of a scene: four magnets per component, one behind each face."""
+"""The group `magnets` of a scene: four magnets per component, one behind each face."""
 
 from functools import cached_property
 from typing import Annotated, Any, Literal, Self, cast, get_args
@@ -28,7 +28,7 @@ from magfold_env.scene.errors import Problem, SceneError
 from magfold_env.scene.numbers import face_charge
 
 FACES = ("front-left", "back-left", "back-right", "front-right")
-"""Order of the letters of a component; outward normals +45°, +135°, -135°, -45° from heading."""
+"""Order of a component's letters; outward normals at +45°, +135°, -135°, -45° from the heading."""
 
 ROUNDING = 1e-12  # lengths that agree to this part of the side count as equal
 
@@ -59,44 +59,44 @@ def _strength_branch(value: object) -> str:
 
 One = Annotated[T, Tag("<number>")]
 FOUR = Field(json_schema_extra={"minItems": len(FACES), "maxItems": len(FACES)})
-"""Descriptions in JSON schemas of the checks of `_four` and `_row`."""
+"""The checks of `_four` and `_row`, as JSON schemas express them."""
 Four = Annotated[tuple[T, ...], AfterValidator(_four), FOUR, Tag("<list>")]
 EachFace = Annotated[One[T] | Four[T], Discriminator(number_or_list)]
-"""One number for all faces, or one for each, in the order `FACES`."""
+"""One number for all faces, or one number per face, in the order of `FACES`."""
 Strength = Annotated[
     One[T]
     | Four[T]
     | Annotated[tuple[Annotated[tuple[T, ...], BeforeValidator(_row), FOUR], ...], Tag("<rows>")],
     Discriminator(_strength_branch),
 ]
-"""One positive number, one per face, or a row of four for every component, component 1 first."""
+"""One number, one per face, or a row of four numbers per component, component 1 first."""
 
 
 class Magnets(FrozenModel):
-    """The four magnets of a component, one behind each face that is not left empty.
+    """The magnets of a component, one behind each face that the sequence does not leave empty.
 
-    Lengths are one number, or four in the order `FACES`, the same in every component. A strength
-    may be a row of four for each component.
+    A length is one number, or four in the order of `FACES`, and is the same in every component. A
+    strength may also have a row of four numbers per component.
     """
 
     model: Literal["strips", "points"] = "strips"
-    """`strips`: uniformly charged rectangles; `points`: the paper's charges on a line."""
+    """`strips`: uniformly charged pole faces; `points`: the paper's point charges on a line."""
     remanence: Strength[Remanence] | None = 0.6
     """Residual flux density [T]; None if `pole_charge` is given."""
     pole_charge: Strength[Positive] | None = None
     """Magnetic charge of one pole face [A m], instead of `remanence`."""
     width: EachFace[Metres] = 0.006
-    """Pole face along the casing's face, in the plane [m]."""
+    """Width of a pole face, along the casing's face in the plane [m]."""
     height: EachFace[Metres] = 0.006
-    """Pole face normal to the plane [m]."""
+    """Height of a pole face, normal to the plane [m]."""
     thickness: EachFace[Metres] = 0.0025
     """Distance between a magnet's two pole faces [m]."""
     inset: EachFace[MetresOrZero] = 0.0005
-    """How far the outer pole face lies inside the casing's face [m]; 0 needs `accuracy`."""
+    """How far the outer pole face lies within the casing [m]; 0 needs `strips` without `nodes`."""
     nodes: Annotated[int, Strict(), Field(ge=1, le=128)] | None = None
-    """Nodes along the width of a pole face; None lets `accuracy` decide (points: 3)."""
+    """Number of nodes along a pole face's width; None: `accuracy` sets it (3 for `points`)."""
     accuracy: Annotated[float, Strict(), Field(ge=1e-12, le=0.1)] = 1e-3
-    """Bound on the force error of a component, relative to two flush opposite faces (`strips`)."""
+    """Bound on a component's force error, relative to the force of two flush faces (`strips`)."""
 
     @model_validator(mode="before")
     @classmethod
@@ -126,7 +126,7 @@ class Magnets(FrozenModel):
 
     @property
     def bounded(self) -> bool:
-        """Whether `accuracy` bounds errors; it does not for points or for given `nodes`."""
+        """Whether `accuracy` bounds the errors; this needs `strips` and no given `nodes`."""
         return self.model == "strips" and self.nodes is None
 
     @property
@@ -136,19 +136,19 @@ class Magnets(FrozenModel):
 
     @property
     def rows(self) -> int | None:
-        """Number of components with separate strengths; None if the strengths are equal."""
+        """Number of components that have strengths of their own; None if all have the same."""
         strength: object = getattr(self, self.strength_name)
         if isinstance(strength, tuple) and isinstance(strength[0], tuple):
             return len(cast("tuple[object, ...]", strength))
         return None
 
     def by_face(self, name: Length) -> Array:
-        """Return a length of each face [m], shape (4,), in the order `FACES`."""
+        """Return one of the lengths for each face [m], shape (4,), in the order of `FACES`."""
         return np.array(self.lengths[name])
 
     @cached_property
     def lengths(self) -> dict[Length, tuple[float, ...]]:
-        """All lengths of each face [m], in the order `FACES`."""
+        """All lengths by name [m], each with one number per face in the order of `FACES`."""
         found: dict[Length, tuple[float, ...]] = {}
         for name in get_args(Length):
             given = getattr(self, name)
@@ -158,13 +158,13 @@ class Magnets(FrozenModel):
     def charges(self, n: int, factor: Array | float = 1.0) -> Array:
         """Return the magnetic charge of each pole face [A m], without sign, shape (n, 4).
 
-        A magnet that is uniformly magnetised through its thickness has remanence·area/µ0 on a face.
-        Strengths are multiplied by a factor; factors (m, 1, 1) or (m, n, 4) give (m, n, 4).
+        With uniform magnetisation along the thickness, the charge is remanence·area/µ0. ``factor``
+        multiplies the strengths; its shape may be (m, 1, 1) or (m, n, 4), which gives (m, n, 4).
 
         Raises
         ------
         ValueError
-            If strengths are given by component and their number is not `n`.
+            If strengths are given per component and their number of rows is not `n`.
         """
         if self.rows not in (None, n):
             raise ValueError(f"n: {n} is not allowed; {self.strength_name} has {self.rows} rows")
@@ -177,7 +177,7 @@ class Magnets(FrozenModel):
 
     @cached_property
     def charge(self) -> float:
-        """Largest magnetic charge of a pole face [A m]: the unit of energies and tolerances."""
+        """Largest magnetic charge of a pole face [A m], which scales energies and tolerances."""
         return float(self.charges(self.rows or 1).max())
 
     @property
@@ -186,11 +186,11 @@ class Magnets(FrozenModel):
         return all(len(set(each)) == 1 for each in self.lengths.values())
 
     def misfits(self, side: float) -> list[Problem]:
-        """Return the reasons why the magnets overlap in a casing of a given side [m].
+        """Return the problems with magnets that do not fit into a casing with the given side [m].
 
-        All four faces are checked, including those that a sequence leaves empty, so that a scene
-        stays valid when its sequence is replaced. A magnet is a rectangle behind its face, as wide
-        as its pole face, from `inset` to `inset` + `thickness` deep.
+        All four faces are checked, even empty ones, so that a scene stays valid when its sequence
+        is replaced. A magnet is a rectangle as wide as its pole face. It lies between the depths
+        `inset` and `inset` + `thickness` behind the casing's face.
         """
         width, depth = self.by_face("width"), self.by_face("inset") + self.by_face("thickness")
         room = side - 2.0 * depth  # for the width of a magnet beside this one

@@ -1,7 +1,7 @@
-"""From the values of a scene to the numbers of kernels: rules for one chain and for many.
+"""Rules that turn the values of a scene into the numbers of kernels, for one or many chains.
 
-Those above `narrowest` take numbers or arrays; `magfold_env.browser.settings` compiles them for a
-page.
+The functions above `narrowest` accept numbers or arrays. `magfold_env.browser.settings` compiles
+them for the laboratory.
 """
 
 import math
@@ -15,8 +15,8 @@ from magfold_env.scene.base import MU0
 Array = npt.NDArray[np.float64]
 N = TypeVar("N", float, Array)
 
-# c of the friction ellipsoid, as a share of the side: mean distance of a square's points from
-# its centre, so that pure spin of an evenly pressed square feels its exact friction torque.
+# Length c of the friction ellipsoid in sides: the mean distance of a square's points from its
+# centre. An evenly pressed square that only spins then has its exact friction torque.
 FRICTION_ARM = 0.3826
 
 SLOWEST = 1.0  # [rad/s]
@@ -33,7 +33,7 @@ def square_inertia(mass: N, side: float) -> N:
 
 
 def friction_limit(friction: N, normal: N, mass: N) -> N:
-    """Return the largest friction force of a component [N]; ``normal`` is gravity [m/s²]."""
+    """Return a component's largest friction force [N]; ``normal`` is normal gravity [m/s²]."""
     return friction * normal * mass
 
 
@@ -42,8 +42,9 @@ def rectangle(
 ) -> tuple[float, float, float, float, float, float, float]:
     """Return the row of a rectangle in `Model.obstacles`.
 
-    The arguments are its centre, its lengths [m] and the direction of the first. Its edges are
-    rounded like the casings', up to its size.
+    ``x`` and ``y`` are its centre [m], ``along`` and ``across`` its lengths [m]; ``cos`` and
+    ``sin`` give the direction of ``along``. The radius of its corners is ``rounding`` [m], but at
+    most a quarter of the shorter length.
     """
     if across > along:
         along, across, cos, sin = across, along, -sin, cos
@@ -52,13 +53,13 @@ def rectangle(
 
 
 def typical_rate(charge: N, width: float, outer: float, mass: N, x: N, y: N, length: float) -> N:
-    """Return the rate that the strongest force gives a component, the scale of errors [rad/s].
+    """Return a component's typical angular rate under strong forces, the scale of errors [rad/s].
 
     ``charge`` is the largest charge of a pole face [A·m], ``width`` the largest width [m], and
-    ``outer`` the flux density of an external field [T]. ``mass`` [kg] and ``length`` from hinge to
-    hinge [m] are those of the component, and x and y the gravity in the plane [m/s²].
+    ``outer`` the flux density of an external field [T]. The component has ``mass`` [kg] and
+    ``length`` from hinge to hinge [m]; ``x`` and ``y`` are the gravity in the plane [m/s²].
     """
-    # Two charges one magnet width apart: the order of the force between touching faces.
+    # Two charges one width apart exert about the force of two touching faces.
     density = charge / width
     force = 1e-7 * density * density + charge * outer
     acceleration = np.sqrt(x * x + y * y) + force / mass
@@ -67,12 +68,12 @@ def typical_rate(charge: N, width: float, outer: float, mass: N, x: N, y: N, len
 
 
 def narrowest(cos: Array, sin: Array) -> tuple[Array, Array]:
-    """Turn a chain so that the narrowest strip around its hinges is along +x.
+    """Turn a chain so that the narrowest strip around its hinges is parallel to +x.
 
-    One edge of the hinges' convex hull is on a side of that strip [1]_. The method uses only sums,
-    products and roots, so that equal cosines and sines (n,) of the headings give equal bits on all
-    machines. It returns the cosines (n,) of the new headings, and the offsets (n + 1,) of the
-    hinges to the left of the strip's middle, in distances between two hinges.
+    ``cos`` and ``sin`` (n,) are those of the headings. The function returns the cosines (n,) of
+    the new headings, and the offsets (n + 1,) of the hinges to the left of the strip's middle, in
+    hinge-to-hinge lengths. One edge of the hinges' convex hull lies on an edge of the strip [1]_.
+    The method uses only sums, products and roots, so that all machines return equal bits.
 
     References
     ----------

@@ -15,23 +15,23 @@ from magfold_env.scene.magnets import Array
 
 
 class Rectangle(FrozenModel):
-    """A rectangle that stands in the plane; casings meet it as they meet the tube's walls."""
+    """A fixed rectangle in the plane; casings collide with it as with the tube's walls."""
 
     position: tuple[Number, Number]
-    """Its centre [m]; the origin is the tube's mouth, or component 1's outer hinge at release."""
+    """Centre [m]; the origin is the tube's mouth, or component 1's outer hinge at release."""
     size: tuple[Positive, Positive]
-    """Its lengths along its heading and across it [m]."""
+    """Lengths along the heading and across it [m]."""
     heading: Number = 0.0
-    """Direction of its first side [rad]; 0 is along +x."""
+    """Direction of the first length [rad]; 0 is along +x."""
 
     @property
     def axis(self) -> Array:
-        """Unit vector along its heading (2,), rounded so that all machines agree."""
+        """Unit vector along the heading, shape (2,), rounded to be the same on all machines."""
         return np.round([math.cos(self.heading), math.sin(self.heading)], 15)
 
     @property
     def corners(self) -> Array:
-        """Its outline [m], shape (4, 2), beginning with front right and front left along it."""
+        """Corners [m], shape (4, 2), counter-clockwise from the front right corner."""
         along = 0.5 * self.size[0] * self.axis
         across = 0.5 * self.size[1] * np.array([-self.axis[1], self.axis[0]])
         return np.array(self.position) + np.array(
@@ -39,7 +39,7 @@ class Rectangle(FrozenModel):
         )
 
     def overlaps(self, outline: Array) -> bool:
-        """Return whether a convex counter-clockwise outline [m], (k, 2), overlaps it."""
+        """Return whether a convex, counter-clockwise outline (k, 2) [m] overlaps the rectangle."""
         # Two convex outlines overlap unless an edge of one of them separates them.
         for edges in (self.corners, outline):
             for start, stop in pairwise([*edges, edges[0]]):
@@ -62,16 +62,16 @@ def channel(
     Parameters
     ----------
     start, end
-        Ends of its middle line [m].
+        Ends of the channel's middle line [m].
     width
-        Between its walls [m].
+        Distance between the walls [m].
     wall
-        Their thickness [m].
+        Thickness of the walls [m].
 
     Raises
     ------
     SceneError
-        If an argument is not two numbers, or a length not positive.
+        If an end is not two finite numbers, or a length is not positive.
     """
     _refuse_unless_points(start=start, end=end)
     x, y = end[0] - start[0], end[1] - start[1]
@@ -91,24 +91,24 @@ def chamber(
     opening: float,
     wall: float = 0.001,
 ) -> tuple[Rectangle, ...]:
-    """Return the walls of a rectangular chamber with an opening on the left, around the x axis.
+    """Return the walls of a rectangular chamber; the x axis passes through an opening on the left.
 
     Parameters
     ----------
     corner
-        Its lower left corner inside [m]; the x axis must pass through the opening.
+        Lower left inner corner [m].
     size
-        Lengths inside, along x and y [m].
+        Inner lengths along x and y [m].
     opening
-        Width of the opening [m], in the left wall, symmetric about y = 0.
+        Width of the opening [m], which is in the left wall and symmetric about y = 0.
     wall
         Thickness of the walls [m].
 
     Raises
     ------
     SceneError
-        If an argument is not two numbers, a length not positive, or the opening not within the
-        left wall.
+        If `corner` or `size` is not two finite numbers, a length is not positive, or the opening
+        does not lie within the left wall.
     """
     _refuse_unless_points(corner=corner, size=size)
     (left, low), (length, height) = corner, size
@@ -134,23 +134,23 @@ def chamber(
 def funnel(
     bore: float, length: float, angle: float = math.pi / 4, wall: float = 0.001
 ) -> tuple[Rectangle, ...]:
-    """Return the two walls of a funnel at the tube's mouth, which leads a chain back into it.
+    """Return the two walls of a funnel at the tube's mouth, which guides a chain back inside.
 
     Parameters
     ----------
     bore
         Inner width of the tube [m].
     length
-        Of each wall, from the mouth's rim on [m].
+        Length of each wall, which begins at the mouth's rim [m].
     angle
-        Between a wall and the tube's axis [rad], more than 0 and less than π/2.
+        Angle between a wall and the tube's axis [rad], more than 0 and less than π/2.
     wall
-        Their thickness [m].
+        Thickness of the walls [m].
 
     Raises
     ------
     SceneError
-        If a length is not positive, or the angle out of range.
+        If a length is not positive, or the angle is out of range.
     """
     _refuse_unless_positive(bore=bore, length=length, wall=wall)
     if not is_number(angle) or not 0.0 < angle < 0.5 * math.pi:

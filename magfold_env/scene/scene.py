@@ -1,4 +1,4 @@
-"""Scene: everything that a fold depends on except the seed, frozen and validated."""
+"""The scene: everything that a fold depends on except the seed, frozen and validated."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from magfold_env.scene.numbers import narrowest, square_inertia
 from magfold_env.scene.obstacles import Obstacles, Rectangle
 
 SIGNS = {"N": 1.0, "S": -1.0, "-": 0.0}
-"""Sign of the outward pole that a letter of a component stands for; - is a face without magnet."""
+"""Sign of the outward pole by the letter of a face; - stands for a face without a magnet."""
 
 _JOINT_LIMIT = math.pi / 2
 
-# Masses over side³ [kg/m³] that indicate grams or milligrams instead of kilograms: gold has 2e4.
-# Still larger values are not wrong units but deliberate extremes. A mass below 0.01 kg is not a
-# wrong unit either, such as the default in a tiny casing: no component weighs 10 mg.
+# Ratios of mass to side³ [kg/m³] that indicate grams or milligrams instead of kilograms; that of
+# gold is 2e4. Larger ratios are deliberate extremes. A mass below 0.01 kg, such as the default in
+# a tiny casing, is not in grams either, because no component weighs only 10 mg.
 _GRAMS = (1e6, 1e10)
 _LEAST_GRAMS = 0.01
 
 
 def signs(sequence: Sequence[str]) -> Array:
-    """Return +1 for N, -1 for S and 0 for a face without magnet, shape (n, 4)."""
+    """Return +1 for N, -1 for S and 0 for a face without a magnet, shape (n, 4)."""
     return np.array([[SIGNS[face] for face in faces] for faces in sequence])
 
 
@@ -57,15 +57,15 @@ Component = Annotated[str, Strict(), AfterValidator(_faces)]
 
 
 class Scene(base.FrozenModel, Shown):
-    """A chain, its surroundings and how to simulate it.
+    """A chain, its surroundings and the settings of its simulation.
 
-    `magfold scenes --keys` prints all keys, what each may be, its unit, default and meaning; so
-    does the page "All keys of a scene".
+    `magfold scenes --keys` and the page "All keys of a scene" list all keys with their allowed
+    values, units, defaults and meanings.
 
     Raises
     ------
     SceneError
-        If anything is unknown, out of range or inconsistent; one line per problem.
+        If an entry is unknown, out of range or inconsistent with others; one line per problem.
 
     Examples
     --------
@@ -76,11 +76,11 @@ class Scene(base.FrozenModel, Shown):
 
     sequence: Annotated[tuple[Component, ...], BeforeValidator(_split), AfterValidator(_some)]
     """Outward poles of each component, component 1 first: N, S or - (none) at the faces front-left,
-    back-left, back-right and front-right. One text with spaces, "NSNN NSSN", also works."""
+    back-left, back-right and front-right. A single string, "NSNN NSSN", also works."""
     casing: sections.Casing = sections.Casing()
     """The square bodies."""
     magnets: Magnets | None = Magnets()
-    """The magnets, with one value for all faces or one for each; None for no magnets."""
+    """The magnets, with one value for all faces or one per face; None for no magnets."""
     field: sections.Field | None = None
     """The external magnetic field; None for none."""
     mount: Literal["pinned", "free", "tube"] = "free"
@@ -88,10 +88,10 @@ class Scene(base.FrozenModel, Shown):
     feed: sections.Feed = sections.Feed()
     """The tube; used only if `mount` is `tube`."""
     friction: base.Each[base.NonNegative] = 0.35
-    """Coulomb coefficient between casing and floor, static and kinetic; one number, or one for each
+    """Coulomb coefficient between casing and floor, static and kinetic; one number, or one per
     component."""
     gravity: sections.Gravity = sections.Gravity()
-    """Gravity, normal to the plane and in it."""
+    """Gravity normal to the plane and in it."""
     contact: base.Flag = True
     """Whether squares collide and joints stop at ±90°."""
     start_angle_spread: Annotated[float, Strict(), Limits(ge=0, le=0.5)] = 0.03
@@ -100,8 +100,8 @@ class Scene(base.FrozenModel, Shown):
     start_angles: (
         tuple[Annotated[float, Strict(), Limits(ge=-_JOINT_LIMIT, le=_JOINT_LIMIT)], ...] | None
     ) = None
-    """The n-1 joint angles at release [rad], instead of a draw. In a tube the narrowest strip
-    around the hinges lies along the axis."""
+    """The n-1 joint angles at release [rad], instead of a draw. In a tube, the narrowest strip
+    around the hinges is centred on the axis."""
     start_offsets: tuple[base.Number, ...] | None = None
     """Offsets of the n+1 hinges to the left of the tube's axis at release [m], component 1's outer
     hinge first, instead of start angles; used only if `mount` is `tube`."""
@@ -114,7 +114,7 @@ class Scene(base.FrozenModel, Shown):
     solver: sections.Solver = sections.Solver()
     """Time stepping."""
     duration: base.Positive = 5.0
-    """Longest simulated time [s]; with a tube it counts from the last release."""
+    """Longest simulated time [s]; with a tube, it counts from the last release."""
 
     @model_validator(mode="after")
     def _check_fit(self) -> Self:
@@ -184,9 +184,9 @@ class Scene(base.FrozenModel, Shown):
         return np.full(self.n, self.feed.speed, dtype=np.float64)
 
     def _grams(self) -> list[Problem]:
-        """Return the problem with masses that only a wrong unit explains.
+        """Return the problem, if any, with masses that only a wrong unit explains.
 
-        All have the same unit, so the lightest component decides.
+        All masses have the same unit, so only the lightest one is checked.
         """
         mass, side = self.casing.mass, self.casing.side
         lightest = min(mass, default=0.0) if isinstance(mass, tuple) else mass
@@ -198,7 +198,7 @@ class Scene(base.FrozenModel, Shown):
         return [Problem("casing.mass", mass, told)]
 
     def _misfits_of_start(self) -> list[Problem]:
-        """Return the problems with the initial place of the chain in the tube."""
+        """Return the problems with the initial position of the chain in the tube."""
         key, value = "start_offsets", self.start_offsets
         if value is None and self.start_angles is None:
             return []
@@ -232,8 +232,8 @@ class Scene(base.FrozenModel, Shown):
         for key, solid in solids.items():
             place = Problem(f"{key}.position", solid.position, "")
             if self.mount == "tube":
-                # The bore is cut off beyond the obstacle, and extended as far as the tube guides
-                # casings.
+                # The bore begins beyond the obstacle, and ends outside the mouth where the tube
+                # no longer guides casings.
                 end, half = min(float(solid.corners[:, 0].min()), 0.0) - diagonal, 0.5 * self.bore
                 room = 1.0 - ROUNDING  # they may touch
                 if solid.overlaps(_box(end, -room * half, room * diagonal, room * half)):
@@ -243,7 +243,7 @@ class Scene(base.FrozenModel, Shown):
                     )
                     problems.append(place._replace(allowed=allowed))
             elif self.contact and self.start_angles is None:
-                # With given or drawn angles, the fold fails instead.
+                # With given start angles, the fold fails instead.
                 for number, square in enumerate(self._straight_chain(), 1):
                     if solid.overlaps(square):
                         allowed = f"component {number} begins there"
@@ -251,14 +251,14 @@ class Scene(base.FrozenModel, Shown):
         return problems
 
     def _straight_chain(self) -> Iterator[Array]:
-        """Outlines of the casings of a straight chain, a little smaller: they may touch."""
+        """Yield the outlines of a straight chain's casings, shrunk slightly: they may touch."""
         half = 0.5 * self.casing.diagonal
         square = (1.0 - 1e-6) * half * np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
         for k in range(self.n):
             yield square + np.array([(2 * k + 1) * half, 0.0])
 
     def _misfits_of_draws(self) -> list[Problem]:
-        """Return the problem of a scene at the ends of its draws of sizes or obstacles' places."""
+        """Return the problem, if any, with the extreme draws of sizes and obstacles' positions."""
         spreads = self.spreads
         ends: list[tuple[str, dict[str, Any]]] = []
         if max(spreads.side, spreads.inset) > 0.0:
@@ -278,7 +278,7 @@ class Scene(base.FrozenModel, Shown):
         return []
 
     def _too_strong_or_fast_draws(self) -> list[Problem]:
-        """Return the problems with spreads that exceed the strongest magnet or the fastest feed."""
+        """Return the problems with spreads whose draws exceed the largest remanence or speed."""
         spreads, schedule = self.spreads, self.feed.schedule
         strongest = 0.0
         if self.magnets is not None and self.magnets.remanence is not None:
@@ -300,7 +300,7 @@ class Scene(base.FrozenModel, Shown):
         return problems
 
     def _obstacles_at(self, unit: Array) -> tuple[Rectangle, ...]:
-        """Return the obstacles at the places given by two numbers from [−1, 1)."""
+        """Return the obstacles at the positions that two numbers from [−1, 1) determine."""
         y = np.array([each.position[1] for each in self.obstacles])
         places = self.spreads.obstacle_places(y, unit[None])[0].tolist()
         return tuple(
@@ -309,7 +309,7 @@ class Scene(base.FrozenModel, Shown):
         )
 
     def _sized(self, side: float, inset: float) -> dict[str, Any]:
-        """Return the changes that multiply the casings' side and the magnets' inset."""
+        """Return the changes that multiply the casings' side and the magnets' inset by factors."""
         changes: dict[str, Any] = {"casing": {"side": self.casing.side * side}}
         if self.magnets is not None:
             changes["magnets"] = {"inset": np.asarray(self.magnets.inset) * inset}
@@ -319,8 +319,8 @@ class Scene(base.FrozenModel, Shown):
     def charges(self) -> Array:
         """Magnetic charges of the outer pole faces [A m], N positive, shape (n, 4).
 
-        Component 1 first, faces in the order FACES; 0 where there is no magnet. The inner pole
-        face of a magnet carries the opposite charge.
+        Component 1 is first, and faces are in the order of `FACES`; a face without a magnet has 0.
+        The inner pole face of a magnet carries the opposite charge.
         """
         if self.magnets is None:
             return np.zeros((self.n, len(FACES)))
@@ -333,10 +333,10 @@ class Scene(base.FrozenModel, Shown):
 
     @property
     def solids(self) -> tuple[Rectangle, ...]:
-        """Fixed bodies: the two walls of a tube, a fixed magnet, and obstacles."""
+        """Fixed bodies: the two walls of the tube, a fixed magnet, and obstacles, if any."""
         walls: tuple[Rectangle, ...] = ()
         if self.mount == "tube":
-            # Longer than the chain, so that nothing reaches its inner end.
+            # The tube is longer than the chain, which cannot reach the inner end.
             length, wall = 2.0 * self.n * self.casing.diagonal, self.feed.wall
             middle = 0.5 * (self.bore + wall)
             walls = tuple(
@@ -361,26 +361,26 @@ class Scene(base.FrozenModel, Shown):
 
     @property
     def is_concrete(self) -> bool:
-        """Whether nothing is left to draw; `draw` then returns the scene itself."""
+        """Whether the scene has nothing left to draw; `draw` then returns the scene itself."""
         offsets = self.start_offsets if self.mount == "tube" else None
         lies = self.start_angles is not None or offsets is not None
         shaken = self.bumps is not None and self.bumps.seed is None
         return lies and not shaken and not self.spreads.any
 
     def replace(self, **changes: Any) -> Scene:
-        """Return a new, validated scene; mappings, at any depth, change only what they name.
+        """Return a new, validated scene; a mapping, at any depth, changes only the keys in it.
 
         Parameters
         ----------
         changes
-            Fields of the scene, or of its groups: `replace(feed={"speed": 0.1}, friction=0.3)`.
+            Fields of the scene or of its groups: ``replace(feed={"speed": 0.1}, friction=0.3)``.
 
         Raises
         ------
         SceneError
             If the new scene is not valid.
         """
-        # Alternative keys: setting one drops the other.
+        # These keys are alternatives: setting one removes the other.
         for given, other in (("start_angles", "start_offsets"), ("start_offsets", "start_angles")):
             if given in changes:
                 changes.setdefault(other, None)
@@ -391,12 +391,12 @@ class Scene(base.FrozenModel, Shown):
                 if new.get(given) is not None:
                     new.setdefault(other, None)
             changes["magnets"] = new
-        # Unnamed groups are valid and stay unchanged.
+        # Groups without changes are already valid.
         entries: dict[str, Any] = {name: getattr(self, name) for name in Scene.model_fields}
         return Scene(**_merged(entries, changes))
 
     def pictured(self, angles: Array) -> list[Markup]:
-        """Return an SVG of the chain with headings (n,) [rad]; none if they are not finite."""
+        """Return a list with an SVG of the chain at headings (n,) [rad]; empty if not finite."""
         if not np.isfinite(angles).all():
             return []
         sizes = None if self.magnets is None else self.magnets.lengths
@@ -411,7 +411,7 @@ class Scene(base.FrozenModel, Shown):
         return [*self.pictured(np.zeros(self.n)), facts_table("Scene, SI units", told)]
 
     def alone(self) -> Scene:
-        """Return the chain alone and pinned, without tube, obstacles and bumps."""
+        """Return the scene with the chain pinned, without a tube, obstacles or bumps."""
         return self.replace(mount="pinned", obstacles=(), bumps=None)
 
     def draw(self, rng: np.random.Generator) -> Scene:
@@ -419,11 +419,11 @@ class Scene(base.FrozenModel, Shown):
 
         These values are always drawn, in this order, so that a new spread does not change the
         values of the others: friction (1), mass (n), remanence (1), feed speed (1), start angles
-        (n-1) or, in a tube, the offsets of hinges (n+1), each uniform over its width. If the feed
-        jitters or individual magnets vary, their draws follow: feed jitter (n) and magnets (4n),
-        component by component. Then follow, if they vary: width (1) and offset (1) of obstacles;
-        side (1) and inset (1); the seed of bumps (1); angle (1) and direction (1) of a tilted
-        floor. A concrete scene draws nothing.
+        (n-1) or, in a tube, the offsets of hinges (n+1), each uniform over its width. If feed
+        jitter or individual magnets vary, both are drawn next: feed jitter (n) and magnets (4n),
+        component by component. The last values are drawn only if they vary: width (1) and offset
+        (1) of obstacles; side (1) and inset (1); the seed of bumps (1); angle (1) and direction
+        (1) of a tilted floor. A concrete scene draws nothing.
 
         Parameters
         ----------
@@ -465,7 +465,7 @@ class Scene(base.FrozenModel, Shown):
         return self.replace(**changes)
 
     def _draw_last(self, rng: np.random.Generator) -> dict[str, Any]:
-        """Return the changes of the values that are drawn last, if they vary."""
+        """Return the changes of the values that are drawn last, and only if they vary."""
         changes: dict[str, Any] = {}
         spreads = self.spreads
         if spreads.moves_obstacles:
@@ -482,7 +482,7 @@ class Scene(base.FrozenModel, Shown):
 
 
 def unless_a_scene(value: object, key: str = "scene") -> list[Problem]:
-    """Return the problem with a value that is not a scene."""
+    """Return the problem, if any, with a value that must be a scene."""
     return unless_a(key, value, Scene, "a Scene, as load_scene returns one")
 
 
@@ -491,7 +491,7 @@ def _box(left: float, low: float, right: float, high: float) -> Array:
 
 
 def _merged(old: object, new: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a group's entries, updated with those of `new`, including nested groups."""
+    """Return a group's entries, updated with those of `new`, also in nested groups."""
     old = old.model_dump() if isinstance(old, base.FrozenModel) else old
     merged = dict(cast("dict[str, Any]", old)) if isinstance(old, dict) else {}
     for key, value in new.items():

@@ -1,4 +1,4 @@
-"""The groups of a scene: small frozen models with one sentence per field, SI units and radians."""
+"""The groups of a scene: frozen models with values in SI units and radians."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from magfold_env.scene.numbers import face_charge
 from magfold_env.scene.obstacles import Rectangle
 
 MOST_STEPS = 10**12
-"""Largest limit of steps; no run takes as many."""
+"""Largest limit of steps that a scene may set, which no run reaches."""
 
 STEEPEST = 45.0
-"""Largest drawn tilt of a floor [degrees]."""
+"""Largest allowed tilt of a floor [degrees]."""
 
 Steps = Annotated[int, Strict(), Limits(ge=1, le=MOST_STEPS)]
 
@@ -42,13 +42,13 @@ class Casing(FrozenModel):
     side: Metres = 0.0125
     """Edge length [m]."""
     mass: Each[Positive] = 0.0037
-    """Mass of a component with its magnets [kg]; one number, or one for each component."""
+    """Mass of a component with its magnets [kg]; one number, or one per component."""
     inertia: Each[Positive] | None = None
-    """Moment of inertia about the centre [kg m²]; None means mass·side²/6, a uniform square."""
+    """Moment of inertia about the centre [kg m²]; None means a uniform square's, mass·side²/6."""
     corner_radius: Positive = 1e-5
-    """Rounding of the corners where they meet other casings and the tube [m]."""
+    """Radius of the corners in contacts with other casings, the tube and obstacles [m]."""
     hinge: Literal["corner"] = "corner"
-    """Neighbours are hinged at opposite corners, the only geometry."""
+    """Position of the two hinges: at opposite corners, the only choice."""
 
     @property
     def diagonal(self) -> float:
@@ -57,12 +57,12 @@ class Casing(FrozenModel):
 
 
 class Schedule(FrozenModel):
-    """The legs of a feed, in either direction."""
+    """The legs of a feed, which move the chain out and back."""
 
     time: tuple[tuple[Positive, Velocity], ...] | None = None
-    """Legs of a duration [s] at a speed [m/s]; a negative speed pulls back."""
+    """Legs as pairs of a duration [s] and a speed [m/s]; a negative one pulls back, 0 waits."""
     advance: tuple[tuple[NonNegative, Speed], ...] | None = None
-    """Legs to a position of the feed [diagonals], each at a speed [m/s]."""
+    """Legs as pairs of the feed's position at the end [diagonals] and a speed [m/s]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -83,11 +83,11 @@ class Schedule(FrozenModel):
 
     @property
     def speeds(self) -> Array:
-        """Absolute speeds of its legs [m/s]."""
+        """Absolute speeds of the legs [m/s]."""
         return np.array([abs(speed) for _, speed in (self.time or self.advance or ())])
 
     def scaled(self, factor: float) -> Schedule:
-        """Return the schedule with all speeds times a factor."""
+        """Return the schedule with all speeds multiplied by a factor."""
         legs = {name: getattr(self, name) for name in ("time", "advance")}
         return Schedule(
             **{
@@ -101,64 +101,64 @@ class Feed(FrozenModel):
     """The tube and how the chain is pushed out of it."""
 
     direction: Literal["forward", "backward"] = "forward"
-    """`forward`: component 1 leaves first; `backward`: component n does."""
+    """`forward`: component 1 leaves first; `backward`: component n leaves first."""
     speed: Each[Speed] = 0.05
     """Feed speed [m/s]; one number, or the speed at which each component leaves."""
     schedule: Schedule | None = None
-    """Legs of a feed in both directions, instead of its speed; components may stay inside."""
+    """Legs in both directions, which replace `speed`; components may stay inside."""
     loading: Literal["preloaded", "at_mouth"] = "preloaded"
     """`at_mouth`: a component has magnets only while its leading hinge is outside the mouth."""
     force_limit: Positive | None = 20.0
-    """Largest force of the drive, pushing or pulling [N]; beyond it, the drive slips. None: it
-    slips only if nothing gives way."""
+    """Largest force of the drive, pushing or pulling [N]; beyond it, the drive slips. With None,
+    the drive slips only if it cannot move the chain."""
     bore: Positive | None = None
-    """Inner width of the tube [m], at least the casing's diagonal; None means 1.05 of it."""
+    """Inner width of the tube [m], at least the casing's diagonal; None means 1.05 diagonals."""
     wall: Positive = 0.001
     """Thickness of the tube's walls [m]."""
 
 
 class FixedMagnet(FrozenModel):
-    """A block magnet that does not move, centred on the plane.
+    """A fixed block magnet, centred on the plane.
 
-    It acts on the chain's magnets, and casings collide with it where scenes have contact.
+    It acts on the chain's magnets, and casings collide with it if the scene has `contact`.
     """
 
     position: tuple[Number, Number]
-    """Its centre [m]; the origin is the tube's mouth, or component 1's outer hinge at release."""
+    """Centre [m]; the origin is the tube's mouth, or component 1's outer hinge at release."""
     heading: Number = 0.0
-    """Direction of its magnetisation, from its south to its north pole [rad]; 0 is along +x."""
+    """Direction of the magnetisation, from the south to the north pole [rad]; 0 is along +x."""
     width: Metres
-    """Pole face in the plane [m]."""
+    """Width of a pole face, in the plane [m]."""
     height: Metres
-    """Pole face normal to the plane [m]."""
+    """Height of a pole face, normal to the plane [m]."""
     thickness: Metres
-    """Distance between its two pole faces, along its heading [m]."""
+    """Distance between the two pole faces, along the heading [m]."""
     remanence: Remanence = 1.2
     """Residual flux density [T]."""
 
     @property
     def charge(self) -> float:
-        """Magnetic charge of its north face [A m]; that of its south face is its negative."""
+        """Magnetic charge of the north face [A m]; the south face has the opposite charge."""
         return face_charge(self.remanence, self.width, self.height)
 
     @property
     def outline(self) -> Rectangle:
-        """The rectangle that it fills in the plane."""
+        """The rectangle that the magnet occupies in the plane."""
         size = (self.thickness, self.width)
         return Rectangle(position=self.position, size=size, heading=self.heading)
 
     @property
     def poles(self) -> Array:
-        """Centres of its north and its south face [m], shape (2, 2)."""
+        """Centres of the north and the south face [m], shape (2, 2)."""
         along = 0.5 * self.thickness * self.outline.axis
         return np.array(self.position) + np.array([along, -along])
 
 
 class Field(FrozenModel):
-    """An external magnetic field: uniform, of a fixed magnet, or both."""
+    """An external magnetic field: a uniform field, that of a fixed magnet, or both."""
 
     uniform: tuple[Number, Number] = (0.0, 0.0)
-    """Flux density along x and y [T]; it turns the magnets and does not pull them."""
+    """Flux density along x and y [T]; it turns the magnets but does not pull them."""
     magnet: FixedMagnet | None = None
     """A fixed magnet outside the tube."""
 
@@ -169,7 +169,7 @@ class Field(FrozenModel):
 
 
 class Gravity(FrozenModel):
-    """Gravity: what presses the chain on the floor, and what acts along it."""
+    """Gravity: the acceleration towards the floor, and the acceleration along it."""
 
     normal: NonNegative = 9.8
     """Acceleration towards the floor [m/s²]; it acts only through friction."""
@@ -178,25 +178,25 @@ class Gravity(FrozenModel):
 
 
 class Bumps(FrozenModel):
-    """A train of bumps, as of a shaken table.
+    """A train of bumps, as on a shaken table.
 
-    Each changes the velocity of all components outside the tube at once, in a direction drawn
-    evenly from all, as far as hinges and stops let it. The times between bumps are drawn evenly
-    from 0 to twice their mean.
+    Each bump changes the velocities of all components outside the tube at once, as far as hinges
+    and stops allow. The directions of the bumps are uniformly random, and the times between bumps
+    are uniform from 0 to twice their mean.
     """
 
     rate: Positive
-    """Mean number of bumps a second [1/s]."""
+    """Mean number of bumps per second [1/s]."""
     speed: Speed
     """Change of velocity in each bump [m/s]."""
     duration: Positive = 1.0
-    """Duration of the bumps from the start [s]; a chain at rest waits for them."""
+    """Time from the start to the end of the bumps [s]; a chain at rest waits for the next bump."""
     seed: Annotated[int, Strict(), Limits(ge=1, le=2**31 - 2)] | None = None
-    """Seed of the bumps; None draws one for each release."""
+    """Seed of the bumps; None draws a seed for each release."""
 
 
 class Factors(NamedTuple):
-    """Drawn factors of the values of a scene, one row per draw."""
+    """Drawn factors that multiply the values of a scene, one row per draw."""
 
     friction: Array  # (m,)
     mass: Array  # and inertia, (m, n)
@@ -205,22 +205,22 @@ class Factors(NamedTuple):
 
 
 class Spreads(FrozenModel):
-    """Half-widths of the uniform draws of `Scene.draw`, relative but for two; 0: no draw."""
+    """Half-widths of uniform draws, relative unless the field states otherwise; 0: no draw."""
 
     friction: Fraction = 0.0
     """Friction coefficients, one factor for the scene."""
     friction_decades: Fraction = 0.0
-    """Logarithm to base ten of friction; one random number gives both factors."""
+    """Logarithm to base ten of friction; the random number of `friction` gives this factor too."""
     mass: Fraction = 0.0
-    """Masses (and given inertias), one factor for each component."""
+    """Masses and given inertias, one factor per component."""
     remanence: Fraction = 0.0
     """Strength of the chain's magnets, one factor for the scene."""
     feed_speed: Fraction = 0.0
     """Feed speeds, one factor for the scene."""
     feed_jitter: Fraction = 0.0
-    """Speed at which a component leaves, one factor for each."""
+    """Speed at which a component leaves the tube, one factor per component."""
     magnet: Fraction = 0.0
-    """Strength of a magnet, one factor for each."""
+    """Strength of a magnet, one factor per magnet."""
     side: Fraction = 0.0
     """Side of the casings, one factor for the scene."""
     inset: Fraction = 0.0
@@ -228,11 +228,10 @@ class Spreads(FrozenModel):
     obstacle_width: Fraction = 0.0
     """Distance of obstacles from the x axis, one factor for the scene."""
     obstacle_offset: NonNegative = 0.0
-    """Offset of all obstacles along y, one for the scene [m]."""
+    """Offset of the obstacles along y, one for all obstacles [m]."""
 
     tilt: Annotated[float, Strict(), Limits(ge=0, le=STEEPEST)] = 0.0
-    """How far the floor tilts [degrees]: uniform from 0 to this, in a random direction, one for the
-    scene."""
+    """How far the floor tilts [degrees]: uniform from 0 to this value, in a random direction."""
 
     @property
     def one_by_one(self) -> bool:
@@ -242,8 +241,8 @@ class Spreads(FrozenModel):
     def factors(self, n: int, unit: Array) -> Factors:
         """Return factors for chains of n components.
 
-        ``unit`` contains a row of numbers for each chain, drawn uniformly from [−1, 1), in the
-        order of `Scene.draw`; numbers of individual magnets and feed speeds, if drawn, come last.
+        Each row of ``unit`` contains the numbers of one chain, drawn uniformly from [−1, 1) in the
+        order of `Scene.draw`. The numbers of individual feed speeds and magnets, if any, are last.
         """
         strength = 1.0 + self.remanence * unit[:, n + 1]
         speed = 1.0 + self.feed_speed * unit[:, n + 2]
@@ -253,29 +252,29 @@ class Spreads(FrozenModel):
         if self.magnet > 0.0:
             magnets = 1.0 + self.magnet * each[:, n:].reshape(-1, n, 4)
             strength = strength[:, None, None] * magnets
-        # Rounded, so that machines whose powers differ in the last bit draw equal values.
+        # Rounded, because the last bit of a power differs between machines.
         decades = np.round(10.0 ** (self.friction_decades * unit[:, 0]), 12)
         friction = (1.0 + self.friction * unit[:, 0]) * decades
         return Factors(friction, 1.0 + self.mass * unit[:, 1 : n + 1], strength, speed)
 
     @property
     def moves_obstacles(self) -> bool:
-        """Whether places of obstacles are drawn."""
+        """Whether the positions of obstacles are drawn."""
         return max(self.obstacle_width, self.obstacle_offset) > 0.0
 
     def obstacle_places(self, y: Array, unit: Array) -> Array:
-        """Return the drawn y of obstacles [m], (m, k), for places (k,) and numbers (m, 2)."""
+        """Return the y of obstacles (m, k) [m], drawn with numbers (m, 2) around ``y`` (k,)."""
         width = 1.0 + self.obstacle_width * unit[:, :1]
         return width * y + self.obstacle_offset * unit[:, 1:]
 
     def tilted(self, gravity: Gravity, unit: Array) -> tuple[Array, Array]:
-        """Return gravity [m/s²] on tilted floors for numbers (..., 2) drawn uniformly from [−1, 1).
+        """Return gravity on tilted floors [m/s²]: normal to the plane (...), and in it (..., 2).
 
-        The results are gravity normal to the plane, (...), and in it, (..., 2). The part that the
-        tilt removes from the former acts along the floor, in addition to the gravity in the plane.
+        ``unit`` (..., 2) contains numbers drawn uniformly from [−1, 1). The part of the normal
+        gravity that acts along a tilted floor is added to the gravity in the plane.
         """
         angles = np.stack([math.radians(self.tilt) * unit[..., 0], math.pi * unit[..., 1]])
-        # Rounded, like the factors of friction.
+        # Rounded for the same reason as the factors of friction.
         sines: Array = np.sin(angles).round(12)
         cosines: Array = np.cos(angles).round(12)
         along = gravity.normal * sines[0] * np.stack([cosines[1], sines[1]])
@@ -291,13 +290,13 @@ class Solver(FrozenModel):
     """Time stepping."""
 
     method: Literal["adaptive", "paper"] = "adaptive"
-    """`paper` repeats the paper's fixed steps and snaps; it needs `mount: pinned`."""
+    """`paper` reproduces the paper's fixed steps and snapping joints; it needs `mount: pinned`."""
     tolerance: Annotated[float, Strict(), Limits(ge=1e-12, le=0.1)] = 1e-4
     """Local error allowed in an angle [rad], for `adaptive`."""
     time_step: Positive = 1.0 / 1200.0
-    """Step [s], for `paper`."""
+    """Time step [s], for `paper`."""
     max_steps: Steps = 200_000
     """Work cap: a chain that still moves after this number of steps is `unsettled`. A step that is
     repeated at a shorter length counts once."""
     max_steps_per_second: Steps = 50_000
-    """Work cap: the same in each second of simulated time."""
+    """Work cap: largest number of steps in each second of simulated time."""
