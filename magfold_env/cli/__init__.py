@@ -4,7 +4,7 @@ import sys
 
 
 def main() -> None:
-    """Run the command `magfold`; Ctrl-C ends it quietly with exit code 130, imports included."""
+    """Run the command `magfold`; Ctrl-C ends it with exit code 130, even during imports."""
     try:
         from magfold_env.cli.app import app  # noqa: PLC0415 - takes a second
 

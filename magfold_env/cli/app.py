@@ -1,4 +1,4 @@
-"""The `magfold` command: simulate folds, rank their energies, design sequences, measure."""
+"""The command `magfold` and its subcommands."""
 
 from importlib import import_module
 from importlib.metadata import version
@@ -94,7 +94,7 @@ HOW_TO_GET = (
 
 
 def add_measurement(app: typer.Typer) -> None:
-    """Add bench, stress and paper; without a checkout, they print how to get them."""
+    """Add the commands bench, stress and paper; without a checkout, they print how to get one."""
     if find_spec("magfold_bench") is not None:
         found = import_module("magfold_bench.commands")
         app.command()(found.stress)

@@ -1,4 +1,4 @@
-"""`magfold design`: search, show the evidence for the result, and write it."""
+"""`magfold design`: search for a design, print the evidence for it, and write it."""
 
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -17,7 +17,7 @@ _STAGES = {
 }
 
 
-def design(  # noqa: PLR0913 - one parameter an option
+def design(  # noqa: PLR0913 - one parameter per option
     target: Annotated[str, typer.Argument(help="Word over L, S and R, one letter a joint.")],
     *,
     scene: Annotated[
@@ -87,7 +87,7 @@ def design(  # noqa: PLR0913 - one parameter an option
 
 
 def show(design: designer.Design) -> None:
-    """Print a design and the evidence for it, or the reason why there is none."""
+    """Print a design and the evidence for it, or the reason why no design exists."""
     if design.scene is None:
         typer.echo(f"{design.target}: cannot be reached; {design.certificate}")
         return

@@ -1,4 +1,4 @@
-"""`magfold ensemble`: release a chain many times, and show and write the results."""
+"""`magfold ensemble`: release a chain many times, and print and write the results."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ from magfold_env.scene import Problem, Scene, SceneError, Spreads, load_scene
 _ANGLES = "start_angles"
 
 
-def ensemble(  # noqa: PLR0913 - one parameter an option
+def ensemble(  # noqa: PLR0913 - one parameter per option
     scene: options.SceneName,
     *,
     runs: Annotated[int, typer.Option(help="How many releases.")] = 1000,
@@ -58,7 +58,7 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
 
 
 def check_pictures(out: Path | None, png: Path | None) -> None:
-    """Fail before the long work if a requested picture or file cannot be written."""
+    """Raise an error before the long work if a requested picture or file cannot be written."""
     options.check_outputs({"--png": png})
     options.check_folder("--out", out)
     if out is not None:
@@ -75,10 +75,10 @@ def changed_scene(
     friction: float | None = None,
     spreads: Sequence[str] | None = None,
 ) -> Scene:
-    """Return the scene that the options of a command ask for; None leaves it as it is.
+    """Return a scene with the changes that a command's options request; None changes nothing.
 
-    A spread of ``start_angles`` also removes given start angles. A speed or a direction is refused
-    if there is no tube.
+    A spread of ``start_angles`` also removes given start angles. A speed or a direction raises an
+    error if the scene has no tube.
     """
     if mode is not None:
         scene = releases.release(scene, cast("Any", mode))
@@ -103,7 +103,7 @@ def changed_scene(
 
 
 def show(made: releases.Ensemble) -> None:
-    """Print the probabilities and the searches of the minimiser that predict each word."""
+    """Print the probability of each outcome, and the minimiser's searches that predict its word."""
     named: dict[str, list[str]] = {}
     for search, word in releases.predictions(made.scene).items():
         named.setdefault(word, []).append(search.removesuffix(" search"))
@@ -124,7 +124,7 @@ def show(made: releases.Ensemble) -> None:
 
 
 def cells(found: Share) -> tuple[str, str, str]:
-    """Return the count, the share and its interval as table cells."""
+    """Return the count, the share and the interval of the share as table cells."""
     return str(found.successes), f"{found.rate:.1%}", f"{found.low:.1%} to {found.high:.1%}"
 
 

@@ -17,7 +17,7 @@ from magfold_env.simulation.simulate import energy, simulate
 FRAME_RATE = 240.0  # the paper's camera [1/s]
 
 
-def fold(  # noqa: PLR0913 - one parameter an option
+def fold(  # noqa: PLR0913 - one parameter per option
     scene: options.SceneName,
     *,
     mount: options.Mount = None,
@@ -66,7 +66,7 @@ def fold(  # noqa: PLR0913 - one parameter an option
 
 
 def fold_rows(fold: Fold, taken: float) -> dict[str, str]:
-    """Return the result of a fold as text; `taken` is the computing time [s]."""
+    """Return the result of a fold as names and texts; ``taken`` is the computing time [s]."""
     scene = fold.scene
     mount = scene.mount
     if mount == "tube":

@@ -15,7 +15,7 @@ from magfold_env.scene import Problem, SceneError, load_scene
 from magfold_env.simulation.simulate import simulate
 
 
-def holding(  # noqa: PLR0913 - one parameter an option
+def holding(  # noqa: PLR0913 - one parameter per option
     scene: Annotated[
         str, typer.Argument(help="Shipped scene, YAML file, or JSON file of a fold, at rest.")
     ],
@@ -61,7 +61,7 @@ def holding(  # noqa: PLR0913 - one parameter an option
 
 
 def show(found: holding_loads.Holding) -> None:
-    """Print the moments by joint and the pull by direction."""
+    """Print the moments that open each joint, and the pull in each direction."""
     columns = {"joint": True, "letter": False, "left, mN·m": True, "right, mN·m": True}
     joints = options.table(
         f"Moments that open the joints of {found.fold.word or '(one component)'}",

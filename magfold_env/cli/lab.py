@@ -1,4 +1,4 @@
-"""`magfold lab`: set chains by hand and watch them fold, in a browser."""
+"""`magfold lab`: change chains by hand and watch them fold in a browser."""
 
 import base64
 import json
@@ -51,9 +51,9 @@ def lab(
 
 
 def link_of(scene: Scene) -> str:
-    """Return what follows the laboratory's address to open a scene there.
+    """Return the end of the laboratory's address that opens a scene there.
 
-    The page itself refuses what it cannot show, by its key.
+    If the page cannot show a scene, it displays an error that names the key.
     """
     given = scene.model_dump(mode="json", exclude_defaults=True)
     text = json.dumps({"scene": given, "wanted": ""}).encode()

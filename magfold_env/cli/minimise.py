@@ -53,14 +53,14 @@ def _feeds(scene: Scene) -> list[minimiser.Minimum]:
     """Return the component-by-component searches that complete a fold."""
     found: list[minimiser.Minimum] = []
     for mode in MODES:
-        # A search may block itself: the next component then overlaps with every letter.
+        # A search may block itself: with every letter, the next component then overlaps.
         with suppress(ValueError):
             found.append(minimiser.minimise(scene, mode))
     return found
 
 
 def states_table(found: minimiser.Minimum) -> Table:
-    """Return the states of a search, lowest energy first; equal outlines have equal letters."""
+    """Return a table of a search's states, lowest energy first; equal outlines share a letter."""
     table = _table(
         f"States by energy ({found.mode}, {found.examined} words compared)",
         ("", "word", "energy", "score", "conflicts", "stable", "outline", "tied"),
@@ -82,7 +82,7 @@ def states_table(found: minimiser.Minimum) -> Table:
 
 
 def decisions_table(found: minimiser.Minimum) -> Table:
-    """Return the table of a component-by-component search's decisions, in their order."""
+    """Return a table of the decisions of a component-by-component search, in their order."""
     columns = ("joint", "energy S", "energy L", "energy R", "letter", "tied")
     table = _table("Decisions", columns, "Energies in mJ; -- is an overlap.")
     for decision in found.decisions:
@@ -99,7 +99,7 @@ def decisions_table(found: minimiser.Minimum) -> Table:
 
 
 def one_by_one_table(feeds: Sequence[minimiser.Minimum]) -> Table:
-    """Return the results of component-by-component searches."""
+    """Return a table of the results of component-by-component searches."""
     shut = "A direction that is missing shuts itself in: every letter overlaps."
     table = _table(
         "Component-by-component search",
@@ -114,7 +114,7 @@ def one_by_one_table(feeds: Sequence[minimiser.Minimum]) -> Table:
 
 
 def to_json(scene: Scene, *searches: minimiser.Minimum) -> str:
-    """Return searches as JSON text, the ranking first, with energies in J."""
+    """Return a scene and searches of it as JSON text, the ranking first, with energies in J."""
     found = [
         {
             **asdict(search),

@@ -1,4 +1,4 @@
-"""What commands share: options, checks before the long work, output and error messages."""
+"""Options, early checks, output and error messages that all commands share."""
 
 import os
 import signal
@@ -65,17 +65,17 @@ SUFFIXES = {
     "--json": (".json",),
     "--sheet": (".pdf", ".png", ".svg", ".dxf"),
 }
-"""Allowed suffixes of the files that options name."""
+"""Allowed suffixes of the files that an option may name."""
 PICTURES = ("--gif", "--png", "--sheet")
 
 STUBBORN = 3.0  # [s] time allowed for a compiler to stop
-FILE_WIDTH = 150  # of wide tables that are not written to a terminal
-WIDEST = 10_000  # of any table
-LONGEST = 4_000  # of a message; beyond, it quotes more than anyone reads
+FILE_WIDTH = 150  # of wide tables, if stdout is not a terminal
+WIDEST = 10_000  # limit for the width of a table
+LONGEST = 4_000  # limit for the characters of a message
 
 
 def application(**settings: Any) -> typer.Typer:
-    """Return a command line, yet without commands."""
+    """Return a command-line application that does not have any commands yet."""
     return typer.Typer(
         add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False, **settings
     )
@@ -85,7 +85,7 @@ def application(**settings: Any) -> typer.Typer:
 def end_long_compilations() -> None:
     """End the process if a compiler continues for `STUBBORN` seconds after Ctrl-C.
 
-    Python handles a signal between two calls of compiled code, and numba's last call is long.
+    Python handles signals only between calls of compiled code, and numba's last call is long.
     """
     ear, mouth = socket.socketpair()
     mouth.setblocking(False)
@@ -107,9 +107,9 @@ def end_long_compilations() -> None:
 def errors_in_one_line(
     kinds: tuple[type[Exception], ...] = (ValueError, OSError, ImportError), code: int = 2
 ) -> Generator[None]:
-    """Print a user error on one line of stderr and end with an exit code.
+    """Print a user error on one line of stderr and exit with ``code``.
 
-    Each problem of a scene has its own line. An interruption by Ctrl-C is reported in the same way.
+    Each problem of a scene has a separate line. After Ctrl-C, the exit code is 130.
     """
     try:
         yield
@@ -128,7 +128,7 @@ def errors_in_one_line(
 
 
 def check_outputs(paths: Mapping[str, Path | None]) -> None:
-    """Fail before the long work if a result cannot be written to its path, or not be drawn."""
+    """Raise an error before the long work if a result cannot be drawn or written to its path."""
     for option, path in paths.items():
         if path is None:
             continue
@@ -146,7 +146,7 @@ def check_outputs(paths: Mapping[str, Path | None]) -> None:
 
 
 def check_folder(option: str, path: Path | None) -> None:
-    """Fail before the long work if the folder of results cannot be made."""
+    """Raise an error before the long work if the folder of results cannot be made or written."""
     if path is None:
         return
     existing = next(each for each in (path, *path.parents) if each.exists())
@@ -160,7 +160,7 @@ def check_folder(option: str, path: Path | None) -> None:
 
 
 def need_render() -> None:
-    """Fail before the long work if requested pictures or charts cannot be drawn."""
+    """Raise an error before the long work if pictures or charts cannot be drawn."""
     for module in ("magfold_env.render", "matplotlib.figure"):
         try:
             import_module(module)
@@ -172,7 +172,7 @@ def need_render() -> None:
 
 
 def need_display() -> None:
-    """Fail if there is no display for a window, unless ``SDL_VIDEODRIVER`` selects a driver."""
+    """Raise an error if no display can show a window, unless ``SDL_VIDEODRIVER`` is set."""
     if "SDL_VIDEODRIVER" in os.environ:
         return
     import pygame  # noqa: PLC0415 - an extra
@@ -197,7 +197,7 @@ def say_written(*paths: Path | None) -> None:
 
 
 def save(*files: tuple[Path | None, Callable[[Path], object]]) -> None:
-    """Write each file that was asked for, in a folder that is made if need be; tell which."""
+    """Write each requested file, make its folder if necessary, and print the paths."""
     with errors_in_one_line(), busy("writing"):
         for path, write in files:
             if path is not None:
@@ -207,19 +207,19 @@ def save(*files: tuple[Path | None, Callable[[Path], object]]) -> None:
 
 
 def drawing(name: str, *what: Any, **options: Any) -> Callable[[Path], object]:
-    """Return what draws something to a path by a function of `magfold_env.render`, an extra."""
+    """Return a function of a path that calls the function ``name`` of `magfold_env.render`."""
     return lambda path: getattr(import_module("magfold_env.render"), name)(*what, path, **options)
 
 
 def busy(what: str) -> Status:
-    """Return a context that shows a spinner on stderr if it is a terminal."""
+    """Return a context manager that shows a spinner on stderr if that is a terminal."""
     return Console(stderr=True).status(f"{what} ...")
 
 
 def progress_bar() -> progress.Progress:
-    """Return a progress bar on stderr, if it is a terminal, that disappears when the work is done.
+    """Return a progress bar on stderr that disappears when the work is done.
 
-    It shows a description, the share that is done, and the elapsed and remaining times.
+    On a terminal, it shows a description, the completed share, and the elapsed and remaining times.
     """
     console = Console(stderr=True)
     return progress.Progress(
@@ -230,7 +230,7 @@ def progress_bar() -> progress.Progress:
 
 @contextmanager
 def progress_of(total: float) -> Generator[Callable[..., None]]:
-    """Yield a function that updates the share and description of one task; see `progress_bar`."""
+    """Yield a function that updates the progress and the description of one task."""
     with progress_bar() as bar:
         task = bar.add_task("", total=total)
 
@@ -241,7 +241,7 @@ def progress_of(total: float) -> Generator[Callable[..., None]]:
 
 
 def show(*what: RenderableType) -> None:
-    """Print tables and other objects on stdout without breaking words in tables."""
+    """Print tables and other objects on stdout; no word in a table is broken."""
     for each in what:
         console = Console()
         if isinstance(each, Table):
@@ -252,7 +252,7 @@ def show(*what: RenderableType) -> None:
 def _least_width(table: Table, console: Console) -> int:
     """Return the width at which every column has room for its longest word.
 
-    The widest columns shrink first.
+    When a table is narrowed, its widest columns shrink first.
     """
     room = console.options.update(width=WIDEST)
     columns = [
@@ -266,15 +266,15 @@ def _least_width(table: Table, console: Console) -> int:
 
 
 def wide_console() -> Console:
-    """Return a console on stdout, which is wide if stdout is not a terminal."""
+    """Return a console on stdout; if stdout is not a terminal, it has `FILE_WIDTH` columns."""
     console = Console()
     return console if console.is_terminal else Console(width=FILE_WIDTH)
 
 
 def table(title: str, columns: Mapping[str, bool], caption: str | None = None) -> Table:
-    """Return an empty table; columns of numbers are aligned to the right.
+    """Return an empty table; ``columns`` maps each heading to whether its column has numbers.
 
-    Names are never broken.
+    Numbers are aligned to the right. Text in the column "name" is never broken.
     """
     made = Table(title=title, caption=caption)
     for name, numbers in columns.items():
@@ -283,7 +283,7 @@ def table(title: str, columns: Mapping[str, bool], caption: str | None = None) -
 
 
 def entries(title: str, rows: Mapping[str, str]) -> Table:
-    """Return a table of names and values, without headings."""
+    """Return a table of names and values without headings."""
     made = Table(show_header=False, title=title)
     for name, value in rows.items():
         made.add_row(name, escape(value))
@@ -291,5 +291,5 @@ def entries(title: str, rows: Mapping[str, str]) -> Table:
 
 
 def millijoules(joules: float) -> str:
-    """Return an energy in mJ as a table cell."""
+    """Return an energy [J] as a table cell in mJ."""
     return f"{1e3 * joules:.4f}"

@@ -35,7 +35,7 @@ _NULL = "`null` in a file is `None` in Python."
 
 
 class Key(NamedTuple):
-    """Description of one key of a scene."""
+    """The description of one key of a scene."""
 
     key: str
     allowed: str
@@ -76,8 +76,8 @@ def scene_keys() -> Iterator[Key]:
 def _meanings(group: str) -> dict[str, str]:
     """Return the docstrings of the keys of a group.
 
-    Pydantic can read them too, but then every process that makes a scene spends a tenth of a
-    second.
+    Pydantic could read them too, but would take a tenth of a second in every process that makes a
+    scene.
     """
     (kind,) = (each for each in FrozenModel.__subclasses__() if each.__name__ == group)
     source: Any = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
@@ -122,7 +122,7 @@ def _choices(entry: Schema) -> list[Schema]:
 
 
 def _written(value: object) -> str:
-    """Return a value as written in a file; empty for a group, whose keys have their own values."""
+    """Return a value as text for a file; empty for a group, because its keys have values."""
     if isinstance(value, dict):
         return ""
     if isinstance(value, float):

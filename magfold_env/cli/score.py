@@ -1,4 +1,4 @@
-"""`magfold score`: play a submitted policy or submitted actions on draws of a seed."""
+"""`magfold score`: play a submitted policy, or submitted actions, on the draws of a seed."""
 
 from pathlib import Path
 from typing import Annotated
@@ -36,10 +36,10 @@ def score(
     minutes: Annotated[float, typer.Option(help="The most it may take.")] = MINUTES,
     json: options.Json = None,
 ) -> None:
-    """Play a policy on draws that it cannot know, or actions on those they were chosen for.
+    """Play a policy on draws that it cannot know, or actions on the draws they were chosen for.
 
-    Nothing in the file is run as code. A file of actions says itself which track, seed and
-    episodes it is for.
+    Nothing in the file is run as code. A file of actions contains the track, the seed and the
+    episodes for which they were chosen.
     """
     with options.errors_in_one_line():
         options.check_outputs({"--json": json})

@@ -13,7 +13,7 @@ from magfold_env.scene import Problem, SceneError, load_scene
 _COUNT = 9  # default number of values in a range
 
 
-def sweep(  # noqa: PLR0913 - one parameter an option
+def sweep(  # noqa: PLR0913 - one parameter per option
     scene: options.SceneName,
     *,
     over: Annotated[
@@ -72,9 +72,9 @@ def sweep(  # noqa: PLR0913 - one parameter an option
 
 
 def grid_of(texts: list[str]) -> dict[str, list[float]]:
-    """Return the values described by texts, one text per number of the scene.
+    """Return the values by key from texts ``KEY=VALUES``, one text per number of the scene.
 
-    Values of a range have twelve digits.
+    Values within a range are rounded to twelve digits.
     """
     grid: dict[str, list[float]] = {}
     for text in texts:
@@ -108,7 +108,7 @@ def _range(text: str) -> list[float]:
 
 
 def show(made: sweeps.Sweep, chosen: sweeps.Outcome | None) -> None:
-    """Print the most frequent result at each point, and the frequency of the chosen one."""
+    """Print the most frequent outcome at each point, and the share of the chosen outcome."""
     columns = dict.fromkeys(made.over, True) | {"most frequent": False}
     columns |= {"runs": True, "share": True, "95 %": True}
     if chosen is not None:
