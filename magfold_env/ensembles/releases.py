@@ -1,6 +1,6 @@
 """Ensembles: many perturbed releases of a scene, and the probabilities of their outcomes.
 
-Each run has its own draws; the runs use all cores.
+Each run has its own draws. The runs use all cores.
 """
 
 from __future__ import annotations
@@ -39,21 +39,21 @@ K = TypeVar("K")
 FORMAT = "magfold_env ensemble 1"
 
 MOST_RUNS = 10_000_000
-"""Largest number of runs; each is kept in memory."""
+"""Largest number of runs, which are all kept in memory."""
 
-_SIDE_BY_SIDE = 8  # most scenes in a batch, half of the geometries whose tables are cached
+_SIDE_BY_SIDE = 8  # most scenes in a batch: half the number of geometries with cached tables
 MOST_SHOWN = 3  # outcomes shown in one line
 
 
 class Shares(dict[K, Share]):
-    """Shares by what they are of; what did not occur has a share of 0, as in a `Counter`.
+    """A dictionary of shares; as in a `Counter`, a key that did not occur has a share of 0.
 
     Parameters
     ----------
     shares
-        Those of what occurred.
+        The shares of the keys that occurred.
     missing
-        Called for the share of anything else, which it may refuse.
+        A function that returns the share of any other key, or raises an error.
     """
 
     def __init__(self, shares: Mapping[K, Share], missing: Callable[[K], Share]) -> None:
@@ -61,7 +61,7 @@ class Shares(dict[K, Share]):
         self._missing = missing
 
     def __missing__(self, key: K) -> Share:
-        """Return the share of what did not occur."""
+        """Return the share of a key that did not occur."""
         return self._missing(key)
 
 
@@ -69,7 +69,7 @@ class Run(NamedTuple):
     """The stored values of a fold."""
 
     number: int
-    """Number from 0, in the ensemble or among the runs of several ensembles; see `released`."""
+    """Index of the run in its ensemble, or among the runs of several ensembles; see `released`."""
     word: str
     """Nearest fold word."""
     status: str
@@ -88,7 +88,7 @@ class Run(NamedTuple):
 
     @classmethod
     def from_record(cls, record: list[Any], n: int) -> Run:
-        """Return the run of a chain of n components that `to_record` wrote, or refuse it."""
+        """Return the run of n components that `to_record` wrote, or raise a ValueError."""
         number, word, status, *values = record
         energy, time, *angles = (math.nan if x is None else float(x) for x in values)
         if not isinstance(number, int) or number < 0 or len(angles) != n:
@@ -99,14 +99,14 @@ class Run(NamedTuple):
 def generator(seed: int, index: int) -> np.random.Generator:
     """Return the random generator of run `index` of an ensemble.
 
-    It is the generator of ``SeedSequence(seed).spawn(runs)[index]`` and depends neither on the
-    number nor on the order of the runs.
+    Its seed is ``SeedSequence(seed).spawn(runs)[index]``, which does not depend on the number or
+    the order of the runs.
     """
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
 
 
 def run_one(seed: int, count: int, task: tuple[int, Scene]) -> Run:
-    """Simulate a run, given its number among those of ``count`` scenes and its scene."""
+    """Simulate the run of ``task``: its number among the runs of ``count`` scenes, its scene."""
     number, scene = task
     fold = simulate(scene, generator(seed, number // count))
     angles = tuple(fold.angles.tolist())
@@ -117,17 +117,17 @@ def run_one(seed: int, count: int, task: tuple[int, Scene]) -> Run:
 class Ensemble(Columns, Shown):
     """Many releases of one scene: columns with one entry per run, and probabilities.
 
-    The intervals of the probabilities are Wilson's, each at 95 % on its own.
+    Each probability has its own Wilson interval at 95 %.
     """
 
     scene: Scene
-    """The scene, before its draws."""
+    """The scene before its draws."""
     seed: int
     """Seed of the draws; run i uses ``generator(i)``."""
     word: Texts
     """Nearest fold word, shape (runs,)."""
     status: Texts
-    """How the run ended, the text of a `FoldStatus`, shape (runs,)."""
+    """Status at the end, as the text of a `FoldStatus`, shape (runs,)."""
     energy: FloatArray
     """Magnetic energy at the end [J], shape (runs,)."""
     time: FloatArray
@@ -137,7 +137,7 @@ class Ensemble(Columns, Shown):
 
     @classmethod
     def of(cls, scene: Scene, seed: int, runs: Sequence[Run]) -> Ensemble:
-        """Return the ensemble of runs given in order."""
+        """Return the ensemble of runs that are given in order."""
         return cls(
             scene,
             seed,
@@ -172,8 +172,8 @@ class Ensemble(Columns, Shown):
     def words(self) -> Shares[str]:
         """The probability of every word that occurred, most frequent first; others have 0.
 
-        Every run counts by its nearest word, even if it misfolded; `outcomes` separates them. What
-        is not one of the chain's words raises a ValueError.
+        Every run counts by its nearest word, even if it misfolded; `outcomes` separates such runs.
+        A key that is not a word of the chain raises a ValueError.
         """
         return Shares(_shares(self.word.tolist()), self.probability)
 
@@ -187,7 +187,7 @@ class Ensemble(Columns, Shown):
     def outcomes(self) -> Shares[tuple[str, FoldStatus]]:
         """The probability of every pair of word and status that occurred, most frequent first.
 
-        Other pairs have 0.
+        Other pairs have the probability 0.
         """
         statuses = [FoldStatus(status) for status in self.status.tolist()]
         found = _shares(list(zip(self.word.tolist(), statuses, strict=True)))
@@ -196,7 +196,7 @@ class Ensemble(Columns, Shown):
     def probability(self, word: str | None = None, status: str | None = None) -> Share:
         """Return the probability of a word, of a status, or of both together.
 
-        It is 0, with an interval, for words and statuses that did not occur.
+        The probability of a word or status that did not occur is 0, with an interval.
 
         Raises
         ------
@@ -205,7 +205,7 @@ class Ensemble(Columns, Shown):
         """
         hits = np.ones(len(self), dtype=np.bool_)
         if word is not None:
-            # It is empty if the simulation failed.
+            # The word is empty if the simulation failed.
             hits &= self.word == (word and parse_word(word, self.scene.n))
         if status is not None:
             errors.refuse(errors.unless_one_of("status", status, FoldStatus))
@@ -215,7 +215,7 @@ class Ensemble(Columns, Shown):
     # --- single runs -------------------------------------------------------------------------
 
     def generator(self, index: int) -> np.random.Generator:
-        """Return the generator of run `index`; `simulate` with it repeats the run.
+        """Return the generator of run `index`, with which `simulate` repeats the run.
 
         Raises
         ------
@@ -234,8 +234,8 @@ class Ensemble(Columns, Shown):
     def columns(self) -> dict[str, npt.NDArray[Any]]:
         """Return the runs as columns of equal length, with the values that each run drew.
 
-        Drawn values are named by their keys, a number within a list by its place from 1:
-        ``friction``, ``magnets.remanence_3_1``, ``start_angles_2``. They are drawn again.
+        Columns of drawn values are named by key, followed by the position in a list from 1:
+        ``friction``, ``magnets.remanence_3_1``, ``start_angles_2``. The values are drawn again.
         """
         angles = {f"angle_{k + 1}": column for k, column in enumerate(self.angles.T)}
         return {
@@ -249,7 +249,7 @@ class Ensemble(Columns, Shown):
         }
 
     def _drawn(self) -> dict[str, FloatArray]:
-        """Return the numbers of the scene that its draws change, by key, each of shape (runs,)."""
+        """Return the numbers of the scene that draws change, by key, each with shape (runs,)."""
         stated = by_key(self.scene.model_dump())
         drawn = (self.scene.draw(self.generator(k)) for k in range(len(self)))
         runs = [by_key(scene.model_dump(exclude={"spreads"})) for scene in drawn]
@@ -310,17 +310,17 @@ def release(scene: Scene, mode: Mode, speed: float | None = None) -> Scene:
     Parameters
     ----------
     scene
-        What to release.
+        The scene to release.
     mode
         `free`: all components at once, without a tube. `forward`, `backward`: out of the tube,
         component 1 or component n first.
     speed
-        Feed speed [m/s]; None keeps the scene's.
+        Feed speed [m/s]; None keeps the scene's speed.
 
     Raises
     ------
     SceneError
-        If an argument is not one of these.
+        If an argument is not allowed.
     """
     errors.refuse(unless_a_scene(scene) + errors.unless_one_of("mode", mode, get_args(Mode)))
     feed = {} if speed is None else {"speed": speed}
@@ -341,22 +341,22 @@ def ensemble(
 ) -> Ensemble:
     """Simulate many releases, each with its own draws, and count the outcomes.
 
-    The draws are those that the scene leaves open: `start_angle_spread` and `spreads`. Run i uses
-    only ``generator(seed, i)``, so that the result depends neither on the number of workers nor on
-    their kind, and ``simulate(scene, generator(seed, i))`` repeats it.
+    Each run draws its values with `Scene.draw`. Run i uses only ``generator(seed, i)``, so that the
+    result does not depend on the number or kind of workers. `simulate` with that generator repeats
+    the run.
 
     Parameters
     ----------
     scene
-        What to release.
+        The scene to release.
     runs
-        How many releases.
+        Number of releases.
     seed
         Seed of all draws.
     workers
         Number of parallel runs; None uses all cores, or all CPUs of a cluster.
     backend
-        `threads` or `processes` of this machine, or `ray`, the Ray cluster at ``RAY_ADDRESS`` or
+        `threads` or `processes` on this machine, or `ray`: the Ray cluster at ``RAY_ADDRESS``, else
         a local one. None selects processes for many runs on more than four workers, else threads.
     state
         Folder that stores completed runs every two seconds. A later call with the same folder makes
@@ -372,7 +372,7 @@ def ensemble(
         If the contents of `state` are damaged or belong to another scene, seed or physics, or if
         another process uses the folder.
     ImportError
-        If Ray is selected and not installed.
+        If Ray is selected but not installed.
     """
     asked = Workers(workers, backend)
     errors.refuse(unless_a_scene(scene))
@@ -392,8 +392,8 @@ def released(
     """Return an ensemble for each of several scenes with equal numbers of components.
 
     Run i of every scene uses ``generator(seed, i)``. Its number among all runs is i times the
-    number of scenes, plus the index of its scene. ``key`` is everything that the scenes depend on,
-    for `state`. The other arguments and the errors are those of `ensemble`.
+    number of scenes, plus the index of its scene. ``key`` describes the scenes, so that ``state``
+    is used only for these. The other arguments and the errors are those of `ensemble`.
     """
     problems = [
         *errors.unless_whole("runs", runs, 1, MOST_RUNS),
@@ -408,7 +408,7 @@ def released(
         made = {run.number: run for run in found if run.number < total}
         missing = [number for number in range(total) if number not in made]
         # Runs are ordered by scene, because the first run of a geometry makes its tables. Threads
-        # share these, so several scenes run together; a process keeps its own.
+        # share the tables, so several scenes run together; each process has its own tables.
         together = 1
         if workers.kind(len(missing)) == "threads":
             together = min(workers.count or os.cpu_count() or 1, _SIDE_BY_SIDE)
@@ -430,11 +430,11 @@ PREDICTORS: dict[Mode, str] = {
     "forward": "forward search",
     "backward": "backward search",
 }
-"""Names of the minimiser's searches, by its mode."""
+"""Names of the minimiser's searches by mode."""
 
 
 def varied(scene: Scene) -> str:
-    """Return a description of the draws of every run of a scene and their spreads."""
+    """Return a description of the values that each run of a scene draws, and of their spreads."""
     found: list[str] = []
     if scene.start_angles is None and scene.start_angle_spread > 0.0:
         found.append(f"start angles ±{scene.start_angle_spread:g} rad")
@@ -450,7 +450,7 @@ def varied(scene: Scene) -> str:
 def predictions(scene: Scene) -> dict[str, str]:
     """Return the word that each of the minimiser's searches predicts, by the name of the search.
 
-    Searches that refuse the scene or block themselves are omitted.
+    Searches that do not accept the scene, or that block themselves, are omitted.
     """
     found: dict[str, str] = {}
     for mode, name in PREDICTORS.items():
@@ -469,9 +469,9 @@ class Bar(NamedTuple):
     rate: float
     """Share of the runs."""
     low: float
-    """Lower end of its interval."""
+    """Lower end of the share's interval."""
     high: float
-    """Upper end of its interval."""
+    """Upper end of the share's interval."""
     joints: tuple[float, ...]
     """Joint angles of a run with this outcome [rad]; empty for several outcomes together."""
 
@@ -493,7 +493,7 @@ def _shares(entries: list[K]) -> dict[K, Share]:
 
 
 def most_first(counts: Counter[K]) -> Counter[K]:
-    """Return counts, largest first; equal counts are sorted by name."""
+    """Return the counts, largest first; equal counts are sorted by name."""
     return Counter(dict(sorted(counts.items(), key=lambda item: (-item[1], str(item[0])))))
 
 

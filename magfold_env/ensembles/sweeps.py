@@ -34,12 +34,12 @@ _LARGEST = 2.0**53  # up to here, floats represent whole numbers exactly
 
 
 class Outcome(NamedTuple):
-    """An outcome of a run: a word, a status, or both; as text `LRL`, `folded`, `LRL folded`."""
+    """An outcome of a run: a word, a status, or both, such as `LRL`, `folded`, `LRL folded`."""
 
     word: str | None = None
-    """Fold word; None for any."""
+    """Fold word; None for any word."""
     status: FoldStatus | None = None
-    """Status; None for any."""
+    """Status; None for any status."""
 
     def __str__(self) -> str:
         """Return the outcome as text, the word first."""
@@ -47,7 +47,7 @@ class Outcome(NamedTuple):
 
     @classmethod
     def parse(cls, text: str, n: int) -> Outcome:
-        """Return the outcome that a text names for `n` components, or refuse it as a SceneError."""
+        """Return the outcome that a text names for `n` components, or raise a `SceneError`."""
         try:
             first, *more = text.split()
             if first in [*FoldStatus] and not more:
@@ -61,7 +61,7 @@ class Outcome(NamedTuple):
 
 
 def outcomes(made: Ensemble) -> Counter[Outcome]:
-    """Return the outcomes by frequency with counts: a full fold's word, else the status."""
+    """Count the outcomes, most frequent first: folded runs by word, other runs by status."""
     counts = Counter[Outcome]()
     for (word, status), found in made.outcomes.items():
         folded = status is FoldStatus.FOLDED
@@ -71,16 +71,16 @@ def outcomes(made: Ensemble) -> Counter[Outcome]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sweep(Shown):
-    """Ensembles of one scene over a grid of one or two of its numbers, with the same draws."""
+    """Ensembles of one scene over a grid of one or two of its numbers, all with the same draws."""
 
     scene: Scene
-    """The scene before the parameters are set."""
+    """The scene before its parameters are set."""
     seed: int
     """Seed of the draws: run i of every point uses the ensemble's ``generator(i)``."""
     over: dict[str, tuple[float, ...]]
     """Values of each parameter, by its dotted key."""
     ensembles: tuple[Ensemble, ...]
-    """One ensemble for each of the `points`."""
+    """One ensemble per point, in the order of `points`."""
 
     def __len__(self) -> int:
         """Return the number of points."""
@@ -107,12 +107,12 @@ class Sweep(Shown):
 
     @property
     def points(self) -> list[dict[str, float]]:
-        """The parameters at each point of the grid; the last one varies fastest."""
+        """The parameters at each point of the grid; the last parameter varies fastest."""
         return points(self.over)
 
     @cached_property
     def leading(self) -> Counter[Outcome]:
-        """Number of runs of all points by outcome; see `outcomes`."""
+        """Number of runs at all points by outcome, most frequent first; see `outcomes`."""
         return most_first(sum(map(outcomes, self.ensembles), Counter[Outcome]()))
 
     def probability(self, word: str | None = None, status: str | None = None) -> list[Share]:
@@ -126,7 +126,7 @@ class Sweep(Shown):
         return [each.probability(word, status) for each in self.ensembles]
 
     def rows(self) -> list[Row]:
-        """Return table rows: for each point, every outcome of the sweep, most frequent first."""
+        """Return table rows, one per point and outcome, with the most frequent outcome first."""
         counts = Counter[tuple[str, FoldStatus]]()
         for each in self.ensembles:
             counts.update({ends: found.successes for ends, found in each.outcomes.items()})
@@ -191,14 +191,14 @@ def sweep(
 ) -> Sweep:
     """Simulate an ensemble of a scene at every point of a grid of one or two of its numbers.
 
-    All points share their random numbers: run i draws the same at each point, so that only the
-    parameters cause differences between points. A separate ensemble of a point's scene equals the
-    sweep's ensemble bit for bit.
+    Run i uses the same random numbers at every point, so that only the parameters cause
+    differences between points. A separate ensemble of a point's scene equals the sweep's ensemble
+    bit for bit.
 
     Parameters
     ----------
     scene
-        What to release.
+        The scene to release.
     over
         Increasing values of one or two numbers of the scene, by their dotted keys:
         ``{"friction": [0.1, 0.2, 0.4], "magnets.remanence": np.linspace(0.6, 1.4, 9)}``.
@@ -207,7 +207,7 @@ def sweep(
     seed
         Seed of all draws.
     workers, backend
-        The workers that make the runs, as for `ensemble`.
+        Number and kind of the parallel workers, as for `ensemble`.
     state
         Folder that stores completed runs every two seconds. A later call with the same folder makes
         only the missing runs, after an interruption or for more runs per point.
@@ -222,7 +222,7 @@ def sweep(
         If the contents of `state` are damaged or belong to another sweep or physics, or if another
         process uses the folder.
     ImportError
-        If Ray is wanted and not installed.
+        If Ray is selected but not installed.
     """
     asked = Workers(workers, backend)
     errors.refuse(unless_a_scene(scene) + errors.unless_a("over", over, Mapping, KEYS_AND_VALUES))
@@ -233,15 +233,15 @@ def sweep(
 
 
 def points(over: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
-    """Return the parameters at each point of a grid; the last one varies fastest."""
+    """Return the parameters at each point of a grid; the last parameter varies fastest."""
     return [dict(zip(over, values, strict=True)) for values in product(*over.values())]
 
 
 def scenes(scene: Scene, over: Mapping[str, Sequence[float]]) -> list[Scene]:
     """Return a scene for each of the `points`; an error names the point.
 
-    A key is refused if it has several numbers in the scene, such as magnets of different strengths,
-    which one number would replace.
+    A key that has several numbers in the scene, such as one strength per magnet, raises an error,
+    because one number would replace them all.
     """
     for key, values in over.items():
         given: Any = scene
@@ -261,7 +261,7 @@ def scenes(scene: Scene, over: Mapping[str, Sequence[float]]) -> list[Scene]:
 
 
 def _checked(over: Mapping[str, Sequence[float]]) -> dict[str, tuple[float, ...]]:
-    """Return the values of the parameters as floats, or refuse them."""
+    """Return the values of the parameters as floats, or raise a `SceneError`."""
     if not 1 <= len(over) <= 2:
         errors.refuse([Problem("over", list(over), "must name one or two numbers of the scene")])
     problems: list[Problem] = []
@@ -289,13 +289,13 @@ def _increasing(values: Any) -> bool:
 
 
 def _nested(point: Mapping[str, float]) -> dict[str, Any]:
-    """Return the changes that set values of dotted keys in a scene."""
+    """Return the changes that set the values of dotted keys in a scene."""
     changes: dict[str, Any] = {}
     for key, value in point.items():
         *groups, name = key.split(".")
         inner = changes
         for group in groups:
             inner = inner.setdefault(group, {})
-        # Where a scene requires a whole number it accepts no float; elsewhere it accepts both.
+        # A key for whole numbers does not accept floats; other keys accept both.
         inner[name] = int(value) if value % 1.0 == 0.0 and abs(value) < _LARGEST else value
     return changes
