@@ -1,14 +1,13 @@
-"""Arms: the two parts of a chain cut at a joint, grown away from the cut.
+"""Arms: the two parts of a chain that is cut at a joint; both grow away from the cut.
 
-Both begin at the component before the cut, their root, which is at the origin and heads along +x.
-The far arm contains the components after the cut; the near arm contains the root and those before
-it.
+Both arms begin at the same root: the component before the cut, at the origin, heading along +x. The
+near arm contains the root and the components before it, the far arm the components after the cut.
 
-A state is a word of the near arm and one of the far arm. Its energy is the energy within the near
-arm, plus that within the far arm, plus the sum of ``cross`` over the pairs of nodes of the two
-words. A word of the near arm makes a field on the far arm's nodes: the sum of its rows of
-``cross``. Dynamic programming along the far arm finds the least energy in that field alone, without
-the far arm's own energy and overlaps; it is a lower bound for the far arm's contribution.
+A state is a word of the near arm and a word of the far arm. Its energy is the energy within the
+near arm, plus that within the far arm, plus the sum of ``cross`` over the pairs of nodes of the two
+words. A word of the near arm makes a field on the far arm's nodes: the sum of the word's rows of
+``cross``. Dynamic programming along the far arm finds the least energy in that field. This is a
+lower bound of the energy between the arms, because the method ignores overlaps.
 """
 
 from functools import lru_cache
@@ -24,20 +23,20 @@ from magfold_env.minimiser.lattice import HEADINGS, ORDER, TURNS, Ints
 from magfold_env.scene import Scene
 
 LETTERS = len(ORDER)
-NOWHERE = -1  # while the number of nodes is unknown
+NOWHERE = -1  # no node, while the number of nodes is unknown
 
 Entries = NDArray[np.int32]
-"""Half of the usual size, because there are tens of millions."""
+"""32-bit integers, because an arm may have tens of millions of entries."""
 
 
 class Arm(NamedTuple):
     """The possible poses of an arm's components, joint by joint from the root.
 
-    A pose of one component and the same pose of another are two nodes.
+    Equal poses of two components are different nodes.
     """
 
     x: IntArray
-    """Cell of each node, shape (nodes,), see `Lattice`; node 0 is the root."""
+    """Cell x and y of each node, shape (nodes,), see `Lattice`; node 0 is the root."""
     y: IntArray
     quarter: IntArray
     """Heading in quarter turns, 0 to 3, shape (nodes,)."""
@@ -46,33 +45,33 @@ class Arm(NamedTuple):
     component: IntArray
     """Component of each node, 0-based, shape (nodes,)."""
     following: IntArray
-    """Node that follows each letter in the order S, L, R, shape (nodes, 3).
+    """Next node for each letter in the order S, L, R, shape (nodes, 3).
 
-    The number of nodes means none.
+    An index equal to the number of nodes means that there is no next node.
     """
     end: int
-    """First of the nodes of the component at the arm's end."""
+    """First node of the component at the arm's end."""
 
 
 class PairTable(NamedTuple):
     """The couplings of two components of a chain at any pose."""
 
     coupling: Array
-    """K [J] by cell x, cell y and quarter turns of the second as seen from the first, then
-    faces."""
+    """K [J] by the pose of the second component relative to the first (cell x, cell y, quarter
+    turns), then by faces."""
     reach: int
-    """Index of cell 0."""
+    """Index of cell 0 along x and y."""
     strength: Array
-    """Signs of all faces, shape (n, 4)."""
+    """Pole charges of all faces in units of `Magnets.charge`, shape (n, 4)."""
     clashes_excluded: bool
     """Whether touching equal poles are excluded."""
 
 
 @lru_cache(maxsize=8)
 def grown(root: int, joints: int, direction: int, letters: str) -> Arm:
-    """Return the arm of a root (0-based) and a number of joints, by the letters allowed.
+    """Return the arm with a root (0-based component), a number of joints and the allowed letters.
 
-    The far arm grows to higher components, the near arm, with ``direction`` -1, to lower ones.
+    The far arm grows to higher components (``direction`` 1), the near arm to lower ones (-1).
     """
     turns = [direction * int(turn) for turn in TURNS]
     allowed = [letter in letters for letter in ORDER]
@@ -125,22 +124,22 @@ def pair_table(scene: Scene, strength: Array, *, clashes_excluded: bool) -> Pair
 
 
 class ArmWords(NamedTuple):
-    """All words of an arm as a tree in depth-first order, entry 0 the root."""
+    """All words of an arm as a tree in depth-first order; entry 0 is the root."""
 
     node: Entries
     """Last node of each entry, shape (entries,)."""
     parent: Entries
-    """Entry without the last letter, shape (entries,)."""
+    """Entry of the word without its last letter, shape (entries,)."""
     skip: Entries
-    """First entry after those whose words begin with this one's, shape (entries,)."""
+    """First later entry whose word does not begin with this entry's word, shape (entries,)."""
     least: Array
-    """Least energy within the arm of all complete words with this beginning [J]; infinite for
-    none."""
+    """Least energy within the arm of the complete words that begin with this entry's word [J];
+    infinite if there are none."""
 
 
 @inlined
 def _beside(x: int, y: int) -> int:
-    """Return the face of a component at the neighbouring cell (±1, ±1)."""
+    """Return the face of a component that points to the neighbouring cell (±1, ±1)."""
     if x > 0:
         return 0 if y > 0 else 3
     return 1 if y > 0 else 2
@@ -148,10 +147,10 @@ def _beside(x: int, y: int) -> int:
 
 @inlined
 def pair_energy(table: PairTable, one: Any, u: int, other: Any, v: int) -> float:
-    """Energy of the components at u and v, nodes of two arms or of one [J].
+    """Return the energy of the components at node u of ``one`` arm and node v of the ``other`` [J].
 
-    Infinite if they overlap, or if equal poles touch and that is excluded. Anything with an arm's
-    cells, headings and components serves as an arm.
+    The energy is infinite if they overlap, or if equal poles touch and the table excludes that.
+    ``one`` and ``other`` may be the same, and need only an arm's cells, headings and components.
     """
     turn = one.quarter[u]
     dx, dy = other.x[v] - one.x[u], other.y[v] - one.y[u]
@@ -168,7 +167,7 @@ def pair_energy(table: PairTable, one: Any, u: int, other: Any, v: int) -> float
     quarter = (other.quarter[v] - turn) % 4
     s, t = table.strength[one.component[u]], table.strength[other.component[v]]
     if table.clashes_excluded and abs(x) == 1 and abs(y) == 1:
-        # Face k is face 0 turned by k quarters; the one that it touches faces the other way.
+        # Face k is face 0 turned by k quarters; the face that it touches points the other way.
         mine = _beside(x, y)
         if s[mine] * t[(mine + 2 - quarter) % 4] > 0.0:
             return np.inf
@@ -178,9 +177,9 @@ def pair_energy(table: PairTable, one: Any, u: int, other: Any, v: int) -> float
 
 @allocating_kernel
 def cross_energies(table: PairTable, near: Arm, far: Arm) -> Array:
-    """Energies [J] of all pairs of nodes of the near and the far arm, (near, far).
+    """Return the energies of all pairs of a near and a far node [J], shape (near, far).
 
-    Both arms have the same root, so its column is zero.
+    The root is in both arms, so its column is zero.
     """
     out = np.zeros((near.x.size, far.x.size))
     for u in range(near.x.size):
@@ -191,7 +190,7 @@ def cross_energies(table: PairTable, near: Arm, far: Arm) -> Array:
 
 @allocating_kernel
 def count_entries(arm: Arm, most: int) -> int:
-    """Count the words of an arm without overlap, including shorter ones; stop at ``most``."""
+    """Count the words of an arm without overlap, including shorter words; stop at ``most``."""
     last = arm.joints[-1]
     path, tried = np.zeros(last + 1, np.int64), np.zeros(last + 1, np.int64)
     depth, count = 0, 1
@@ -213,10 +212,10 @@ def count_entries(arm: Arm, most: int) -> int:
 
 @allocating_kernel
 def arm_words(table: PairTable, arm: Arm, begin: int, entries: int) -> ArmWords:
-    """Visit all words of an arm that do not overlap.
+    """Return all words of an arm that do not overlap.
 
-    Components count from joint ``begin``: 0 includes the root's pairs, 1 omits them.
-    ``entries`` is at least the number of words, including shorter ones.
+    With ``begin`` 0, energies include the pairs with the root; with 1, they do not. ``entries`` is
+    at least the number of words, including shorter words.
     """
     node, parent, skip = (
         np.zeros(entries, np.int32), np.zeros(entries, np.int32), np.zeros(entries, np.int32)
@@ -252,26 +251,26 @@ def arm_words(table: PairTable, arm: Arm, begin: int, entries: int) -> ArmWords:
 
 
 class BestStates(NamedTuple):
-    """The best states so far, lowest first."""
+    """The best states so far, lowest energy first."""
 
     energy: Array
     """Energies [J], shape (top,); infinite for missing states."""
     near: IntArray
-    """Entries of their words of the near arm, shape (top,)."""
+    """Entries of the states' words of the near arm, shape (top,)."""
     far: IntArray
-    """Entries of their words of the far arm, shape (top,)."""
+    """Entries of the states' words of the far arm, shape (top,)."""
 
 
 @allocating_kernel
 def lowest_in_field(arm: Arm, field: Array, lowest: Array) -> float:
-    """Fill the least sum of the field over every node and its possible successors [J].
+    """Fill in, for each node, the least sum of the field along a path to the arm's end [J].
 
-    Successors obey the joints, but the walk may overlap itself. ``field`` has shape (nodes,), and
-    ``lowest`` has one entry more. Returns the root's value.
+    A path follows the joints but may overlap itself. ``field`` has shape (nodes,), and ``lowest``
+    has one more entry. The function returns the root's value.
     """
     for node in range(arm.end, arm.x.size):
         lowest[node] = field[node]
-    lowest[arm.x.size] = np.inf  # the end of a path
+    lowest[arm.x.size] = np.inf  # no next node
     for node in range(arm.end - 1, -1, -1):
         a, b, c = arm.following[node, 0], arm.following[node, 1], arm.following[node, 2]
         lowest[node] = field[node] + min(lowest[a], lowest[b], lowest[c])
@@ -282,15 +281,15 @@ def lowest_in_field(arm: Arm, field: Array, lowest: Array) -> float:
 def bound_prefixes(
     cross: Array, near: Arm, far: Arm, words: ArmWords, begin: int, end: int, bound: Array
 ) -> None:
-    """Fill ``bound`` with a lower bound of the states with each complete word of the near arm [J].
+    """Fill in ``bound``, a lower bound of the states' energies for words of the near arm [J].
 
-    The bound omits the energy within the far arm. The function fills entries ``begin`` to ``end``,
-    those of shorter words with infinity.
+    The bound omits the energy within the far arm. The function fills the entries from ``begin`` to
+    ``end``, excluding ``end``; shorter words have an infinite bound.
     """
     last = near.joints[-1]
     field = np.zeros((last + 1, far.x.size))
     lowest = np.empty(far.x.size + 1)
-    # The rows that the first entry of this stretch builds on.
+    # Fill the rows to which the rows of later entries are added.
     _add_up(cross, words, begin, near, field)
     for entry in range(begin, end):
         joints = int(near.joints[words.node[entry]])
@@ -312,7 +311,7 @@ def _add_row(row: Array, field: Array, joints: int) -> None:
 
 @allocating_kernel
 def _add_up(cross: Array, words: ArmWords, entry: int, near: Arm, field: Array) -> None:
-    """Fill the fields of an entry's word and of all its beginnings."""
+    """Fill in the fields of an entry's word and of all shorter words with which it begins."""
     joints = near.joints[words.node[entry]]
     path = np.empty(joints + 1, np.int64)
     for k in range(joints, -1, -1):
@@ -327,10 +326,10 @@ def search_prefixes(
     cross: Array, near: Arm, far: Arm, near_words: ArmWords, far_words: ArmWords,
     entries: IntArray, tolerance: float, found: BestStates,
 ) -> int:  # fmt: skip
-    """Complete some words of the near arm in all ways that could improve ``found``.
+    """Complete words of the near arm in all ways that could improve ``found``.
 
-    Only states more than ``tolerance`` [J] below the worst of ``found`` count. Returns the number
-    of words of the far arm that were visited, including shorter ones.
+    A state must be more than ``tolerance`` [J] below the worst state of ``found``. The function
+    returns the number of words of the far arm that it visited, including shorter words.
     """
     last, visited = far.joints[-1], 0
     field, lowest = np.empty((near.joints[-1] + 1, far.x.size)), np.empty(far.x.size + 1)
@@ -359,7 +358,7 @@ def search_prefixes(
 
 @allocating_kernel
 def _insert(found: BestStates, energy: float, near: int, far: int) -> None:
-    """Insert a state in order; the worst one drops out."""
+    """Insert a state in order of energy, and remove the worst state."""
     k = found.energy.size - 1
     while k > 0 and found.energy[k - 1] > energy:
         found.energy[k] = found.energy[k - 1]

@@ -1,8 +1,8 @@
-"""Couplings of the faces of two components on the lattice, from the engine's own laws.
+"""Couplings of the faces of two components on the lattice, computed by the engine.
 
-The interaction of two components is bilinear in their pole charges. Their energy is sᵀ K t, where s
-and t contain the charges in units of the strongest one, and the 4×4 matrix K depends only on their
-relative pose. The lattice has few poses, and the pairs of single faces determine K at each of them.
+The interaction of two components is bilinear in their pole charges. Their energy is sᵀ K t. The
+vectors s and t contain the charges in units of the largest one, and the 4×4 matrix K depends only
+on the relative pose. The lattice has few poses. At each, energies of pairs of single faces give K.
 """
 
 import math
@@ -25,9 +25,9 @@ FACES = 4
 
 
 class Couplings:
-    """The matrices K of one kind of component, computed on first use of a pose.
+    """The matrices K of one kind of component, each computed when its pose is first used.
 
-    K is for faces with the charge of the strongest, `Magnets.charge`; without magnets it is zero.
+    K is the energy of faces with the largest charge, `Magnets.charge`. Without magnets, it is zero.
     ``side`` is the edge length of a casing [m].
     """
 
@@ -40,9 +40,9 @@ class Couplings:
         self._known: dict[tuple[int, ...], Array] = {}
 
     def at(self, poses: Ints) -> Array:
-        """Return K (m, 4, 4) [J] at relative poses (m, 3), see `Lattice.poses`.
+        """Return K [J] at relative poses (m, 3), see `Lattice.poses`.
 
-        First index: face of the first component, in the usual order of faces.
+        The shape is (m, 4, 4): poses, faces of the first component, faces of the second component.
         """
         rows, inverse = _distinct(poses)
         keys = [tuple(pose) for pose in poses[rows].tolist()]
@@ -64,7 +64,7 @@ def couplings(scene: scenes.Scene) -> Couplings:
     """Return the couplings of a scene's magnets, shared by all scenes with equal magnets."""
     magnets = scene.magnets
     if magnets is not None:
-        # The users of the couplings apply the strengths of components.
+        # Callers multiply the couplings by the strengths of the faces.
         strongest = tuple(magnets.charges(scene.n).max(axis=0).tolist())
         magnets = magnets.model_copy(update={"remanence": None, "pole_charge": strongest})
     return _shared(cast("Hashable", magnets), scene.casing.side)  # hashable like all frozen models
@@ -77,9 +77,9 @@ _shared = lru_cache(maxsize=16)(Couplings)
 def _fill_energies(
     magnets: Magnets, charge: float, half: float, poses: Ints, nodes: Nodes, out: Array
 ) -> None:
-    """Fill ``out`` (m, 4, 4) [J] for two components with one face of ``charge`` [A·m] each.
+    """Fill ``out`` (m, 4, 4) [J] with energies of two components that have one charged face each.
 
-    ``half`` is the unit of cells [m].
+    The charged faces have ``charge`` [A·m]. The unit of cells is ``half`` [m].
     """
     pose = Pose(np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2))
     pose.cos[0] = 1.0
@@ -95,7 +95,7 @@ def _fill_energies(
 
 def _distinct(poses: Ints) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return the distinct poses, and the index of every pose among them."""
-    # Packed into one integer each: np.unique is far slower on rows.
+    # Each pose becomes one integer, because np.unique is far slower on rows.
     span = int(np.abs(poses[:, :2]).max(initial=0)) + 1
     codes = ((poses[:, 0] + span) * (2 * span + 1) + poses[:, 1] + span) * 4 + poses[:, 2]
     _, rows, inverse = np.unique(codes, return_index=True, return_inverse=True)
@@ -104,7 +104,7 @@ def _distinct(poses: Ints) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 @inlined
 def bilinear(matrix: Array, s: Array, t: Array) -> float:
-    """Return sᵀ K t of two components' faces."""
+    """Return sᵀ K t, the energy of two components with pole charges s and t."""
     total = 0.0
     for a in range(FACES):
         field = 0.0

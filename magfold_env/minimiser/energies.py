@@ -1,11 +1,11 @@
 """The magnetic energy of words: a quadratic form in the signs of the faces.
 
-The energy includes only the interaction of the chain's magnets. Scenes with an external field are
-refused, because their energy depends on the place of a fold, which a word does not specify.
+The energy includes only the interaction of the chain's magnets. Scenes with an external field
+raise an error, because their energy depends on a fold's position, which a word does not specify.
 
-The paper's Coulomb score also includes the pairs inside each component. A component's own energy
-does not change with the shape and is computed once per scene, in plain NumPy, with the number of
-nodes of the scene or a sufficient one.
+The paper's Coulomb score also includes the pairs inside each component. Their energy is the same
+for all words, and is computed once per scene in plain NumPy. It uses the scene's number of nodes,
+or a sufficient number if the scene has none.
 """
 
 import math
@@ -21,11 +21,11 @@ from magfold_env.scene.scene import signs
 from magfold_env.simulation.quadrature import width_rule
 
 TIE = 1e-9
-"""Energies this close, relative to that of two pole charges one side apart, count as equal:
-symmetric ones differ by rounding."""
+"""Difference up to which energies count as equal, relative to the energy of two pole charges one
+side apart. The energies of symmetric words differ by rounding."""
 
 NODES = 32  # along a pole face if the scene gives no number
-POINTS = 3  # the paper's, likewise
+POINTS = 3  # the same for `points`, as in the paper
 
 _NORMALS = np.deg2rad([45.0, 135.0, -135.0, -45.0])  # of the faces, from the heading
 
@@ -38,7 +38,7 @@ def strengths(scene: Scene) -> Array:
 
 
 def poles(scene: Scene) -> Array:
-    """Return the faces' pole charges in units of `Magnets.charge`, N positive, shape (n, 4)."""
+    """Return the pole charges in units of `Magnets.charge`, positive for N, shape (n, 4)."""
     return signs(scene.sequence) * strengths(scene)
 
 
@@ -60,8 +60,8 @@ def tie(scene: Scene) -> float:
 def word_energies(scene: Scene, lattice: Lattice) -> Array:
     """Return the energy of each word with the scene's sequence [J], shape (m,).
 
-    Each pair of components counts once, without pairs inside a component: `mf.energy`. A
-    scene in an external field is refused.
+    The energies equal those of `mf.energy`: each pair of components counts once, and pairs inside
+    a component do not count. An external field raises a ValueError.
     """
     refuse_field(scene)
     table = couplings(scene)
@@ -73,10 +73,10 @@ def word_energies(scene: Scene, lattice: Lattice) -> Array:
 
 
 def quadratic_forms(scene: Scene, lattice: Lattice) -> Array:
-    """Return J (m, 4n, 4n) of each word [J]: its energy is sᵀ J s for signs s of all 4n faces.
+    """Return the matrix J [J] of each word, shape (m, 4n, 4n).
 
-    J is symmetric, and zero where both faces belong to one component. It depends on the strength of
-    each face's magnet but not on the scene's sequence. A scene in an external field is refused.
+    The energy of a word is sᵀ J s for the signs s of all 4n faces. J is symmetric, zero for faces
+    of one component, and independent of the sequence. An external field raises a ValueError.
     """
     refuse_field(scene)
     strength = strengths(scene)
@@ -93,8 +93,8 @@ def quadratic_forms(scene: Scene, lattice: Lattice) -> Array:
 def internal_energy(scene: Scene) -> float:
     """Return the energy of all pairs of charges inside each component [J].
 
-    It includes the pairs within one pole face and depends on the sequence, not on the shape:
-    added to `mf.energy` it gives the paper's score (equation 6, each pair once).
+    It includes the pairs within one pole face. It depends on the sequence but not on the word.
+    Its sum with `mf.energy` is the paper's score (equation 6, each pair once).
     """
     magnets = scene.magnets
     if magnets is None:
@@ -107,15 +107,15 @@ def internal_energy(scene: Scene) -> float:
 
 
 def _nodes(magnets: Magnets) -> tuple[Array, Array]:
-    """Return offsets from a pole face's centre, in widths, and the shares of its charge."""
+    """Return the nodes' offsets from a pole face's centre, in widths, and shares of the charge."""
     strips = magnets.model == "strips"
     return width_rule(strips, magnets.nodes or (NODES if strips else POINTS))
 
 
 def _between_faces(magnets: Magnets, side: float) -> Array:
-    """Energies of two pole faces of one component for unit charges, without µ0/4π, (8, 8) [1/m].
+    """Return the energies of a component's pairs of pole faces, for unit charges, (8, 8) [1/m].
 
-    The four outer ones come first, then their inner counterparts.
+    The factor µ0/4π is omitted. The four outer pole faces are first, then the four inner ones.
     """
     offset, share = _nodes(magnets)
     outer = side / 2.0 - magnets.by_face("inset")
@@ -133,7 +133,7 @@ def _between_faces(magnets: Magnets, side: float) -> Array:
 
 
 def _lines(rho: Array, one: float, other: float) -> Array:
-    """Mean of 1/r between two upright lines `rho` apart, of two heights, about the plane [1/m]."""
+    """Return the mean of 1/r of two upright lines, rho apart and centred on the plane [1/m]."""
 
     def antiderivative(u: float) -> Array:
         return u * np.arcsinh(u / rho) - np.sqrt(u * u + rho * rho)
@@ -143,7 +143,7 @@ def _lines(rho: Array, one: float, other: float) -> Array:
 
 
 def _within_faces(magnets: Magnets) -> Array:
-    """Energy of a unit charge on each face's magnet, each pair of charges once, (4,) [1/m]."""
+    """Return the energy within each face's unit charge, without µ0/4π, shape (4,) [1/m]."""
     width, height = magnets.by_face("width"), magnets.by_face("height")
     if magnets.model == "strips":
         pairs = zip(width.tolist(), height.tolist(), strict=True)
@@ -154,9 +154,9 @@ def _within_faces(magnets: Magnets) -> Array:
 
 
 def _within_rectangle(a: float, b: float) -> float:
-    """Energy of a unit charge spread evenly over a rectangle of sides a and b [m], in 1/m.
+    """Return the energy [1/m] of a unit charge spread evenly over a rectangle of sides a, b [m].
 
-    Half the mean of 1/r over all pairs of points of a rectangle, which has a closed form.
+    It is half the mean of 1/r over all pairs of points, without µ0/4π.
     """
     integral = (
         2.0 * a * a * b * math.asinh(b / a)

@@ -1,13 +1,13 @@
-"""Every sequence of poles of a short chain: its number, its ground state, its energies.
+"""The ground states of all sequences of poles of a short chain, and the order of sequences.
 
-The energy of a word is sᵀ J s. The faces are divided into leading and trailing ones. For fixed
-leading signs, the energy is that among the leading faces, plus that among the trailing ones, which
-a table stores, plus a sum of fields on the trailing faces. Doubling builds all these sums: with one
-more face, every sum so far appears twice, the second time with that face's sign changed. That costs
-one addition per sequence and avoids the successive flips of a Gray code, in which errors add up.
+The energy of a word is sᵀ J s for the signs s of all faces. The faces are divided into leading and
+trailing faces. For fixed leading signs, the energy is that among the leading faces, plus that among
+the trailing faces, which a table stores, plus the fields on the trailing faces times their signs.
+These last sums are built by doubling: each trailing face doubles the number of sums, and its sign
+is -1 in the new half. That takes one addition per sequence, and few rounding errors add up.
 
-Sequences are numbered with one bit per face, component 1's front-left highest, N = 0 and S = 1: the
-order of the numbers is the alphabetical order of the sequences.
+The number of a sequence has one bit per face, N = 0 and S = 1; component 1's front-left face is the
+highest bit. The order of the numbers is the alphabetical order of the sequences.
 """
 
 from dataclasses import dataclass
@@ -23,17 +23,17 @@ from magfold_env.minimiser.lattice import all_words
 from magfold_env.scene import Scene, errors, unless_a_scene
 
 LONGEST_OF_ALL = 6
-"""Largest number of components for which every sequence is evaluated: 16^6 sequences, halved by the
-global sign flip."""
+"""Largest number of components for which every sequence is evaluated: half of 16^6 sequences,
+because flipping all poles changes no energy."""
 
 LONGEST_NUMBERED = 10_000
-"""Largest number of components of a sequence requested by its number."""
+"""Largest number of components for which `sequence_of` returns sequences."""
 
 WordIndices = NDArray[np.uint8]
-"""Enough for the 229 words of six components."""
+"""Indices of words; 8 bits suffice for the 229 words of six components."""
 
-_TRAILING = 10  # faces whose signs vary within a block: its energies stay in the cache
-_PARTS = 16  # between which Ctrl-C is noticed
+_TRAILING = 10  # faces whose signs vary within a block, whose energies fit in the cache
+_PARTS = 16  # number of parts of the work; Ctrl-C takes effect between two parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,16 +46,16 @@ class EverySequence:
     words: tuple[str, ...]
     """The words that were compared."""
     word: WordIndices
-    """Index of the word of least energy, or of any of several equal ones, shape (2^(4n-1),)."""
+    """Index of the word of least energy, or of any word tied with it, shape (2^(4n-1),)."""
     energy: Array
-    """Its energy [J], shape (2^(4n-1),)."""
+    """Energy of that word [J], shape (2^(4n-1),)."""
     gap: Array
-    """Energy gap to the next word [J]; infinite if there is none, shape (2^(4n-1),)."""
+    """Energy gap to the next word [J], shape (2^(4n-1),); infinite if there is only one word."""
     tie: float
-    """Gaps up to this are rounding errors [J]."""
+    """Largest gap that counts as a rounding error [J]."""
 
     def counts(self) -> dict[str, int]:
-        """Count the sequences that have each word as their only ground state.
+        """Return, for each word, the number of sequences whose only ground state is that word.
 
         A sequence and its flipped image count once.
         """
@@ -64,7 +64,7 @@ class EverySequence:
 
 
 def sequence_of(number: int, n: int) -> tuple[str, ...]:
-    """Return the sequence of a number: one bit per face, the first face highest, N = 0 and S = 1.
+    """Return the sequence of a number with one bit per face, first face highest, N = 0 and S = 1.
 
     The order of the numbers is the alphabetical order of the sequences.
 
@@ -80,7 +80,7 @@ def sequence_of(number: int, n: int) -> tuple[str, ...]:
 
 
 def every_ground_state(scene: Scene) -> EverySequence:
-    """Find the ground state of every sequence of N and S; the scene's own is ignored.
+    """Find the ground state of every sequence of N and S; the scene's own sequence is ignored.
 
     Raises
     ------
@@ -99,10 +99,10 @@ def every_ground_state(scene: Scene) -> EverySequence:
 
 
 def best_words(forms: Array, words: tuple[str, ...], tie: float) -> EverySequence:
-    """Return which of some words is lowest for every sequence whose first face is N, by number.
+    """Return the word of least energy for every sequence whose first face is N, by number.
 
-    ``forms`` (words, 4n, 4n) are those of the ``words``, see `quadratic_forms`. Gaps up to ``tie``
-    are rounding [J].
+    ``forms`` (words, 4n, 4n) contains the matrix of each word, see `quadratic_forms`. Gaps up to
+    ``tie`` [J] count as rounding errors.
     """
     faces = forms.shape[1]
     size, trailing = 1 << (faces - 1), min(_TRAILING, faces - 1)
@@ -121,10 +121,10 @@ def best_for_every_sequence(
     forms: Array, trailing: int, first: int,
     word: WordIndices, least: Array, second: Array,
 ) -> None:  # fmt: skip
-    """Fill the word of least energy, its energy and the second least [J] for some sequences.
+    """Fill in each sequence's lowest ``word``, its energy ``least``, and the ``second`` least [J].
 
-    ``forms`` (words, faces, faces) contains J [J]. The sequences begin at number ``first``, a
-    multiple of 2^``trailing``; their number is the length of ``word``, ``least`` and ``second``.
+    ``forms`` (words, faces, faces) contains J [J]. The sequences begin at the number ``first``, a
+    multiple of 2^``trailing``. The three arrays have one entry per sequence.
     """
     words, size = forms.shape[0], 1 << trailing
     own = np.empty((words, size))
@@ -146,7 +146,7 @@ def best_for_every_sequence(
 def keep_lowest(
     w: int, energies: Array, which: WordIndices, lowest: Array, runner_up: Array
 ) -> None:
-    """Compare a word's energies with the lowest two so far; the first of equal words stays."""
+    """Update the two lowest energies with those of word ``w``; the first of equal words stays."""
     for k in range(energies.size):
         energy, low = energies[k], lowest[k]
         higher = low if energy < low else energy
@@ -159,9 +159,9 @@ def keep_lowest(
 def fill_block(
     form: Array, block: int, trailing: int, own: Array, fields: Array, energies: Array
 ) -> None:
-    """Fill the energies (2^trailing,) of the sequences whose leading faces are bits of ``block``.
+    """Fill in the energies (2^trailing,) [J] of sequences whose leading faces are ``block``'s bits.
 
-    ``own`` is what `tabulate` fills, ``fields`` (trailing,) is overwritten.
+    `tabulate` fills ``own``. The function overwrites ``fields`` (trailing,).
     """
     faces = form.shape[0]
     leading = faces - trailing
@@ -187,7 +187,7 @@ def fill_block(
 
 @allocating_kernel
 def tabulate(form: Array, trailing: int, own: Array) -> None:
-    """Fill the energies (2^trailing,) among the trailing faces for all their signs [J]."""
+    """Fill in the energies among the trailing faces for all their signs, (2^trailing,) [J]."""
     leading = form.shape[0] - trailing
     for number in range(own.size):
         total = 0.0
@@ -202,5 +202,5 @@ def tabulate(form: Array, trailing: int, own: Array) -> None:
 
 @allocating_kernel
 def sign_of(number: int, bit: int) -> float:
-    """Return the sign of a face: +1 for N, a bit that is 0, and -1 for S."""
+    """Return the sign of a face from its bit: +1 for N, which is 0, and -1 for S, which is 1."""
     return -1.0 if (number >> bit) & 1 else 1.0

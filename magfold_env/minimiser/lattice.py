@@ -1,4 +1,4 @@
-"""Words as arrays: every casing of a word is on a lattice, so poses are integers."""
+"""Words as arrays: all casings of a word are on a lattice, so their poses are integers."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ HEADINGS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])  # unit vectors by quart
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Words of equal length and the places of their components."""
+    """Words of equal length and the poses of their components."""
 
     letters: Ints
     """Indices into ``ORDER``, shape (m, n-1)."""
     cells: Ints
-    """Centres in half hinge-to-hinge lengths, side/√2, the first at the origin, shape (m, n, 2)."""
+    """Centres in units of side/√2, shape (m, n, 2); component 1's centre is the origin."""
     quarters: Ints
-    """Headings in quarter turns, 0 to 3, shape (m, n); that of component 1 is 0."""
+    """Headings in quarter turns, 0 to 3, shape (m, n); component 1's heading is 0."""
 
     @property
     def n(self) -> int:
@@ -50,10 +50,10 @@ class Lattice:
         return tuple(self.word(row) for row in range(len(self)))
 
     def extended(self) -> Lattice:
-        """Return every word with S, L and R appended, without words that overlap.
+        """Return the words that result from appending S, L and R, without words that overlap.
 
-        Two casings of a word overlap only if their centres coincide: centres differ by an even
-        number of half lengths, and two such lengths apart the squares touch at most.
+        Two casings overlap only if their centres coincide. For two centres, ``|dx| + |dy|`` is
+        even, and casings for which it is 2 touch without overlap.
         """
         m = len(self)
         letter = np.tile(np.arange(3), m)
@@ -67,11 +67,11 @@ class Lattice:
         return Lattice(letters, np.concatenate([cells, cell[:, None]], axis=1), quarters)[free]
 
     def fully_folded(self) -> NDArray[np.bool_]:
-        """Whether each word has only L and R, shape (m,)."""
+        """Return whether each word contains only L and R, shape (m,)."""
         return (self.letters != ORDER.index("S")).all(axis=1)
 
     def poses(self, i: int, j: int) -> Ints:
-        """Return component j as seen from component i: (m, 3), cell x and y, quarter turns."""
+        """Return component j's pose relative to i, shape (m, 3): cell x, cell y, quarter turns."""
         turn = -self.quarters[:, i] % 4
         cos, sin = HEADINGS[turn].T
         x, y = (self.cells[:, j] - self.cells[:, i]).T
@@ -79,13 +79,13 @@ class Lattice:
         return np.column_stack([cos * x - sin * y, sin * x + cos * y, quarter])
 
     def pairs(self) -> Iterator[tuple[int, int, Ints]]:
-        """Yield each pair of components i < j with the poses of j seen from i."""
+        """Yield each pair of components i < j with the poses of j relative to i."""
         for i, j in combinations(range(self.n), 2):
             yield i, j, self.poses(i, j)
 
 
 def from_words(words: Sequence[str]) -> Lattice:
-    """Return words of equal length as arrays; overlapping ones are allowed."""
+    """Return words of equal length as arrays; the words may overlap."""
     letters = np.array([[ORDER.index(c) for c in word] for word in words], dtype=np.int64)
     quarters = np.zeros((len(words), letters.shape[1] + 1), dtype=np.int64)
     quarters[:, 1:] = np.cumsum(TURNS[letters], axis=1) % 4
@@ -96,7 +96,7 @@ def from_words(words: Sequence[str]) -> Lattice:
 
 
 def all_words(n: int) -> Lattice:
-    """Return every word of n components that does not overlap, in the order S, L, R."""
+    """Return all words of n components that do not overlap, sorted in the order S, L, R."""
     found = from_words([""])
     for _ in range(n - 1):
         found = found.extended()

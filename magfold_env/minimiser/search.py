@@ -1,4 +1,4 @@
-"""Searches for the states of least energy: of all words, component by component, of long chains.
+"""Searches for the states of least energy: among all words, and component by component.
 
 Long chains are cut in the middle and searched by branch and bound, which proves its results.
 """
@@ -22,24 +22,24 @@ from magfold_env.shapes import headings, overlaps, word_to_angles
 Mode = Literal["free", "forward", "backward"]
 
 LONGEST = 12
-"""Largest number of components for a full search: 118,731 words; each further component multiplies
-them by 2.7.
+"""Largest number of components for a full search: 118,731 words. Each further component multiplies
+the number of words by 2.7.
 
-The states of longer chains are found by `ground_state`.
+`ground_state` finds the states of longer chains.
 """
 
 LONGEST_CUT: Final = {"all": 32, "folded": 56, "stable": 56}
-"""Largest number of components of a chain whose halves `ground_state` can list, by the ranked
-words."""
+"""Largest number of components for which `ground_state` can list the words of each half, by the
+words that it ranks."""
 
 MOST_STATES: Final = 10_000_000
-"""Largest number of states on request."""
+"""Largest number of states that can be requested."""
 
 MOST_ENTRIES: Final = 40_000_000
-"""Largest number of words of a half chain, including shorter ones, at 20 bytes each."""
+"""Largest number of words of half a chain, including shorter words; each needs 20 bytes."""
 
-_STRETCH = 20_000  # entries bounded, and
-_BATCH = 50  # words completed, between two reports of progress
+_STRETCH = 20_000  # number of entries bounded between two reports of progress
+_BATCH = 50  # number of words completed between two reports of progress
 
 MOST_SHOWN = 5  # states shown in one line
 
@@ -56,7 +56,7 @@ class Option:
 
 @dataclass(frozen=True)
 class Decision:
-    """One joint decided by a component-by-component search."""
+    """The decision of a component-by-component search on one joint."""
 
     joint: int
     """Number of the joint from 1; joint k is between components k and k+1."""
@@ -65,7 +65,7 @@ class Decision:
     letter: str
     """The letter of least energy."""
     tied: str
-    """Other letters of the same energy; the order S, L, R decided the tie."""
+    """Other letters of the same energy, which come later in the order S, L, R."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -77,9 +77,9 @@ class Minimum(Shown):
     states: tuple[State, ...]
     """The states, lowest energy first. The component-by-component modes return one state."""
     decisions: tuple[Decision, ...]
-    """Decisions in their order; empty for the full search."""
+    """Decisions in the order in which they were made; empty for the mode `free`."""
     examined: int
-    """Number of words whose energies were compared; for long chains, of words of half the chain."""
+    """Number of words whose energies were compared; for long chains, words of half the chain."""
 
     @property
     def best(self) -> State:
@@ -131,23 +131,23 @@ def minimise(
         The scene; its sequence, casing and magnets are used. Mount, friction and contact are
         ignored.
     mode
-        `free` compares every word without overlap; for more than `LONGEST` components it uses
-        branch and bound, which proves the same. `forward` decides one joint at a time from joint 1,
-        and `backward` from the last joint. Each joint takes the letter of least energy without
-        overlap, with all components acting and the undecided joints straight.
+        `free` compares all words without overlap; for more than `LONGEST` components it calls
+        `ground_state`. `forward` decides one joint at a time from joint 1, and `backward` does so
+        from the last joint. Each joint takes the letter of least energy without overlap. The energy
+        is that of all components, with the undecided joints straight.
     top
         Number of states that `free` returns.
     among
-        The words that `free` ranks: `all`, only the `folded` ones (no S), or only the
-        `stable` ones (folded, and no equal poles touch).
+        The words that `free` ranks: `all`, only the `folded` words (no S), or only the
+        `stable` words (folded, and no equal poles touch).
     progress
-        Progress of branch and bound, as for `ground_state`.
+        Called during branch and bound, as by `ground_state`.
 
     Raises
     ------
     ValueError
-        If an argument is not one of these, the scene has an external field, the chain is too long
-        for a full search, or a component-by-component search reaches a joint where every letter
+        If an argument is not allowed, the scene has an external field, the chain is too long for
+        `ground_state`, or a component-by-component search reaches a joint where every letter
         overlaps.
     """
     errors.refuse(errors.unless_one_of("mode", mode, get_args(Mode)))
@@ -167,7 +167,7 @@ def minimise(
 
 
 def _refuse(scene: Scene, top: int, among: Among, progress: Progress | None) -> None:
-    """Refuse arguments that no search accepts."""
+    """Raise a `SceneError` for arguments that no search accepts."""
     problems = [
         *unless_a_scene(scene),
         *errors.unless_whole("top", top, 1, MOST_STATES),
@@ -205,11 +205,11 @@ def _one_by_one(scene: Scene, mode: Mode) -> Minimum:
 def ground_state(
     scene: Scene, top: int = 1, among: Among = "all", *, progress: Progress | None = None
 ) -> Minimum:
-    """Find the states of least energy of a long chain with proof.
+    """Find the states of least energy of a long chain, and prove that no other is lower.
 
     The method is branch and bound. The chain is cut in the middle. The words of one half are
     ordered by a lower bound of the energy of their states, and completed in that order until the
-    bound exceeds the states found. Some states that tie with the last listed one may be missing.
+    bound exceeds the energies found. States that tie with the last listed state may be missing.
 
     Parameters
     ----------
@@ -219,15 +219,16 @@ def ground_state(
     top
         Number of states to find.
     among
-        Which words to rank: `all` that do not overlap, only the `folded` ones (no S), or only the
-        `stable` ones (folded, and no equal poles touch).
+        The words to rank: `all` words without overlap, only the `folded` words (no S), or only the
+        `stable` words (folded, and no equal poles touch).
     progress
         Called with the completed share of the work, from 0 to 1.
 
     Raises
     ------
     ValueError
-        If an argument is out of range, or the chain has more components than `LONGEST_CUT`.
+        If an argument is not allowed, the scene has an external field, or the chain has more
+        components than `LONGEST_CUT`.
     """
     _refuse(scene, top, among, progress)
     energies.refuse_field(scene)
@@ -239,17 +240,17 @@ def ground_state(
     if scene.n == 1:
         return Minimum("free", (states.state_of(scene, ""),), decisions=(), examined=1)
     search = _BranchAndBound(scene, among, top, progress or (lambda done: None))
-    # Ties in the order S, L, R, as in the full search.
+    # Tied words are in the order S, L, R, as in the full search.
     words = sorted(search.words(), key=lambda word: [ORDER.index(letter) for letter in word])
     lowest = states.lowest_states(scene, from_words(words), top) if words else ()
     return Minimum("free", lowest, decisions=(), examined=search.examined)
 
 
 class _BranchAndBound:
-    """A chain of at least two components cut in the middle, and its best states so far.
+    """A chain of at least two components, cut in the middle, and its best states so far.
 
-    A state counts as better only if it is lower than the worst one found by more than the tolerance
-    of equal energies.
+    A new state counts as better only if its energy is below that of the worst state found by more
+    than the tolerance of equal energies.
     """
 
     def __init__(self, scene: Scene, among: Among, top: int, progress: Progress) -> None:
@@ -268,7 +269,7 @@ class _BranchAndBound:
         nothing = np.full(top, -1, dtype=np.int64)
         self._found = arms.BestStates(np.full(top, np.inf), nothing, nothing.copy())
         self.examined = 0
-        """Number of words of half the chain, including shorter ones, bounded or completed."""
+        """Number of words of half a chain, including shorter words, bounded or completed so far."""
 
     def words(self) -> list[str]:
         """Find the best states and return their words, lowest energy first."""
@@ -285,7 +286,7 @@ class _BranchAndBound:
         ]
 
     def _bounds(self) -> Array:
-        """Bound every word of the near arm [J] without the far arm's own energy."""
+        """Return a lower bound for each word of the near arm [J], without the far arm's energy."""
         bound = np.empty(self._near_words.node.size)
         for begin in range(0, bound.size, _STRETCH):
             end = min(begin + _STRETCH, bound.size)
@@ -315,7 +316,7 @@ class _BranchAndBound:
 
 
 def _letters(arm: arms.Arm, words: arms.ArmWords, entry: int) -> str:
-    """Return the letters of an entry, away from the cut."""
+    """Return the letters of an entry, in the order away from the cut."""
     letters: list[str] = []
     while entry > 0:
         above = int(words.parent[entry])

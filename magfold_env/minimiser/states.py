@@ -1,4 +1,4 @@
-"""States: words with their properties, and their order."""
+"""States: words with their energies and other properties, and the ranking of states."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,20 +27,20 @@ class State:
     word: str
     """One letter per joint, component 1 first."""
     energy: float
-    """Magnetic energy, counting each pair of components once: `mf.energy` [J]."""
+    """Magnetic energy [J], the same as from `mf.energy`; each pair of components counts once."""
     coulomb_score: float
-    """The paper's score: `energy` plus the pairs inside each component, a constant of the sequence
-    [J]."""
+    """The paper's score [J]: `energy` plus the energy of pairs inside each component, which is the
+    same for all words."""
     fully_folded: bool
     """Whether every joint is L or R."""
     contacts: Pairs
-    """Pairs of components, numbered from 1, that touch along a face, neighbours or not."""
+    """Pairs of components, numbered from 1, that touch along a face, including neighbours."""
     conflicts: Pairs
-    """Touching pairs whose faces have equal poles."""
+    """Pairs of `contacts` whose touching faces have equal poles."""
     outline: Outline
-    """The cells covered, up to rotation and translation."""
+    """The cells that the casings cover, up to rotation and translation."""
     tied: tuple[str, ...] = ()
-    """Other words of the same energy that the search ranked with this one."""
+    """Other words of the same energy that the search ranked with this word."""
 
     def __repr__(self) -> str:
         """Return the word, its energy and its conflicts."""
@@ -58,7 +58,7 @@ class State:
 
 
 def state_of(scene: Scene, word: str, tied: tuple[str, ...] = ()) -> State:
-    """Return the state of a word without overlap; ``tied`` are words of equal energy."""
+    """Return the state of a word without overlap; ``tied`` contains words of equal energy."""
     one = from_words([word])
     energy = float(energies.word_energies(scene, one)[0])
     return State(
@@ -74,7 +74,7 @@ def state_of(scene: Scene, word: str, tied: tuple[str, ...] = ()) -> State:
 
 
 def lowest_states(scene: Scene, lattice: Lattice, top: int) -> tuple[State, ...]:
-    """Return the states of least energy of some words, lowest first, ties in the given order."""
+    """Return the ``top`` states of least energy, lowest first; tied words keep the given order."""
     found: list[State] = []
     if len(lattice):
         for group in ranked(scene, energies.word_energies(scene, lattice)):
@@ -87,9 +87,9 @@ def lowest_states(scene: Scene, lattice: Lattice, top: int) -> tuple[State, ...]
 
 
 def ranked(scene: Scene, energy: Array) -> list[list[int]]:
-    """Return indices by ascending energy [J], in groups whose neighbours are tied.
+    """Return indices by ascending energy [J], in groups of tied energies.
 
-    Each group keeps the given order.
+    The indices of each group are in ascending order.
     """
     order = np.argsort(energy, kind="stable")
     steps = np.diff(energy[order]) > energies.tie(scene)
@@ -97,7 +97,7 @@ def ranked(scene: Scene, energy: Array) -> list[list[int]]:
 
 
 def touching_faces(one: Lattice) -> Pairs:
-    """Return pairs of flush faces in a single word; face f of component i, from 0, is 4i + f."""
+    """Return the pairs of flush faces in one word; face f of component i (0-based) is 4i + f."""
     found: list[tuple[int, int]] = []
     for i, j, poses in one.pairs():
         mine, theirs = int(_face(poses)[0]), int(_face(one.poses(j, i))[0])
@@ -114,18 +114,18 @@ def conflicts(one: Lattice, sequence: Sequence[str]) -> Pairs:
 
 
 def conflict_free(lattice: Lattice, sequence: Sequence[str]) -> NDArray[np.bool_]:
-    """Whether no two touching faces of each word have equal poles, shape (m,)."""
+    """Return whether each word is without touching faces of equal poles, shape (m,)."""
     sign = energies.signs(sequence)
     free = np.ones(len(lattice), dtype=np.bool_)
     for i, j, poses in lattice.pairs():
         mine, theirs = _face(poses), _face(lattice.poses(j, i))
-        # An empty face has sign 0 and conflicts with none.
+        # An empty face has sign 0 and never conflicts.
         free &= (mine < 0) | (sign[i, mine] * sign[j, theirs] <= 0.0)
     return free
 
 
 def _face(poses: Ints) -> Ints:
-    """Return the face of a component that is flush with one at `poses`, or -1 for none."""
+    """Return the face of a component that touches a component at each pose, or -1, shape (m,)."""
     face = np.full(len(poses), -1, dtype=np.int64)
     for index, cell in enumerate(_BESIDE):
         face[(poses[:, :2] == cell).all(axis=1)] = index
