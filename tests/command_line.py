@@ -1,4 +1,4 @@
-"""The `magfold` command in this process and how to read what it says; Python in another one."""
+"""Functions that run `magfold` in this process, read its output, and start Python."""
 
 import os
 import subprocess

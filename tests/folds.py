@@ -1,4 +1,4 @@
-"""Folds that cost no simulation: as they lie, and recorded."""
+"""Folds that need no simulation, with and without a trajectory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Processes that are broken off when they have written a number of records; what they leave."""
+"""Functions that kill processes after a number of records, and that read their files."""
 
 import json
 import signal

@@ -1,11 +1,11 @@
-"""Plant one error at a time and see that the tests notice: ``python -m tests.mutants [PART …]``.
+"""Mutation tests, which plant one error at a time: ``python -m tests.mutants [PART …]``.
 
-``mutants.yaml`` lists the errors and the tests that must notice them. Each error is planted in a
-copy of the tree. Its tests must pass without it; with it, an assertion of one of them must fail.
-An error in a fixture, at collection or in the code under test does not count. ``PART`` is a part
-of the names of mutants, or of files, and selects those. The exit code is 1 unless all are killed.
-Errors of kernels are tried without compiling where the table says ``interpreted``.
-This module is the plugin of pytest that looks for the assertion.
+``mutants.yaml`` lists errors and the tests that must detect them. Each error is planted in a copy
+of the tree. Without the error, its tests must pass. With the error, an assertion of one of them
+must fail. An error in a fixture, during collection or in the code under test does not count.
+``PART`` selects the mutants whose name or file contains it. The exit code is 1 unless all mutants
+are killed. Mutants with ``interpreted`` in the table run without compilation. This module is also
+the pytest plugin that detects the failed assertion.
 """
 
 import argparse
@@ -38,18 +38,18 @@ Fate = Literal["killed", "survived", "broken"]
 
 
 class Mutant(NamedTuple):
-    """An error, where it is planted, and who is to notice."""
+    """An error, the file in which it is planted, and the tests that must detect it."""
 
     topic: str
     what: str
-    """What becomes wrong, in words."""
+    """Description of the error."""
     file: str
     old: str
-    """Stands in the file once."""
+    """Text that occurs once in the file."""
     new: str
     tests: list[str]
     interpreted: bool = False
-    """Whether the tests are run without compiling."""
+    """Whether the tests run without compilation."""
 
 
 def mutants() -> list[Mutant]:

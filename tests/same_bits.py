@@ -1,12 +1,12 @@
-"""Whether folds and episodes are those of another commit, bit for bit.
+"""A comparison of folds and episodes with those of another commit, bit for bit.
 
-``python tests/same_bits.py`` compares with ``tests/same_bits.json``, which holds what the present
-version of the physics gave at first (some five minutes); ``python tests/same_bits.py --record
-FILE`` writes such a file. It goes through public names alone, so that it runs on either commit:
-``PYTHONPATH`` says on which.
+``python tests/same_bits.py`` compares results with ``tests/same_bits.json``, which contains the
+first results of the present version of the physics. It takes about five minutes. ``python
+tests/same_bits.py --record FILE`` writes such a file. Only public names are used, so that both
+commits can run; ``PYTHONPATH`` selects one. The last bits depend on the processor and on the
+versions of numba and of the C library.
 
-Last bits depend on the processor and on the versions of numba and of the C library. On another
-machine, record the old commit there first and compare with that: ``--against FILE``.
+On another machine, record the old commit there first, and compare by ``--against FILE``.
 """
 
 import argparse
@@ -72,13 +72,13 @@ NOT_OF_GOALS = ("reward", "shaping", "gamma", "baseline")
 
 
 class Digest:
-    """A hash of numbers to the last bit, of texts, and of whatever holds them."""
+    """A hash of texts, of exact numbers, and of containers with such values."""
 
     def __init__(self) -> None:
         self._hash = hashlib.sha256()
 
     def add(self, value: Any) -> None:
-        """Take in a value, whatever it holds."""
+        """Add a value and everything that it contains."""
         if isinstance(value, dict):
             for key in sorted(value):
                 # The record has an info by its earlier name.

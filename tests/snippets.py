@@ -1,4 +1,4 @@
-"""What the pages tell their readers to run: lines of Python, commands, settings."""
+"""Python lines, commands and settings that the pages show to readers."""
 
 import ast
 import io
@@ -27,7 +27,7 @@ python() { if [ "$1" = -c ]; then "$PYTHON" "$@"; else tell python "$@"; fi; }
 
 
 class Statement(NamedTuple):
-    """One statement of a page, and what a comment at its end says that it prints."""
+    """A statement on a page, and the output that its comment states."""
 
     code: str
     comment: str

@@ -1,4 +1,4 @@
-"""Records of a long run: whole or refused, of one run only, and of one process at a time."""
+"""Tests of a long run's records: damaged files, other runs' files, and concurrent processes."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""Limit loads: by hand, by symmetry, and what is refused."""
+"""Tests of limit loads: hand calculations, symmetry, and errors."""
 
 from __future__ import annotations
 

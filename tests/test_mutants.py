@@ -1,4 +1,4 @@
-"""The table of mutants fits the sources; ``python -m tests.mutants`` plants them."""
+"""Tests that the table of mutants fits the sources; ``python -m tests.mutants`` plants them."""
 
 from collections import Counter
 from pathlib import Path

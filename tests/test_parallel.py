@@ -1,4 +1,4 @@
-"""One function over many tasks: every result once, whatever works and whatever is lost."""
+"""Tests of parallel calls: each result arrives once, on any backend and after any loss."""
 
 import os
 import sys
@@ -96,7 +96,7 @@ def test_what_is_broken_off_warns_of_nothing() -> None:
 
 
 class LostError(Exception):
-    """Stands for Ray's errors."""
+    """A substitute for Ray's errors."""
 
 
 def fake_ray(monkeypatch: pytest.MonkeyPatch, running: bool = False) -> list[Any]:

@@ -1,4 +1,4 @@
-"""The same models and folds where processors and libraries round otherwise, or do not compile."""
+"""Tests of identical models and folds with other rounding, other libraries, or no compiler."""
 
 import json
 import sys

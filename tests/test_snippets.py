@@ -1,4 +1,4 @@
-"""Every snippet and command of the pages is one that runs."""
+"""Tests that all snippets and commands on the pages run."""
 
 import re
 import shlex

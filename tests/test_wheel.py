@@ -1,4 +1,4 @@
-"""What the wheel brings."""
+"""Tests of the contents of the wheel."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Fold words that tests compare with."""
+"""Fold words for comparisons in tests."""
 
 from itertools import product
 

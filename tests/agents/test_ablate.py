@@ -1,4 +1,4 @@
-"""What is taken away is gone, the rest stays, and what it was worth is told from draws alike."""
+"""Tests of ablations: they remove only what they name, and compare equal draws."""
 
 import itertools
 import json
@@ -32,7 +32,7 @@ def seen(env: Any, observation: Any) -> Any:
 
 
 class Reading:
-    """Lets what it sees of the chain decide, and nothing else."""
+    """A policy whose actions depend only on entries that a camera measures."""
 
     def __init__(self) -> None:
         env = episodes.make_env(STRONG)

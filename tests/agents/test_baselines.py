@@ -1,4 +1,4 @@
-"""Searches choose within their budgets; what they chose is kept, and a search goes on."""
+"""Tests of searches for baselines: their budgets, their stored choices, and how they resume."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""All commands look alike, and tell what is wrong in one line before they begin."""
+"""Tests of all commands: a common form, and errors in one line before any work."""
 
 import os
 import sys

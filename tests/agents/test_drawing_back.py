@@ -1,4 +1,4 @@
-"""What folds wrong is drawn in and let out anew; where nothing does, an open loop is played."""
+"""Tests of plans that retract wrong folds and release them again, or else play an open loop."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""A learner that imitates does what sets the baselines, and expects what that earns."""
+"""Tests of imitation: learners copy the baseline's actions and expect its score."""
 
 from pathlib import Path
 from typing import Any

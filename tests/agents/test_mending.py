@@ -1,4 +1,4 @@
-"""What is mended holds more often, and nothing is known that a tray does not have."""
+"""Tests of plans that rebuild failed chains from their trays, and so hold more often."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""The scoreboard says what the files say."""
+"""Tests that the scoreboard shows the contents of the result files."""
 
 from pathlib import Path
 

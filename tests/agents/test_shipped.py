@@ -1,4 +1,4 @@
-"""The policies that come with the project still score what their cards say."""
+"""Tests that the shipped policies still reach the scores on their cards."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Networks are shown the same in training and wherever they play."""
+"""Tests that networks receive the same observations in training and in play."""
 
 from pathlib import Path
 from typing import Any

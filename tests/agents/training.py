@@ -1,4 +1,4 @@
-"""Commands, tiny runs without dynamics, and what is compared of them."""
+"""Commands and tiny training runs for tests, and comparisons of their results."""
 
 import itertools
 from importlib import import_module
@@ -52,7 +52,7 @@ def call(module: str, *arguments: object, code: int | None = None) -> Any:
 
 
 class KilledError(BaseException):
-    """Ends a run as a kill does: nobody catches it."""
+    """An error that nothing catches, so that it ends a run like a kill."""
 
 
 def killed(settings: TrainSettings, folder: Path, after: int, resume: bool | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Random pairs of casings that the tests of the magnets benchmark share."""
+"""Random pairs of casings for tests of the magnets benchmark."""
 
 import numpy as np
 

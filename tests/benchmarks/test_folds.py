@@ -1,4 +1,4 @@
-"""Whole folds: which are timed, and that they need no more evaluations than they did."""
+"""Tests of the benchmark of whole folds: its scenes, and a limit on their evaluations."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The folder for browsers, built once for every version of the sources, and what runs it."""
+"""The folder for browsers, built once per version of the sources, and a way to run jobs in it."""
 
 import json
 import shutil

@@ -1,4 +1,4 @@
-"""Random scenes that a page can hold, and how its script and its kernels are told of them."""
+"""Random scenes that a page supports, and their form for its script and its kernels."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""The engine in JavaScript folds as `mf.simulate` does, bit for bit."""
+"""Tests that the engine in JavaScript and `mf.simulate` give identical folds."""
 
 import struct
 from typing import Any

@@ -1,4 +1,4 @@
-"""Episodes in a page are those of the environments, and networks act as policies."""
+"""Tests that a page's episodes and networks equal the package's environments and policies."""
 
 from typing import Any
 

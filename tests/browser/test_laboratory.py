@@ -1,4 +1,4 @@
-"""The laboratory in a headless Chromium: what is set by hand folds as `mf.simulate` says."""
+"""Tests of the laboratory in a headless Chromium: its folds are those of `mf.simulate`."""
 
 from collections.abc import Generator
 from pathlib import Path

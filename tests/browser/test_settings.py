@@ -1,4 +1,4 @@
-"""Kernels make a chain of its settings, and its table, as packing a scene does, bit for bit."""
+"""Tests that kernels in a page and `pack` make identical arrays from the same settings."""
 
 import math
 from typing import Any

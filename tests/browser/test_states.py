@@ -1,4 +1,4 @@
-"""The states that a page ranks are those of the minimiser."""
+"""Tests that a page ranks the same states as the minimiser."""
 
 from typing import Any
 

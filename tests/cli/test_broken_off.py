@@ -1,4 +1,4 @@
-"""Commands that are killed, interrupted or stopped by a full disk, and called again."""
+"""Tests of commands that run again after a kill, an interruption or a full disk."""
 
 import json
 import signal

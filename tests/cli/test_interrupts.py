@@ -1,4 +1,4 @@
-"""Ctrl-C ends commands that simulate what takes minutes, at once."""
+"""Tests that Ctrl-C immediately ends commands that simulate for minutes."""
 
 import os
 import signal

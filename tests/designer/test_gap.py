@@ -1,4 +1,4 @@
-"""The exact gap design against brute force over all sequences and words."""
+"""Tests of the exact gap design against brute force over all sequences and words."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Races and the cross-entropy method on known probabilities, and releases in haste."""
+"""Tests of races and the cross-entropy method on known probabilities, and of short releases."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -22,7 +22,7 @@ from magfold_env.ensembles.releases import release
 
 
 class Known:
-    """Trials of choices of known probability; every release has a threshold of its own."""
+    """Trials of choices with known probabilities; each release has its own threshold."""
 
     def __init__(self, probability: Callable[[Choice], float], seed: int = 0) -> None:
         self.probability = probability

@@ -1,4 +1,4 @@
-"""What every environment keeps to, alone and in a vector; each rule fails by an assertion."""
+"""Rules for every environment, single or in a vector; a violation is an AssertionError."""
 
 import copy
 import pickle

@@ -1,4 +1,4 @@
-"""Folds of components from a tray are to bear a pull, and may be tried and mended before."""
+"""Tests of `Anchor`: folds from a tray that bear a pull, after trials and repairs."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What holds for every track whose chain is given and whose only action is the feed's speed."""
+"""Tests of every track with a given chain, in which actions choose only the feed speed."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What holds for every environment, alone and in a vector, however its actions are written."""
+"""Tests of every environment, single and in a vector, with every form of actions."""
 
 import sys
 from pathlib import Path

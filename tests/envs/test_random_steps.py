@@ -1,4 +1,4 @@
-"""Random actions never leave the spaces, break down or fill the memory."""
+"""Tests that random actions never leave the spaces, break down or fill the memory."""
 
 import gc
 import mmap

@@ -1,4 +1,4 @@
-"""A chain is folded, drawn in and folded again, on a floor that is not known."""
+"""Tests of `Reprogram`: a chain folds, is retracted and folds again, on an unknown floor."""
 
 from typing import Any
 

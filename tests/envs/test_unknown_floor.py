@@ -1,4 +1,4 @@
-"""A chain is fed back and forth over a floor that is not known, and only what may be is seen."""
+"""Tests of `UnknownFloor`: a chain is fed back and forth, and hidden physics stays hidden."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""Vector environments beside Gymnasium's own, and whether both say the same."""
+"""Vector environments beside Gymnasium's own ones, and a comparison of the two."""
 
 from typing import Any, get_args
 

@@ -1,4 +1,4 @@
-"""Whole files made a little wrong: some bytes of them, or one value somewhere in them."""
+"""Slightly damaged files, with wrong bytes or with one wrong value."""
 
 from __future__ import annotations
 

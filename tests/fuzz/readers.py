@@ -1,4 +1,4 @@
-"""Every kind of file that a user can hand in: how it is read, and whole ones to begin with.
+"""All kinds of files that users can supply, with their readers and with valid contents.
 
 A reader may succeed or raise a `ValueError` that names the file. Anything else is a defect.
 """
@@ -47,7 +47,7 @@ class Reader:
     whole: Callable[[], list[bytes]]
     """Contents of files that are read without error."""
     signed: Callable[[bytes], bytes] = lambda content: content
-    """Makes a checksum fit again, so that what lies behind it is reached."""
+    """Corrects the checksum of a changed file, so that reading continues after its check."""
 
 
 def outcome(reader: Reader, content: bytes) -> str:

@@ -1,4 +1,4 @@
-"""Files and values that are next to right are read, or refused in words that name them."""
+"""Tests that slightly wrong files and values are read, or cause errors that name them."""
 
 from functools import cache
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Wrong values of every option, key and argument there is: one line names them and what may be."""
+"""Tests of wrong values of all options, keys and arguments: one line names the allowed ones."""
 
 import math
 import re

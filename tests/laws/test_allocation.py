@@ -1,4 +1,4 @@
-"""The step loop allocates nothing: a call of many steps allocates what a call of none does."""
+"""Tests that the step loop allocates no memory: many steps allocate as much as none."""
 
 import importlib
 from collections.abc import Iterator

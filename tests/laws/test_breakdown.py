@@ -1,4 +1,4 @@
-"""What cannot go well ends with a status that says so: no endless loop, no silent NaN."""
+"""Tests that breakdowns end with a suitable status, without endless loops or silent NaN."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Chains left alone: momenta that stay, films that run backwards, and rest to the last bit."""
+"""Tests of free chains: constant momenta, reversible motion, and exact rest."""
 
 import math
 
@@ -26,15 +26,15 @@ MISSED = 500.0
 
 
 class FreeSession(SteppedSession):
-    """A session whose chain can be left to itself for longer than it needs."""
+    """A session whose chain can continue to move freely after its run has ended."""
 
     def go_on(self):
-        """Forget that the run has ended, and give it its time to settle again."""
+        """Restart an ended run, with the full time to settle."""
         self.status, self.message = None, ""
         self._state.clock[ix.END] = self.time + self.scene.duration
 
     def wait(self, duration):
-        """Go on for a time [s], whatever happened before."""
+        """Continue for a time [s] in any status."""
         self.go_on()
         self._state.clock[ix.END] = math.inf
         self._go_on(keep=-1, until=self.time + duration)

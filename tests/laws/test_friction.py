@@ -1,4 +1,4 @@
-"""Coulomb's law against closed forms; what is stuck stays where it is."""
+"""Tests of Coulomb's law against closed forms, and of sticking without creep."""
 
 import math
 

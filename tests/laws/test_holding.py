@@ -1,4 +1,4 @@
-"""Limit loads against the slow reference simulation: loads that rise until a fold gives way."""
+"""Tests of limit loads against rising loads in the slow reference simulation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What whole folds keep: limits of gaps, joints and energy, the view from the other end, work."""
+"""Tests of whole folds: limits of gaps, joints and energy, the view from the other end, work."""
 
 from functools import partial
 

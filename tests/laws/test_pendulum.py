@@ -1,4 +1,4 @@
-"""The three-link pendulum: energy, order of convergence, and scipy as a second opinion."""
+"""Tests of a three-link pendulum: energy, order of convergence, and agreement with scipy."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""One scene gives one fold, bit for bit: on any thread, and in processes of any thread count."""
+"""Tests that a scene gives identical folds on any thread and for any number of threads."""
 
 import hashlib
 from concurrent.futures import ThreadPoolExecutor

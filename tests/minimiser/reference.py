@@ -1,4 +1,4 @@
-"""Magnetic energies from positions alone, slow, by the sums over charges of `engine.reference`."""
+"""Slow magnetic energies from positions, by the sums over charges of `engine.reference`."""
 
 from itertools import combinations, product
 

@@ -1,4 +1,4 @@
-"""Scenes and strategies that the energy tests share."""
+"""Scenes and strategies that tests of energies share."""
 
 from hypothesis import strategies as st
 

@@ -1,4 +1,4 @@
-"""Energies of words against sums over charges, for magnets of every kind, and their symmetries."""
+"""Tests of energies of words against sums over charges, for all kinds of magnets."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Numbers as the parts measure them, made up, and what the parts say of them."""
+"""Invented measurements of all parts, and the statements that the parts derive from them."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""Figures 11 to 16: what is said of errors and times follows from the numbers."""
+"""Tests that statements about Figures 11 to 16 follow from the measured errors and times."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Scenes for the second simulator: among obstacles, and in feeds that turn back."""
+"""Scenes for the second simulator, with obstacles or with feeds that reverse."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""A second, slow simulator: other coordinates of the same physics, and none of the engine's code.
+"""A second, slow simulator of the same physics, with other coordinates and without engine code.
 
-Dense mass matrix; every pole face a fixed row of Gauss nodes; joint stops, squares, obstacles and
-the tube's walls as stiff springs with so much damping that nothing bounces; floor friction smoothed
-below a small speed. One linearly implicit Euler step a time: of first order, but stiffness costs it
-nothing. It has no events, no complementarity problem and no sticking, so it shares no weakness with
-the engine; its overlaps (about 1e-3 of the side) and its creep (below ``SLOW``) are its price. The
-feed may turn back and hold components again, by the rules of docs/tube.md; its drive never slips.
+It has a dense mass matrix. Each pole face is a fixed row of Gauss nodes. Joint stops, squares,
+obstacles and the tube's walls are stiff springs, damped so much that nothing bounces. Friction is
+smoothed at low speeds. Linearly implicit Euler steps are of first order and stable with stiff
+springs. Without events, complementarity and sticking, it shares no weakness with the engine, but
+has overlaps (about 1e-3 of the side) and creep (below ``SLOW``). The feed may turn back and hold
+components again, by the rules of docs/tube.md. Its drive never slips.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ STEP, DWELL, MOVED = 1e-4, 0.06, 3e-5
 
 @dataclass(frozen=True)
 class Run:
-    """How a reference simulation went, in public order."""
+    """The results of a reference simulation, beginning with component 1."""
 
     time: np.ndarray
     angles: np.ndarray
@@ -126,15 +126,15 @@ def simulate(
 
 
 class Loading:
-    """A chain at rest, with `strips` magnets or none, and loads on it that rise slowly.
+    """A chain at rest under slowly rising loads, with `strips` magnets or none.
 
-    Friction is all but sharp here, joints and casings are all but rigid.
+    The friction law is almost exact here, and joints and casings are almost rigid.
 
     Parameters
     ----------
     scene, angles, base
-        The chain, all out of its tube if it has one, and how it lies; it settles to where it does
-        not creep, with its springs pressed: then ``angles`` and ``base`` say where it is.
+        The chain, outside any tube, and its pose. It first settles until its springs balance and
+        it does not creep; ``angles`` and ``base`` are then the settled pose.
     """
 
     def __init__(self, scene: Scene, angles: np.ndarray, base: np.ndarray) -> None:

@@ -1,6 +1,6 @@
 """The loops of `tests.reference.simulation`, all in one file.
 
-numba's cache sees no edit in another file of what a kernel calls.
+If kernels call functions in another file, numba's cache does not detect edits of that file.
 """
 
 # They spell out what the engine does in many kernels; numbers go in one by one.

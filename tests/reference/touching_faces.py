@@ -1,10 +1,10 @@
-"""Pole faces down to contact, slowly: the closed field of one, over a fine mesh of the other.
+"""Slow forces of pole faces down to contact: one face's exact field, summed over the other face.
 
 A fixed magnet is two more pole faces.
 
-A rectangle's field and potential are closed (`laws.exact_magnets`); unlike the engine, which has
-one width and both heights closed, both of the other's sides are summed, with double-exponential
-nodes between all places where the field is singular. Behind a face it is the limit from outside.
+The field and potential of a rectangle have closed forms (`laws.exact_magnets`). Unlike the engine,
+this module sums along both sides of the other face, with double-exponential nodes between all
+places where the field is singular. Behind a face, the field is the limit from outside.
 """
 
 import numpy as np

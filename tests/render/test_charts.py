@@ -1,4 +1,4 @@
-"""Charts of ensembles and sweeps, and pictures of what a fold withstands."""
+"""Tests of charts of ensembles and sweeps, and of pictures of limit loads."""
 
 import numpy as np
 import pytest

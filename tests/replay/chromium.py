@@ -1,4 +1,4 @@
-"""A headless Chromium driven over a pipe: the DevTools protocol, without any further package."""
+"""A headless Chromium, controlled over a pipe by the DevTools protocol, without other packages."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def found() -> str | None:
 
 
 class Page:
-    """One tab; what it says and asks for is kept."""
+    """A browser tab that stores its events."""
 
     def __init__(self, commands: int, answers: int) -> None:
         self._commands, self._answers = commands, answers

@@ -1,4 +1,4 @@
-"""The replay page in a browser: it plays, and shows the fold that it was made of."""
+"""Tests of the replay page in a browser: it plays and shows its fold."""
 
 from pathlib import Path
 

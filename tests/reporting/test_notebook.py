@@ -1,4 +1,4 @@
-"""What notebooks show of scenes and results."""
+"""Tests of the display of scenes and results in notebooks."""
 
 import re
 import subprocess

@@ -1,4 +1,4 @@
-"""What does not move, where it may stand, and the narrowest strip around a chain."""
+"""Tests of obstacles, of their allowed places, and of the narrowest strip around a chain."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Properties that hold for every scene."""
+"""Tests of properties that hold for every scene."""
 
 import tempfile
 from pathlib import Path

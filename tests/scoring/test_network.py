@@ -1,4 +1,4 @@
-"""Networks without torch act as Stable-Baselines3's do."""
+"""Tests that networks without torch act like those of Stable-Baselines3."""
 
 from pathlib import Path
 from typing import Any

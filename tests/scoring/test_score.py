@@ -1,4 +1,4 @@
-"""What is handed in plays the environment as it is, and its result is a file that says how."""
+"""Tests of submissions, which play the unchanged environment, and of the files of their results."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""What moves a chain and what it loses, each summed on its own, make up its energy."""
+"""Tests that a chain's work and losses, summed separately, add up to its energy."""
 
 from collections.abc import Sequence
 from typing import Any

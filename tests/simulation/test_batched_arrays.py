@@ -1,4 +1,4 @@
-"""What lies under batches: copies side by side, threads that share work, banded equations."""
+"""Tests of the base of batches: array copies, shared threads, banded equations."""
 
 import os
 import threading

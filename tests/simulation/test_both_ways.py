@@ -1,4 +1,4 @@
-"""A feed that turns back: what it draws in, holds again and lets go again."""
+"""Tests of a feed that reverses and draws in, holds and releases components again."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Chains side by side go exactly as sessions do, one by one."""
+"""Tests that simultaneous chains move exactly like single sessions."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""The flux density around a chain: exact references, and the laws of Maxwell and Newton."""
+"""Tests of the flux density around a chain against exact references and physical laws."""
 
 import numpy as np
 import pytest

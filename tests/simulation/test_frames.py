@@ -1,4 +1,4 @@
-"""Energies along recorded folds: against the session's own, and against laws."""
+"""Tests of energies along recorded folds, against the session's values and physical laws."""
 
 import numpy as np
 import pytest

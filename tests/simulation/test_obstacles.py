@@ -1,4 +1,4 @@
-"""What a chain meets: obstacles that are not entered, and bumps that move it."""
+"""Tests of obstacles, which chains do not enter, and of bumps, which move chains."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""Scenes turned into arrays; typical rates are those of pendulums the strongest force drives."""
+"""Tests of the arrays made from scenes, and of their typical rates."""
 
 import math
 

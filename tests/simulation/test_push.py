@@ -1,4 +1,4 @@
-"""What the feed pushes with: against drag alone, at its largest, and at its limit."""
+"""Tests of the feed's push: against drag, at its peak, and at its limit."""
 
 from typing import Any
 

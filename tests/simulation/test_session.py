@@ -1,4 +1,4 @@
-"""Session: how a chain starts, is fed step by step, and ends."""
+"""Tests of Session: how a chain starts, is fed step by step, and ends."""
 
 import contextlib
 import math

@@ -1,4 +1,4 @@
-"""Campaigns: which cases are tried, what is kept of them, and what a kill leaves."""
+"""Tests of campaigns: their cases, their stored results, and their files after a kill."""
 
 import json
 import sqlite3

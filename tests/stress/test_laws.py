@@ -1,4 +1,4 @@
-"""The laws find what is wrong: each with a fold in which it is."""
+"""Tests that each law detects a fold that violates it."""
 
 import math
 from dataclasses import replace

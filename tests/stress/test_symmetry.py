@@ -1,4 +1,4 @@
-"""Scenes in a mirror, turned, and from their other end are what they are called."""
+"""Tests of scenes that are mirrored, turned or seen from the other end."""
 
 from typing import Any
 

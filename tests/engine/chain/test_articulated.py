@@ -1,4 +1,4 @@
-"""The O(n) recursion against dense matrices."""
+"""Tests of the O(n) recursion against dense matrices."""
 
 import numpy as np
 import pytest

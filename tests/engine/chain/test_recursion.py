@@ -1,4 +1,4 @@
-"""The chains in vector lanes, and the fused recursion."""
+"""Tests of chains in vector lanes, and of the fused recursion."""
 
 import numpy as np
 import pytest

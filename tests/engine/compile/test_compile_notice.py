@@ -1,4 +1,4 @@
-"""Word of long compilations, of kernels of this package only."""
+"""Tests of notices about long compilations of this package's kernels."""
 
 import logging
 import signal

@@ -1,4 +1,4 @@
-"""What is kept of kernels on disk: under the right names, none for ever, and no harm if damaged."""
+"""Tests of the kernel cache on disk: its names, its age limit, and damaged files."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""Without what numba promises to nobody: one warning, and the same bits."""
+"""Tests without numba's private interface: one warning, and identical results."""
 
 from pathlib import Path
 

@@ -28,7 +28,7 @@ layouts = st.sampled_from(
 
 
 class Boxes:
-    """A chain of which `lo` components are held in a tube, and the gaps between its boxes."""
+    """A chain with `lo` components held in a tube, and the gaps between its boxes."""
 
     def __init__(self, n, lo=0, *, tube=False, obstacles=()):
         scene = Scene(

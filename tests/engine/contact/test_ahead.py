@@ -1,4 +1,4 @@
-"""Whether a chain that moves on as one body may still meet a solid: bounds against motions."""
+"""Tests of bounds on whether a rigidly moving chain may meet a solid, against motions."""
 
 import numpy as np
 import pytest

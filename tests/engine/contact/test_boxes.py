@@ -1,4 +1,4 @@
-"""Squares: which can meet, the gap between rounded boxes, and its derivatives."""
+"""Tests of squares: which ones can meet, the gaps between rounded boxes, and their derivatives."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Multipliers and their optimality conditions."""
+"""Tests of multipliers and their optimality conditions."""
 
 import numpy as np
 from hypothesis import given

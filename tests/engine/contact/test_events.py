@@ -1,4 +1,4 @@
-"""Which joints stay at their stops after an impact, and how fast gaps may close."""
+"""Tests of joints that stay at their stops after an impact, and of how fast gaps may close."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Random impacts: the engine's velocities after them against an independent projection."""
+"""Tests of velocities after random impacts against an independent projection."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ CERTAIN = 1e-13  # doubt up to which the independent projection counts
 class Impact:
     """A random chain with stops and contacts, whose velocities may violate them.
 
-    Odd seeds are folded shapes with most joints at their stops, even ones any shape.
+    Odd seeds give folded shapes with most joints at their stops; even seeds give any shape.
     """
 
     def __init__(self, seed: int) -> None:

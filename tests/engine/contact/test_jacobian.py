@@ -1,4 +1,4 @@
-"""Rows of contacts and stops: which there are, and that they are their gaps' derivatives."""
+"""Tests of rows of contacts and stops: which exist, and that they are derivatives of gaps."""
 
 import numpy as np
 import pytest

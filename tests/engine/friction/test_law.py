@@ -1,4 +1,4 @@
-"""Friction with the floor: its rows, the sliding law, and what it holds."""
+"""Tests of floor friction: its rows, the sliding law, and sticking."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Friction that holds or is overcome: its conditions, another solver, and hard random scenes."""
+"""Tests of the friction solver: conditions, another solver, and difficult random scenes."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class Problem:
-    """Rows G of contacts and equalities, then of balls, with w = G (Gᵀ λ + start)."""
+    """Rows G of contacts and equalities, then of friction balls, with w = G (Gᵀ λ + start)."""
 
     def __init__(self, rows, start, normals, grip, equality=()):
         count = len(rows)

@@ -1,4 +1,4 @@
-"""Magnets of a jointed chain: looked up, summed and kept, against sums over all nodes."""
+"""Tests of magnets of a chain, from tables, sums and caches, against sums over all nodes."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class Chain:
-    """A chain under the kernels of the dynamics."""
+    """A chain that the kernels of the dynamics evaluate."""
 
     def __init__(self, scene):
         self.model = pack(scene)

@@ -1,4 +1,4 @@
-"""Casings three joints apart or more: looked up, against sums over many nodes."""
+"""Tests of tables for casings at least three joints apart, against sums over many nodes."""
 
 import math
 from functools import cache
@@ -29,7 +29,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class Pair(Casings):
-    """Two casings under the kernels of the dynamics."""
+    """Two casings that the kernels of the dynamics evaluate."""
 
     def __init__(self, scene):
         self.scene = scene

@@ -1,4 +1,4 @@
-"""Long chains: segments that act on each other as one, against sums over all pairs."""
+"""Tests of segments of long chains that interact as one, against sums over all pairs."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class Long(Casings):
-    """Casings of a long chain under the engine's sums, of all pairs one by one without ``far``."""
+    """A long chain that the engine evaluates; without ``far``, it sums all pairs one by one."""
 
     def __init__(self, sequence, far=True, **magnets):
         self.scene = Scene(sequence=sequence, magnets=Magnets(**magnets))

@@ -1,4 +1,4 @@
-"""Expansions of far casings: their moments, their order, and their gradient."""
+"""Tests of expansions of far casings: their moments, order and gradient."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class Cloud:
-    """Lines of charge of one height, without net charge, anywhere within a casing's size."""
+    """Random lines of charge of equal height within a casing, without net charge."""
 
     def __init__(self, rng, count=7, height=0.006):
         self.z = SIZE * (rng.uniform(-1, 1, count) + 1j * rng.uniform(-1, 1, count)) / np.sqrt(2)

@@ -1,4 +1,4 @@
-"""Fields from outside: an even one and a fixed magnet, against exact references and laws."""
+"""Tests of a uniform field and a fixed magnet against exact references and laws."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class InField(Casings):
-    """What a field from outside does to casings."""
+    """Casings in an external field, which alone exerts forces on them."""
 
     def forces(self, places, headings):
         super().forces(places, headings)  # turns the casings and spreads their charges

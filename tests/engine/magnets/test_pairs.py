@@ -1,4 +1,4 @@
-"""Magnets: the gradient of the energy, Newton's third law and the sum over nodes."""
+"""Tests of magnets: the gradient of the energy, Newton's third law and sums over nodes."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class Casings:
-    """Casings anywhere in the plane, not joined to each other, under the engine's kernels."""
+    """Separate casings anywhere in the plane, which the engine's kernels evaluate."""
 
     first = 0  # what comes before it is left out
 

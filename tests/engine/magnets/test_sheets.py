@@ -1,4 +1,4 @@
-"""Pole faces down to contact: closed forms, the bound, the limit from outside, and whole folds."""
+"""Tests of pole faces down to contact: closed forms, the bound, the limit, and whole folds."""
 
 from typing import Any
 

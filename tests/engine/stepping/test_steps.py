@@ -1,4 +1,4 @@
-"""Steps: limits inside and after each, error estimates, the slow scheme, and work caps."""
+"""Tests of steps: limits, error estimates, the scheme for slow motion, and work caps."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What is drawn for many chains at once is what `Scene.draw` and `pack` make of each."""
+"""Tests that batched draws equal the results of `Scene.draw` and `pack` for each chain."""
 
 from typing import Any
 

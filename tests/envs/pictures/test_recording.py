@@ -1,4 +1,4 @@
-"""Pages of episodes: they play what happened in the environment."""
+"""Tests that pages of episodes play the motion in the environment."""
 
 import copy
 import json

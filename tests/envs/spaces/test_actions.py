@@ -1,4 +1,4 @@
-"""What actions stand for, and how they are written."""
+"""Tests of the meaning of actions, and of how they are encoded."""
 
 from typing import Any
 
