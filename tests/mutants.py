@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[1]
 TABLE = Path(__file__).with_suffix(".yaml")
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "runs", ".*_cache", ".hypothesis")
 LIMIT = 1800.0
-"""Longest time that the tests of a mutant may take [s]: some errors make loops endless."""
+"""Time limit of the tests of a mutant [s], because some errors make loops endless."""
 
 NOTICED = 32  # none of pytest's exit codes
 tell = partial(print, flush=True)
@@ -64,7 +64,7 @@ def plant(mutant: Mutant, tree: Path) -> None:
     Raises
     ------
     ValueError
-        If what it replaces does not stand there exactly once.
+        If the text to replace does not occur exactly once.
     """
     path = tree / mutant.file
     text = path.read_text(encoding="utf-8")
@@ -110,7 +110,7 @@ def run_tests(tree: Path, tests: Iterable[str], interpreted: bool) -> tuple[int,
 
 
 def fate(mutant: Mutant, sound: Path) -> tuple[Fate, str]:
-    """Return what becomes of a mutant of a sound tree, and what its tests said if it lives."""
+    """Return the fate of a mutant, and the output of its tests if it survives."""
     with tempfile.TemporaryDirectory(prefix="mutant-") as folder:
         tree = Path(folder) / "tree"
         shutil.copytree(sound, tree, copy_function=os.link)
@@ -122,7 +122,7 @@ def fate(mutant: Mutant, sound: Path) -> tuple[Fate, str]:
 
 
 def sound_tests(chosen: list[Mutant], sound: Path) -> Iterator[str]:
-    """Yield what is said of tests that fail without any error planted."""
+    """Yield the output of tests that fail without a planted error."""
     for interpreted in (True, False):
         tests = {t: None for m in chosen if m.interpreted == interpreted for t in m.tests}
         code, said = run_tests(sound, tests, interpreted) if tests else (0, "")

@@ -36,7 +36,7 @@ FATES = {
     "@pytest.fixture\ndef given():\n    assert one() == 1\ndef test(given):\n    pass": "broken",
     "assert one() == 1\ndef test():\n    pass": "broken",
 }
-"""Tests, and what becomes of a mutant in which `one` returns 2."""
+"""Tests, and the fate of a mutant in which `one` returns 2."""
 
 
 @pytest.mark.medium

@@ -37,7 +37,7 @@ def bits(made: mf.Ensemble) -> tuple[bytes, ...]:
 
 
 def workers_of(node: Any) -> list[int]:
-    """Return the processes of a node that are at work for joblib's pool."""
+    """Return the processes of a node that work for joblib's pool."""
     raylet = node.all_processes["raylet"][0].process.pid
     found: list[int] = []
     for folder in Path("/proc").glob("[0-9]*"):

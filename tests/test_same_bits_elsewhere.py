@@ -51,7 +51,7 @@ print(json.dumps(found))
 
 
 def folds(scenes: dict[str, dict[str, Any]], **changes: Any) -> dict[str, Any]:
-    """Simulate in another process, with changes of its surroundings."""
+    """Simulate in another process with a changed environment."""
     result = python("-c", SCRIPT, json.dumps([scenes, SEQUENCE]), **changes)
     return json.loads(result.stdout)
 

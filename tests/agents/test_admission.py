@@ -281,7 +281,7 @@ def test_tasks_are_spread_over_the_list() -> None:
 
 
 def ends_of(rates: dict[str, float], runs: int = 1) -> dict[str, Any]:
-    """Return ends of 1000 episodes of which a share succeeds: the same, and more of them."""
+    """Return the results of 1000 episodes per player, which succeed at the given rates."""
     found: dict[str, Any] = {}
     for name, rate in rates.items():
         success = np.tile((np.arange(1000) % 100 < 100 * rate).astype(float), (runs, 1))

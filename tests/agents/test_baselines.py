@@ -29,7 +29,7 @@ def lattice() -> TubeFeedEnv:
 
 @pytest.fixture
 def seeds(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Note the draws of every episode that is played."""
+    """Record the draws of every played episode."""
     found: list[int] = []
     own_play = Episodes.play
 

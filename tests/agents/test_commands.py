@@ -16,7 +16,7 @@ REMEDY = "install the extra, pip install -e '.[agents]'"
 
 
 def without(missing: str, folder: Path, *arguments: str) -> Any:
-    """Run Python where a package is missing."""
+    """Run Python without a package."""
     (folder / "sitecustomize.py").write_text(f"import sys\nsys.modules[{missing!r}] = None\n")
     path = os.pathsep.join([str(folder), *sys.path])
     return python(*arguments, check=False, PYTHONPATH=path)

@@ -35,7 +35,7 @@ SPACE: dict[str, Any] = {
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """Return the file of a search with trials of a second."""
+    """Return the file of a search whose trials take a second."""
     save_settings(tiny(), tmp_path / "base.yaml")
     search = {
         "name": "search", "config": str(tmp_path / "base.yaml"),

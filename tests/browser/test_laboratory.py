@@ -42,7 +42,7 @@ def end(page: chromium.Page) -> None:
 
 
 def same_fold(page: chromium.Page, path: Path) -> mf.Fold:
-    """Check that the scene that the page gives to Python ends there in the page's bits."""
+    """Check that Python and the page simulate the page's scene to identical ends."""
     end(page)
     path.write_text(page.value("toYaml(laboratory.scene)"), encoding="utf-8")
     fold = mf.simulate(mf.load_scene(path))

@@ -28,11 +28,11 @@ COMMANDS = {
     ),
     "stress": (("--cases", "110", "--only", "overlapping"), "state"),
 }
-"""Arguments, and where the records lie."""
+"""Arguments, and the folder of the records."""
 
 
 def result(name: str, out: Path) -> dict[str, Any]:
-    """Return what a command has found, without where, and in which time."""
+    """Return the results of a command, without its path and duration."""
     found = json.loads((out / f"{name}.json").read_text(encoding="utf-8"))
     return {key: value for key, value in found.items() if key not in {"seconds", "machine"}}
 

@@ -85,7 +85,7 @@ GOOD = ("NSSN", "SSNN", "NSNS")
 
 
 def likeness(choice: Choice) -> float:
-    """Return the share of faces as in GOOD, and less for speeds far from 0.1 m/s."""
+    """Return the share of faces that agree with GOOD, reduced for speeds far from 0.1 m/s."""
     pairs = zip("".join(choice.sequence), "".join(GOOD), strict=True)
     alike = np.mean([a == b for a, b in pairs])
     if choice.speed is None:

@@ -28,7 +28,7 @@ from tests.envs import contract
 
 SPAN = "MagFold/Span-v0"
 NEAR = 0.3
-"""Distance of the ends of a chain in a success, over its length."""
+"""Largest distance of a chain's ends in a success, relative to its length."""
 
 
 class SpanOptions(TypedDict, total=False):

@@ -28,7 +28,7 @@ def scene_of(**changes: Any) -> mf.Scene:
 
 
 def play(env: UnknownFloorEnv, speeds: Any, seed: int = 0, task: int = 0) -> list[Any]:
-    """Feed at some speeds [m/s], the last one until the end; return all that was said."""
+    """Feed at some speeds [m/s], with the last one until the end; return all results."""
     said: list[Any] = [env.reset(seed=seed, options={"task": task})]
     speeds, ended = list(speeds), False
     while not ended:

@@ -16,7 +16,7 @@ SEEDS = (0, 3, 10, 16, 18, 21)
 
 
 def fingerprint(seed: int) -> str:
-    """Hash of the end of a random scene: every bit of it, and the work it took."""
+    """Return a hash of all bits of a random scene's end, and of the work."""
     fold = simulate(random_scene(seed))
     data = fold.angles.tobytes() + fold.base.tobytes()
     return hashlib.sha256(data + f"{fold.time!r} {fold.steps} {fold.message}".encode()).hexdigest()

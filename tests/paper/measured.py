@@ -26,7 +26,7 @@ FITTING: dict[int, Ends] = {
         "backward": {"LRLLL": 100},
     },
 }
-"""Ends that fit what the paper says, by sequence."""
+"""Outcomes that agree with the paper, by sequence."""
 
 
 def outcomes(claims: Sequence[Claim]) -> list[Outcome]:
@@ -34,7 +34,7 @@ def outcomes(claims: Sequence[Claim]) -> list[Outcome]:
 
 
 def changed(measured: Measured, name: str, where: Row, **change: object) -> Measured:
-    """The same numbers, but for those of one set's rows that have given values."""
+    """Return the same numbers, with changes in one set's rows that have given values."""
     rows: list[Row] = []
     hits = 0
     for row in measured[name]:

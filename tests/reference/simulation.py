@@ -43,7 +43,7 @@ class Run:
 
 
 def casing_nodes(scene: Scene, nodes: int = NODES) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes of a casing (m, 2) [m] and, for each letter being N, their charges [A m], (4, m)."""
+    """Return nodes of a casing (m, 2) [m] and their charges if each face is N [A·m], (4, m)."""
     magnets = scene.magnets
     assert magnets is not None
     assert magnets.even
@@ -66,7 +66,7 @@ def casing_nodes(scene: Scene, nodes: int = NODES) -> tuple[np.ndarray, np.ndarr
 
 
 def magnets_of(scene: Scene, nodes: int = NODES) -> tuple[np.ndarray, np.ndarray, float]:
-    """Nodes of a casing (m, 2) [m], every component's charges (n, m) [A m], and a height [m]."""
+    """Return nodes of a casing (m, 2) [m], all components' charges (n, m) [A·m], a height [m]."""
     if scene.magnets is None:
         return np.zeros((1, 2)), np.zeros((scene.n, 1)), 1.0
     letters = np.array([[1.0 if c == "N" else -1.0 for c in faces] for faces in scene.sequence])
@@ -75,7 +75,7 @@ def magnets_of(scene: Scene, nodes: int = NODES) -> tuple[np.ndarray, np.ndarray
 
 
 def solids_of(scene: Scene, *, walls: bool = True) -> np.ndarray:
-    """The obstacles and the tube's walls: centres, directions and half their sizes, (k, 6)."""
+    """Return centres, directions and half sizes of obstacles and the tube's walls, (k, 6)."""
     solids = [
         (*each.position, np.cos(each.heading), np.sin(each.heading), *np.divide(each.size, 2.0))
         for each in scene.obstacles
@@ -148,7 +148,7 @@ class Loading:
     def yields_between(
         self, load: np.ndarray, levels: Sequence[float], held: int = 0
     ) -> tuple[float, float]:
-        """Load the chain more and more; return the levels that it last bore, and that moved it.
+        """Raise a load; return the last level that the chain bore, and the first that moved it.
 
         Level 1 of a load is forces [N] and torques [N m] on the components, shape (n, 3). The
         component of number ``held`` is held as it lies, 0 is none.
@@ -166,7 +166,7 @@ class Loading:
         self, before: float, level: float, load: np.ndarray, held: int = 0,
         grip: float = 1.0, seconds: float = DWELL,
     ) -> None:  # fmt: skip
-        """Come from one level to another, and stay there as long."""
+        """Ramp the load from one level to another, and keep it there for as long."""
         scene, steps = self._scene, round(seconds / STEP)
         if held:
             middle = centres(self.angles, side=scene.casing.side, base=self.base)[held - 1]

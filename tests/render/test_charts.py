@@ -15,7 +15,7 @@ SCENE = mf.Scene(sequence=("NSNS",) * 4)
 
 
 def swept(over: dict[str, tuple[float, ...]], *words: str) -> mf.Sweep:
-    """At point k the word k occurs twice, all others once."""
+    """Return a sweep in which word k occurs twice at point k, and all others once."""
     ensembles: list[mf.Ensemble] = []
     for k, scene in enumerate(scenes(SCENE, over)):
         runs: list[Run] = []

@@ -23,7 +23,7 @@ BROKEN = "overlapping-0-3"
 
 @pytest.fixture
 def _checked_quickly(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Check by name alone: one case breaks a law."""
+    """Check a case by its name; one case violates a law."""
 
     def verdict(case: Case) -> Verdict:
         found = Verdict(status="folded")

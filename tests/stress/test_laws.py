@@ -37,7 +37,7 @@ def limits(motion: Motion) -> set[str]:
 
 
 def inside(motion: Motion) -> set[str]:
-    """Return the laws that the states of a motion break."""
+    """Return the laws that the states of a motion violate."""
     judge, verdict = Judge(motion.scene), Verdict()
     moving = motion.rates, motion.base, motion.base_velocity
     judge.look(States(motion.angles, *moving, motion.released))

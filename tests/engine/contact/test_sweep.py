@@ -49,7 +49,7 @@ class Moving:
         return out
 
     def margin(self, t: float) -> float:
-        """How far the nearest squares and joints are apart, negative if they are not."""
+        """Return the smallest margin of squares and joints, which is negative for overlaps."""
         q = self.coordinates(t)
         return float(events.margin(self.model, self.state, q, self.work))
 

@@ -27,7 +27,7 @@ class Long(Casings):
         self.model = self.model._replace(magnets=rule)
 
     def pairs(self, places, headings):
-        """How many pairs of single casings are listed."""
+        """Return the number of listed pairs of single casings."""
         self.forces(places, headings)
         rule, parts, counts = self.model.magnets, self.nodes.segments, [1]
         multipole_tree.begin(0, places[:, 0].copy(), places[:, 1].copy(), parts)
@@ -43,12 +43,12 @@ def posed(headings):
 
 
 def aligned_sequence(n):
-    """Front faces N, back faces S: moments all along the headings."""
+    """Return a sequence with N in front and S behind, so that moments are along the headings."""
     return ("NSSN",) * n
 
 
 def bent(rng, n):
-    """A chain that wanders: joints of up to 0.6 rad."""
+    """Draw a curved chain with joint angles up to 0.6 rad."""
     return np.cumsum(rng.uniform(-0.6, 0.6, n))
 
 
