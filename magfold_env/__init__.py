@@ -1,7 +1,7 @@
 """Self-folding chains of magnets: simulation, prediction by energy, and learning.
 
-Public names are loaded on first use: importing the package registers its environments with
-Gymnasium and loads neither numba nor the engine. `__init__.pyi` lists the public names.
+Public names are loaded on first use. Importing the package registers its environments with
+Gymnasium, but does not load numba or the engine. `__init__.pyi` lists the public names.
 """
 
 import ast

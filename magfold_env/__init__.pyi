@@ -1,4 +1,4 @@
-"""What is public, name by name, and where it lies: `__init__.py` loads each when it is used."""
+"""The public names and the modules that define them; `__init__.py` loads a name on first use."""
 
 from magfold_env.designer import Design as Design
 from magfold_env.designer import design as design

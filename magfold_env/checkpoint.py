@@ -1,4 +1,4 @@
-"""A database of a long run's results so far, which survives an interruption at any time."""
+"""A database of a long run's results, which survives an interruption at any time."""
 
 import json
 import os
@@ -17,7 +17,7 @@ from magfold_env.files import a_path, write_text
 FILE = "records.sqlite"
 
 EVERY = 2.0
-"""Longest time between two transactions [s]; an interruption loses at most that time's results."""
+"""Time between two transactions [s]. An interruption loses at most the results of this time."""
 
 _REMEDY = "remove it to compute its contents again"
 _UNUSABLE = (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError)
@@ -31,8 +31,8 @@ class CheckpointError(ValueError):
 def alone_in(folder: Path, wait: bool = False) -> Generator[None]:
     """Lock a folder against other runs; create it first if it does not exist.
 
-    The operating system releases the lock however the process ends. If `wait`, wait for another run
-    instead of raising a CheckpointError.
+    The operating system releases the lock however the process ends. If another run has locked the
+    folder, this function waits for it if `wait` is true, and raises a CheckpointError otherwise.
     """
     folder.mkdir(parents=True, exist_ok=True)
     lock, holder = FileLock(folder / ".lock"), folder / ".lock.txt"
@@ -53,15 +53,15 @@ def alone_in(folder: Path, wait: bool = False) -> Generator[None]:
 class Checkpoint:
     """Numbered records of a long run, in a database that is written every few seconds.
 
-    A checkpoint is a context manager. No other run may use the folder until the context ends, which
-    writes the remaining records.
+    A checkpoint is a context manager. No other run can use the folder until the context ends. The
+    end of the context writes the remaining records.
 
     Parameters
     ----------
     folder
         Folder, which is created if needed; None stores nothing.
     key
-        Everything on which records depend, as JSON values.
+        All settings on which the records depend, as JSON values.
     wait
         Whether to wait for another run that uses the folder instead of raising an error.
 
@@ -115,7 +115,7 @@ class Checkpoint:
         return made
 
     def add(self, record: object, number: int | None = None) -> None:
-        """Add a record of JSON values; write all if the last write was more than `EVERY` ago.
+        """Add a record of JSON values; if the last write was more than `EVERY` ago, write all.
 
         The record replaces an earlier one with the same number; None gives it the next number.
         """
@@ -129,12 +129,12 @@ class Checkpoint:
             self.save()
 
     def save(self) -> None:
-        """Write the unwritten records, all or none.
+        """Write all unwritten records in one transaction.
 
         Raises
         ------
         OSError
-            If the file cannot be written; records are kept until it can.
+            If the file cannot be written; the next call writes the records.
         """
         self._saved = time.monotonic()
         if not self._pending:
@@ -191,7 +191,7 @@ def _tables(database: sqlite3.Connection) -> list[Any]:
 
 
 def _text(content: object) -> str:
-    # Keys keep their order, because the columns of a stored row keep theirs.
+    # Keys are not sorted, because stored rows keep the order of their columns.
     return json.dumps(content, separators=(",", ":"), allow_nan=False)
 
 

@@ -1,4 +1,4 @@
-"""Files: the folder of shipped settings, writing without partial files, and reading."""
+"""The folder of shipped settings, hashes of sources, and functions that read and write files."""
 
 import ast
 import hashlib
@@ -17,7 +17,7 @@ PACKAGE = Path(__file__).resolve().parent
 def configs_dir() -> Path:
     """Return the folder of shipped settings.
 
-    A wheel contains it inside the package, without the settings of agents; in a checkout it is
+    In a wheel, it is inside the package and lacks the settings of agents. In a checkout, it is
     beside the package.
     """
     inside = PACKAGE / "configs"
@@ -27,7 +27,7 @@ def configs_dir() -> Path:
 def pip_install(extra: str) -> str:
     """Return the command that installs an extra.
 
-    In a checkout it names the checkout, because no package index contains the package.
+    In a checkout, the command installs the checkout, because no index contains the package.
     """
     inside = configs_dir().parent == PACKAGE
     return f"pip install 'magfold_env[{extra}]'" if inside else f"pip install -e '.[{extra}]'"
@@ -37,8 +37,8 @@ def pip_install(extra: str) -> str:
 def physics_digest() -> str:
     """Return a hash of the sources that determine how a scene folds.
 
-    Stored results belong to the current physics only if the hash is equal. Docstrings and comment
-    lines do not count.
+    Stored results belong to the current physics only if their hash equals this one. The hash does
+    not depend on docstrings and comment lines.
     """
     return sources_digest("engine/**/*.py", "scene/*.py", "shapes.py", "simulation/*.py")
 
@@ -59,14 +59,14 @@ def _code(source: str) -> str:
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             first, last = node.lineno - 1, node.end_lineno or node.lineno
-            # Only strings that are alone on their lines.
+            # Only strings that share no line with other code.
             if isinstance(node.value.value, str) and not lines[first][: node.col_offset].strip():
                 lines[first:last] = [""] * (last - first)
     return "\n".join(line for line in lines if line.strip() and not line.lstrip().startswith("#"))
 
 
 def a_path(key: str, value: str | os.PathLike[str]) -> Path:
-    """Return a path, or refuse a value that is not one; the message names ``key``."""
+    """Return a value as a path; if it is not a path, raise a ValueError that names ``key``."""
     given = cast("object", value)
     if not isinstance(given, str | os.PathLike):
         raise ValueError(f"{key}: {given!r} is not allowed; must be a path")
@@ -75,10 +75,10 @@ def a_path(key: str, value: str | os.PathLike[str]) -> Path:
 
 @contextmanager
 def replacing(path: str | Path) -> Generator[Path]:
-    """Yield a temporary name beside `path` and move the file into place on success.
+    """Yield the path of a temporary file beside `path`, and move this file to `path` on success.
 
-    The folder must exist. The temporary name keeps the suffix; an OSError names `path`. What is
-    not a file, such as ``/dev/stdout``, is written to and not replaced.
+    The folder must exist. The temporary file has the suffix of `path`. An OSError names `path`. A
+    device, such as ``/dev/stdout``, is written to and not replaced.
     """
     path = a_path("path", path)
     if not path.parent.is_dir():
@@ -91,7 +91,7 @@ def replacing(path: str | Path) -> Generator[Path]:
         yield name
         if replaced:
             with name.open("rb+") as written:
-                os.fsync(written.fileno())  # a power cut would leave the new name on an empty file
+                os.fsync(written.fileno())  # otherwise a power cut could leave an empty file
             name.replace(path)
     except OSError as error:
         named = error.filename, error.filename2
@@ -105,13 +105,13 @@ def replacing(path: str | Path) -> Generator[Path]:
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write `text` as UTF-8 to a temporary name and move it to `path`."""
+    """Write `text` as UTF-8 to `path`, through a temporary file."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
 def write_json(path: str | Path, data: Mapping[str, Any], listed: str) -> None:
-    """Write a mapping as JSON, under a temporary name first; the list ``listed`` comes last."""
+    """Write a mapping as JSON through a temporary file, with the list of key ``listed`` last."""
     lines = ",\n  ".join(json.dumps(each, allow_nan=False) for each in data[listed])
     rest = {key: value for key, value in data.items() if key != listed}
     head = json.dumps(rest, indent=1, allow_nan=False).removesuffix("\n}")
@@ -120,10 +120,10 @@ def write_json(path: str | Path, data: Mapping[str, Any], listed: str) -> None:
 
 @contextmanager
 def reading_json(path: str | Path, what: str, form: str) -> Generator[dict[str, Any]]:
-    """Yield the content of a JSON file, an object whose key ``format`` is `form`.
+    """Yield the content of a JSON file: an object whose key ``format`` has the value `form`.
 
-    A file that is not such an object, or a ValueError, KeyError or TypeError in its use, raises a
-    ValueError that names the path and ``what`` was expected: "a design".
+    If the file is not such an object, or its use raises a ValueError, KeyError or TypeError, a
+    ValueError names the path and ``what`` was expected, such as "a design".
     """
     path = a_path("path", path)
     try:

@@ -1,4 +1,4 @@
-"""Fold, the result of a simulation, and Trajectory, the motion that led to it."""
+"""The result of a simulation, `Fold`, and its recorded motion, `Trajectory`."""
 
 import json
 import math
@@ -25,22 +25,22 @@ from magfold_env.shapes import BoolArray, FloatArray, IntArray, centres, parse_w
 FORMAT = "magfold_env fold 1"
 
 MOST_JOINTS = 12
-"""Largest number of joint angles shown in one line; four times as many letters are shown."""
+"""Largest number of joint angles in one line; a line shows up to four times as many letters."""
 
 
 class FoldStatus(StrEnum):
     """The status of a simulation at its end."""
 
     FOLDED = "folded"
-    """At rest, every joint within 0.05 rad of ±90°."""
+    """At rest, with every joint within 0.05 rad of ±90°."""
     MISFOLDED = "misfolded"
     """At rest in any other shape."""
     HELD = "held"
     """At rest while a feed that has ended keeps components in the tube."""
     JAMMED = "jammed"
-    """The drive slipped for 0.1 s: the chain needed more than its largest force."""
+    """The drive slipped for 0.1 s, because the chain needed more than the drive's largest force."""
     UNSETTLED = "unsettled"
-    """Out of time or of steps while still moving."""
+    """The time or the number of steps reached its limit while the chain was moving."""
     FAILED = "failed"
     """The numbers became invalid; the fold's message describes where."""
 
@@ -87,8 +87,8 @@ class Trajectory(Columns):
     def columns(self) -> dict[str, npt.NDArray[Any]]:
         """Return the frames as columns, in SI units, component 1 first.
 
-        They are ``time``, ``released``, ``push``, the outer hinge's ``base_x``, ``base_y``,
-        ``base_vx`` and ``base_vy``, and ``x_k``, ``y_k``, ``angle_k`` and ``rate_k`` of each
+        The columns are ``time``, ``released``, ``push``, the outer hinge's ``base_x``, ``base_y``,
+        ``base_vx`` and ``base_vy``, and ``x_k``, ``y_k``, ``angle_k`` and ``rate_k`` for each
         component k.
         """
         x, y = np.moveaxis(self.centres, 2, 0)
@@ -101,12 +101,12 @@ class Trajectory(Columns):
         }
 
     def finite(self) -> Self:
-        """Return the frames before the first that is not finite: all of them, if there is none.
+        """Return the frames before the first frame with numbers that are not finite.
 
         Raises
         ------
         ValueError
-            If there is none.
+            If this is the first frame of the trajectory.
         """
         arrays = (self.time[:, None], self.angles, self.base, self.rates, self.base_velocity)
         sound = np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in arrays])
@@ -124,11 +124,11 @@ class Fold(Shown):
     """The result of one simulation."""
 
     scene: Scene
-    """The scene as drawn: simulating it again gives this fold, whatever the seed."""
+    """The scene after random draws; simulating it again gives this fold for any seed."""
     status: FoldStatus
     """Status of the fold."""
     message: str
-    """A message about the status; for a failure, where it happened."""
+    """A message about the status; for a failure, it describes where the failure happened."""
     word: str
     """The nearest fold word, component 1 to n; empty if the simulation failed."""
     angles: FloatArray
@@ -136,7 +136,7 @@ class Fold(Shown):
     base: FloatArray
     """Component 1's outer hinge at the end [m], shape (2,)."""
     energy: float
-    """Magnetic energy at the end [J], each pair of components once."""
+    """Magnetic energy at the end [J]; each pair of components counts once."""
     time: float
     """Simulated time [s]."""
     steps: int
@@ -154,13 +154,13 @@ class Fold(Shown):
     magnetic_energy: Callable[[Scene, Trajectory], FloatArray] | None = field(
         default=None, repr=False
     )
-    """Function that computes the magnetic energies of frames [J], shape (m,), on request.
+    """Function that returns the magnetic energies of frames [J], shape (m,).
 
-    Simulations set it, because computing them costs several times as much as the fold.
+    The energies are computed only on request, because they take several times as long as the fold.
     """
 
     def __repr__(self) -> str:
-        """Return the result in one line; joint angles are relative, `angles` are headings."""
+        """Return the result in one line, with relative joint angles in degrees."""
         joints = ", ".join(f"{angle:.1f}" for angle in np.degrees(self.joint_angles[:MOST_JOINTS]))
         more = ", …" if len(self.joint_angles) > MOST_JOINTS else ""
         cut = f"{self.word[: 4 * MOST_JOINTS]}…" if len(self.word) > 4 * MOST_JOINTS else self.word
@@ -186,7 +186,7 @@ class Fold(Shown):
         return centres(self.angles, side=self.scene.casing.side, base=self.base)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the fold as JSON values; numbers that are not finite become None."""
+        """Return the fold as JSON values, in which numbers that are not finite become None."""
         left_out = {"scene", "trajectory", "magnetic_energy"}
         data: dict[str, Any] = {
             "format": FORMAT,
@@ -200,7 +200,7 @@ class Fold(Shown):
         return from_json(to_json(data, inf_nan_mode="null", fallback=np.ndarray.tolist))
 
     def to_json(self, path: str | Path) -> None:
-        """Write `to_dict` to a file, under a temporary name first."""
+        """Write the values of `to_dict` to a file, through a temporary file."""
         write_text(path, json.dumps(self.to_dict(), indent=2, allow_nan=False) + "\n")
 
     @classmethod
@@ -233,12 +233,12 @@ class Fold(Shown):
             )
 
     def to_html(self, path: str | Path) -> None:
-        """Write a page that plays the fold: see `magfold_env.replay.write_html`.
+        """Write a page that plays the fold; see `magfold_env.replay.write_html`.
 
         Raises
         ------
         ValueError
-            If the fold was not recorded, or failed at once.
+            If the fold was not recorded, or failed at its start.
         """
         write_html(recording(self), path)
 
@@ -246,7 +246,7 @@ class Fold(Shown):
 def recording(fold: Fold) -> Recording:
     """Return the data that a page needs to play a fold, including energies over time.
 
-    A fold that was not recorded, or failed at once, raises a ValueError.
+    A fold that was not recorded, or failed at its start, raises a ValueError.
     """
     if fold.trajectory is None:
         raise ValueError(
@@ -286,10 +286,10 @@ def loaded(
 ) -> BoolArray:
     """Return which components have their magnets in m states, component 1 first, shape (m, n).
 
-    All have them, unless the scene loads them at the mouth. Then those have them whose leading
-    hinge would be outside if all components between it and the tube were in line. A state has
-    headings (m, n) [rad], the outer hinge of component 1 (m, 2) [m] and a number of components out
-    of the tube (m,).
+    All components have magnets unless the scene loads them at the mouth. In that case, a component
+    has magnets if its leading hinge would be outside the tube with all components between the two
+    in line. The states are given by headings (m, n) [rad], outer hinges of component 1 (m, 2) [m]
+    and numbers of components out of the tube (m,).
     """
     n, diagonal = scene.n, scene.casing.diagonal
     if scene.mount != "tube" or scene.feed.loading == "preloaded":
@@ -314,12 +314,12 @@ def turns(scene: Scene) -> IntArray:
 def kinetic_energy(scene: Scene, motion: Trajectory) -> FloatArray:
     """Return the kinetic energies of a recorded motion [J], shape (m,).
 
-    They include all components, also those in the tube. The scene must be concrete, and the motion
-    finite.
+    They include the energies of components in the tube. The scene must be concrete (its spreads
+    drawn), and the motion must be finite.
     """
     lever = scene.casing.diagonal * motion.rates
     turning = np.stack([-lever * np.sin(motion.angles), lever * np.cos(motion.angles)], axis=-1)
-    # Earlier components move a component's centre over their whole lengths, itself over half.
+    # Earlier components contribute with whole diagonals, the component itself with half of its own.
     velocity = motion.base_velocity[:, None] + np.cumsum(turning, axis=1) - turning / 2.0
     moving = np.einsum("i,mia,mia->m", scene.masses, velocity, velocity)
     return 0.5 * (moving + motion.rates**2 @ scene.inertias)

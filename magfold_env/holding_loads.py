@@ -1,11 +1,10 @@
 """Limit loads: the loads that a fold at rest withstands before it gives way.
 
-Every component is a free body in balance. On it act the magnets, the field and gravity at its pose,
-hinges, joint stops and contacts that can only push, and friction with the floor within its
-ellipsoid. The largest load that such forces can balance is a convex programme, by the lower-bound
-theorem of limit analysis. The result is exact, because friction is associated
-(`magfold_env.engine.friction.law`) and contacts are frictionless: a fold gives way if and only if
-the load is larger.
+Every component is a free body in balance. Its forces are those of magnets, the field and gravity at
+its pose, of hinges, of joint stops and contacts, which can only push, and of floor friction, which
+lies within an ellipsoid. By the lower-bound theorem of limit analysis, a convex program finds the
+largest load that such forces can balance. A fold gives way if and only if the load is larger,
+because friction is associated (`magfold_env.engine.friction.law`) and contacts are frictionless.
 """
 
 from __future__ import annotations
@@ -37,24 +36,24 @@ from magfold_env.scene import Problem, SceneError, errors
 from magfold_env.shapes import BoolArray, FloatArray
 from magfold_env.simulation.pack import pack, pack_obstacles
 
-# Neither package has types.
+# Neither package has type annotations.
 clarabel: Any = importlib.import_module("clarabel")
 sparse: Any = importlib.import_module("scipy.sparse")
 
 AT_REST = (FoldStatus.FOLDED, FoldStatus.MISFOLDED, FoldStatus.HELD)
 DIRECTIONS = 24
-"""Default directions of the pull, evenly spaced."""
+"""Default number of directions of the pull, evenly spaced."""
 
 # The engine lets casings overlap by `boxes.SHRINK` of the side, so that contacts that only repeat
-# stops never act, and may hold a joint that far from its stop. Here both act: joints closer to ±90°
-# than this [rad] are at their stops. Flush faces touch if they are closer than this, and other
-# faces if they touch at full size.
+# stops never act. A contact may then hold a joint at that distance from its stop. Here, both act. A
+# joint is at its stop if it is closer than NEAR [rad] to ±90°. Flush faces touch if they are closer
+# than NEAR [sides], and other faces if they are closer than TOUCH [sides].
 NEAR, TOUCH = 3.0 * boxes.SHRINK, boxes.SHRINK + jacobian.TOUCH
-FLUSH = 1e-3  # [rad] between faces that lie on one another
-STEP = 5e-4  # [rad] of the differences for stiffnesses
-UNBALANCED = 1e-5  # of the largest force: allowed residual in a fold at rest
-EXACT = 1e-10  # of the solver, in units of the largest force and of the casing's side
-LARGEST = 1e6  # and the largest finite load
+FLUSH = 1e-3  # largest angle between flush faces [rad]
+STEP = 5e-4  # step of the differences for stiffnesses [rad]
+UNBALANCED = 1e-5  # allowed residual in a fold at rest, relative to the largest force
+EXACT = 1e-10  # tolerance of the solver, in units of the largest force and of the casing's side
+LARGEST = 1e6  # largest finite load, in the same units
 FOUND, BOUNDLESS = ("Solved", "AlmostSolved"), ("DualInfeasible", "AlmostDualInfeasible")
 
 
@@ -62,25 +61,25 @@ FOUND, BOUNDLESS = ("Solved", "AlmostSolved"), ("DualInfeasible", "AlmostDualInf
 class Holding(Shown):
     """The loads that a fold at rest withstands.
 
-    The fold gives way when no balance of forces exists at its present pose; dynamics decides what
-    happens then. A load that no finite value reaches is `inf`.
+    The fold gives way when forces cannot balance at its present pose. The motion that follows is
+    not computed. A load that the fold withstands at any size is `inf`.
     """
 
     fold: Fold
     """The fold at rest."""
     opening: FloatArray
-    """Moments that turn a joint to the left and to the right [N·m], shape (n-1, 2): the couple of
-    +M on component k+1 and −M on component k, or the reverse, and nothing else."""
+    """Moments that turn joint k to the left and to the right [N·m], shape (n-1, 2). The load is +M
+    on component k+1 and −M on component k, or the reverse."""
     stiffness: FloatArray
-    """Slope of a joint's moment [N·m/rad], shape (n-1,): the increase per radian of the moment by
-    which the magnets, field and gravity turn the joint back, with all other joints fixed. At a
-    stop, it is the slope for opening. It is negative where the moment falls; a joint that gives way
-    then snaps open."""
+    """Stiffness of each joint [N·m/rad], shape (n-1,): the increase per radian of the moment with
+    which the magnets, the field and gravity turn the joint back, with all other joints fixed. At a
+    stop, it is the slope for opening. If it is negative, the joint snaps open when it gives way.
+    """
     directions: FloatArray
     """Directions of the pull in the plane [rad], shape (m,); 0 is along +x, the direction of a
     tube."""
     pull: FloatArray
-    """Force at the centre of component `pulled` at which the fold gives way [N], shape (m,)."""
+    """Force on the centre of component `pulled` at which the fold gives way [N], shape (m,)."""
     pulled: int
     """Number of the pulled component, from 1."""
     held: int
@@ -102,7 +101,7 @@ class Holding(Shown):
     def from_front(self) -> FloatArray:
         """The directions of the pull in the frame of the pulled component [rad], shape (m,).
 
-        0 is towards its front hinge, where the next component is, positive is to the left.
+        0 points to its front hinge, which joins the next component; positive angles turn left.
         """
         turned = self.directions - self.fold.angles[self.pulled - 1]
         return (turned + math.pi) % (2.0 * math.pi) - math.pi
@@ -131,13 +130,13 @@ class Holding(Shown):
         return [f"{self}.", *self.fold.scene.pictured(self.fold.angles), table]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all values as JSON values; infinite ones become None."""
+        """Return all values as JSON values, in which infinite numbers become None."""
         data = {name: value for name, value in vars(self).items() if name in self._NAMES}
         found = from_json(to_json(data, inf_nan_mode="null", fallback=np.ndarray.tolist))
         return {**found, "fold": self.fold.to_dict()}
 
     def to_json(self, path: str | Path) -> None:
-        """Write `to_dict` to a file, under a temporary name first."""
+        """Write the values of `to_dict` to a file, through a temporary file."""
         write_text(path, json.dumps(self.to_dict(), indent=2, allow_nan=False) + "\n")
 
     _NAMES = ("opening", "stiffness", "directions", "pull", "pulled", "held")
@@ -152,15 +151,15 @@ def holding(
 ) -> Holding:
     """Find the moments that open a fold's joints, and the pull at which it gives way.
 
-    The mount acts as set: a pin holds component 1's outer hinge, a tube the components that are
-    still in it; friction with the floor acts on all others, the pulled one included.
+    The scene's mount acts: a pin holds component 1's outer hinge, and a tube holds the components
+    in it. Friction with the floor acts on all other components, including the pulled one.
 
     Parameters
     ----------
     fold
         A fold at rest; see `Fold.status`.
     directions
-        Directions of the pull [rad], shape (m,); by default `DIRECTIONS`, all around.
+        Directions of the pull [rad], shape (m,); by default `DIRECTIONS` evenly spaced ones.
     pulled
         Number of the component that is pulled at its centre. The default is component 1, or
         component n if the mount holds component 1.
@@ -218,23 +217,23 @@ def in_tube(fold: Fold) -> BoolArray:
 
 
 def _headings(directions: npt.ArrayLike) -> FloatArray:
-    """Return directions as an array (m,), or refuse them."""
+    """Return directions as an array (m,), or raise a SceneError."""
     with suppress(TypeError, ValueError):
         headings: FloatArray = np.array(directions, dtype=np.float64)
         if headings.ndim == 1 and headings.size and np.isfinite(headings).all():
             return headings
-    raise SceneError([Problem("directions", directions, "must be finite numbers, one a direction")])
+    raise SceneError([Problem("directions", directions, "must be a list of finite numbers")])
 
 
 # --- loads of the components -----------------------------------------------------------------
 
 
 class _Forces:
-    """Loads on a fold's components at any pose: magnets, field and gravity, from the engine."""
+    """Forces of magnets, field and gravity on a fold's components at any pose, by the engine."""
 
     def __init__(self, fold: Fold) -> None:
         n = fold.scene.n
-        # Component 1 comes first in the engine too, and the walls do not move.
+        # With this mount, the engine does not reverse the chain, and walls do not move.
         model = pack(fold.scene.model_copy(update={"mount": "free"}))
         acts = loaded(fold.scene, fold.angles[None], fold.base[None], [n - fold.in_tube])[0]
         model.charge[~acts] = 0.0
@@ -244,7 +243,7 @@ class _Forces:
         self.work = new_work(self.model)
 
     def at(self, angles: FloatArray, base: FloatArray) -> FloatArray:
-        """Compute the pose; return forces (2) [N] and torques about the centres [N·m], (n, 3)."""
+        """Compute the pose; return forces (x, y) [N] and torques about centres [N·m], (n, 3)."""
         n, work = self.model.n, self.work
         q = np.concatenate([angles, base])
         smooth_accelerations(0, self.model, q, np.zeros(n + 2), work, np.empty(n + 2))
@@ -265,7 +264,7 @@ class _Forces:
 def _stiffnesses(forces: _Forces, fold: Fold, *, from_first: bool) -> FloatArray:
     """Return the slopes of the joints' moments [N·m/rad], shape (n-1,).
 
-    The part beyond a joint turns, as seen from component 1 if ``from_first``, else from n.
+    Components beyond a joint turn, as seen from component 1 if ``from_first``, else from n.
     """
     found = np.empty(fold.scene.n - 1)
     for joint, angle in enumerate(fold.joint_angles):
@@ -281,10 +280,10 @@ def _stiffnesses(forces: _Forces, fold: Fold, *, from_first: bool) -> FloatArray
 
 
 def _moment(forces: _Forces, fold: Fold, joint: int, turn: float, from_first: bool) -> float:
-    """Return the moment that turns a joint to the left after it has turned by an angle [rad]."""
+    """Return the moment [N·m] that turns a joint to the left, at ``turn`` [rad] from the fold."""
     beyond = np.arange(fold.scene.n) > joint
     angles = fold.angles + (np.where(beyond, turn, 0.0) if from_first else beyond * turn - turn)
-    # The hinge does not move.
+    # The shift keeps the joint's hinge in place.
     gone = np.exp(1j * fold.angles[: joint + 1]) - np.exp(1j * angles[: joint + 1])
     shift = fold.scene.casing.diagonal * complex(gone.sum())
     force = forces.at(angles, fold.base + np.array([shift.real, shift.imag]))
@@ -294,7 +293,7 @@ def _moment(forces: _Forces, fold: Fold, joint: int, turn: float, from_first: bo
 
 
 def _cross(arm: FloatArray, force: FloatArray) -> FloatArray:
-    """Torques (...) of forces (..., 2) at the ends of arms."""
+    """Return the torques (...) of forces (..., 2) at the ends of arms (..., 2)."""
     return arm[..., 0] * force[..., 1] - arm[..., 1] * force[..., 0]
 
 
@@ -304,9 +303,9 @@ def _cross(arm: FloatArray, force: FloatArray) -> FloatArray:
 class _Balance:
     """The balance of all movable components, with all forces that can contribute.
 
-    A *wrench* contains the forces and torques about the centres that an unknown number exerts on
-    the components, shape (n, 3). The unknowns are two-way forces (hinges), then forces that can
-    only push, then friction. Forces are in units of the largest one, lengths in sides.
+    A *wrench*, shape (n, 3), contains the forces and the torques about the centres that a unit of
+    one unknown exerts on the components. The unknowns are hinge forces, then forces that can only
+    push, then friction. Forces are in units of the largest force, and lengths in sides.
     """
 
     def __init__(self, fold: Fold, forces: _Forces, fixed: BoolArray) -> None:
@@ -332,7 +331,7 @@ class _Balance:
             clarabel.NonnegativeConeT(len(pushing)),
             *[clarabel.SecondOrderConeT(4)] * len(rubs),
         ]
-        # Balance, then pushes, then for each component the bound of its friction and the friction.
+        # The rows are the balance, then pushes, then each component's friction limit and friction.
         below = self._size + len(pushing)
         matrix = np.zeros((below + 4 * len(rubs), len(columns)))
         matrix[: self._size] = np.array(columns).reshape(-1, self._size).T
@@ -352,7 +351,7 @@ class _Balance:
         """Subtract the residual of the fold's balance, which is almost zero at rest."""
         size = self._size
         found = self._solve(-np.eye(size), np.ones(size), np.zeros(size))
-        assert found is not None  # any gap can be filled
+        assert found is not None  # the added unknowns can fill any gap
         found = found[size:]
         found[self._pushing] = np.maximum(found[self._pushing], 0.0)
         friction = found[self._rubbing].reshape(-1, 3)
@@ -361,12 +360,12 @@ class _Balance:
         balanced = (self._matrix @ found)[:size]
         gap = float(np.abs(balanced - self._right[:size]).max(initial=0.0))
         if gap > UNBALANCED:
-            allowed = "must be 0 at rest: nothing balances as much of the forces on it [N]"
+            allowed = "must be 0 at rest; it is the largest unbalanced force [N]"
             errors.refuse([Problem("fold", gap * self._unit, allowed)])
         self._right[:size] = balanced
 
     def limit(self, load: FloatArray) -> float:
-        """Return the largest multiple of a wrench that can be balanced; infinite if all are."""
+        """Return the largest multiple of a wrench that can be balanced, or `inf` if all can."""
         column = self._scaled(load)[:, None]
         size = float(np.abs(column).max(initial=0.0))
         if size == 0.0:
@@ -379,7 +378,7 @@ class _Balance:
     def _solve(
         self, added: FloatArray, quadratic: FloatArray, linear: FloatArray
     ) -> FloatArray | None:
-        """Minimise x² · quadratic / 2 + x · linear with ``added`` (size, k) in the balance.
+        """Minimise x² · quadratic / 2 + x · linear, with ``added`` (size, k) @ x in the balance.
 
         Returns x (k) and the unknowns at the minimum, or None if there is no minimum.
         """
@@ -405,7 +404,7 @@ class _Balance:
 
 
 def _wrench(n: int, rows: Mapping[int, Sequence[Any]]) -> FloatArray:
-    """Return a wrench (n, 3) of some components, given by their indices; the others get nothing."""
+    """Return a wrench (n, 3) with the given rows by component index, and zeros elsewhere."""
     wrench = np.zeros((n, 3))
     for k, row in rows.items():
         wrench[k] = row
@@ -413,7 +412,7 @@ def _wrench(n: int, rows: Mapping[int, Sequence[Any]]) -> FloatArray:
 
 
 def _hinge_wrenches(forces: _Forces, *, pinned: bool) -> list[FloatArray]:
-    """Return the wrenches of hinges along x and y, which push and pull both components."""
+    """Return the wrenches of hinge forces along x and y, which act on both components."""
     n, reach = forces.model.n, forces.reach
     found: list[FloatArray] = []
     for hinge in range(-1 if pinned else 0, n - 1):
@@ -426,7 +425,7 @@ def _hinge_wrenches(forces: _Forces, *, pinned: bool) -> list[FloatArray]:
 
 
 def _stop_wrenches(fold: Fold) -> list[FloatArray]:
-    """Return the wrenches of stops, which open their joints."""
+    """Return the wrenches of stops, which push their joints open."""
     found: list[FloatArray] = []
     for joint, angle in enumerate(fold.joint_angles):
         if _at_stop(fold, angle):
@@ -443,7 +442,7 @@ def _at_stop(fold: Fold, angle: float) -> bool:
 def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
     """Return the wrenches of touching casings and obstacles, which push them apart.
 
-    These are the engine's rows for casings whose rounded edges reach slightly farther.
+    They follow from the engine's contacts of casings with slightly larger rounded edges.
     """
     if not fold.scene.contact:
         return []
@@ -467,7 +466,7 @@ def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
         gap = distance - boxes.clearance(model, box, other)
         if gap > (NEAR if flush else TOUCH) * model.side:
             continue
-        # A corner of flush faces just beyond the other's end is pushed like a corner on it.
+        # A corner just beyond the end of a flush face is pushed like a corner on the face.
         if flush and min(abs(ux), abs(uy)) * distance < near:
             ux, uy = (round(ux), 0.0) if abs(ux) > abs(uy) else (0.0, round(uy))
         normal = np.array([c * ux - s * uy, s * ux + c * uy])

@@ -1,4 +1,4 @@
-"""Parallel calls of one function, through joblib: on threads, processes or a Ray cluster."""
+"""Parallel calls of one function through joblib, on threads, processes or a Ray cluster."""
 
 import importlib
 import os
@@ -20,10 +20,10 @@ R = TypeVar("R")
 Calls = list[tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]]
 
 MOST_WORKERS = 4096
-"""Largest number of workers; a larger number must be a typing error."""
+"""Largest number of workers; a larger number is probably a typing error."""
 
 LOSSES = 3
-"""Number of consecutive losses of workers, without a result in between, after which work fails."""
+"""Number of losses of workers in a row, without a result in between, after which work fails."""
 
 _FEW_THREADS, _MANY_TASKS = 4, 500
 
@@ -33,7 +33,7 @@ _WAVE = 2.0
 
 @dataclass(frozen=True)
 class Workers:
-    """The number and the kind of workers; values that are not allowed are refused."""
+    """The number and the kind of workers; other values than allowed raise a SceneError."""
 
     count: int | None = None
     """Number of parallel workers; None uses all cores, or all CPUs of a cluster."""
@@ -41,9 +41,9 @@ class Workers:
     """Threads of this process, processes on this machine, or a Ray cluster: the one at
     ``RAY_ADDRESS``, else a local one.
 
-    None selects processes for more than four workers on many tasks, else threads. Threads wait for
-    each other outside the kernels, which take three quarters of a short release; processes take
-    seconds to start.
+    None selects processes for more than four workers on at least 500 tasks, else threads. Only one
+    thread runs at a time outside the kernels, which take three quarters of a short release.
+    Processes take seconds to start.
     """
 
     def __post_init__(self) -> None:
@@ -67,9 +67,9 @@ def finished(
 ) -> Generator[tuple[int, R]]:
     """Yield the index and the result of every task, in the order of completion.
 
-    ``function`` must depend only on its task, and must be picklable unless it runs on threads. If
-    it raises an error, the work ends. Tasks of a lost worker run again; `LOSSES` losses in a row
-    without a result raise a RuntimeError.
+    The result of ``function`` must depend only on its task. The function must be picklable unless
+    it runs on threads. If it raises an error, the work ends. Tasks of a lost worker run again;
+    `LOSSES` losses in a row without a result raise a RuntimeError.
     """
     left = dict(enumerate(tasks))
     backend = workers.kind(len(left))
@@ -179,7 +179,7 @@ def without_warning(results: Generator[T]) -> Generator[T]:
 
 
 def _in_waves(parallel: Any, calls: Calls, least: int) -> Generator[tuple[int, Any]]:
-    """Run calls in batches of about `_WAVE`, as Ray's backend returns only complete batches."""
+    """Run calls in batches of about `_WAVE`, because Ray's backend returns complete batches."""
     rest, size = iter(calls), least
     with parallel:
         while wave := list(islice(rest, size)):

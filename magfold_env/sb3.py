@@ -51,8 +51,8 @@ class FoldVecEnv(VecEnv):
     """A vector environment in the form of Stable-Baselines3.
 
     Methods and attributes requested by name, such as ``compute_reward``, are those of a single
-    environment with the same options; ``action_masks`` differs between environments. The autoreset
-    mode must be SAME_STEP.
+    environment with the same options. The exception is ``action_masks``, which returns the masks of
+    the requested environments. The autoreset mode must be SAME_STEP.
     """
 
     def __init__(self, vector: VectorEnv) -> None:
@@ -89,7 +89,7 @@ class FoldVecEnv(VecEnv):
         self._actions = actions
 
     def step_wait(self) -> Any:
-        """Take the step."""
+        """Take a step with the stored actions and return its results."""
         observation, reward, terminated, truncated, infos = self.vector.step(self._actions)
         done = terminated | truncated
         final_obs, final = infos.pop("final_obs", None), infos.pop("final_info", {})
@@ -107,7 +107,7 @@ class FoldVecEnv(VecEnv):
         return observation, reward.astype(np.float32), done, each
 
     def close(self) -> None:
-        """End the threads."""
+        """Close the vector environment and end its threads."""
         self.vector.close()
 
     def get_images(self) -> Sequence[NDArray[np.uint8] | None]:
@@ -141,7 +141,7 @@ class FoldVecEnv(VecEnv):
         wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]],
         indices: VecEnvIndices = None,
     ) -> list[bool]:
-        """Return False for all environments: none is wrapped."""
+        """Return False for every requested environment, because none is wrapped."""
         return [False] * len(self._rows(indices))
 
     def _rows(self, indices: VecEnvIndices) -> list[int]:

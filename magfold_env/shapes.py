@@ -1,7 +1,7 @@
-"""Shapes: fold words, the cells they cover, their symmetries and the similarity of folds.
+"""Shapes: fold words, the cells that they cover, their symmetries and the similarity of folds.
 
-A word has one letter per joint, from component 1 to n: L (+90°), S (0) or R (-90°). Lengths are in
-half diagonals, in which the centres of any word are integers; see `cells`.
+A word has one letter per joint, from component 1 to n: L (+90°), S (0) or R (-90°). The unit of
+length is half a diagonal, so that all centres have integer coordinates; see `cells`.
 """
 
 from functools import lru_cache
@@ -30,7 +30,7 @@ def parse_word(word: str, n: int | None = None, key: str = "word") -> str:
     word
         Letters L, S and R, one per joint; empty for a single component.
     n
-        Number of components that the word must have; any if None.
+        Number of components that the word must have; None allows any number.
     key
         Name of the word in messages.
 
@@ -62,7 +62,7 @@ def word_to_angles(word: str) -> FloatArray:
 
 
 def angles_to_word(joint_angles: npt.ArrayLike) -> str:
-    """Return the nearest word to joint angles [rad], shape (n-1,): thresholds at ±45°.
+    """Return the word nearest to joint angles [rad], shape (n-1,), with thresholds at ±45°.
 
     Raises
     ------
@@ -79,20 +79,20 @@ def angles_to_word(joint_angles: npt.ArrayLike) -> str:
 
 
 def mirror(word: str) -> str:
-    """Return the word of the mirror image: left and right swapped."""
+    """Return the word of the mirror image, in which L and R are exchanged."""
     return parse_word(word).translate(_FLIP)
 
 
 def is_fully_folded(word: str) -> bool:
-    """Return whether every joint is turned (no S); the word may still overlap."""
+    """Return whether the word contains no S; its casings may still overlap."""
     return "S" not in parse_word(word)
 
 
 def cells(word: str) -> IntArray:
     """Return the centres in half diagonals, with component 1 at the origin heading along +x.
 
-    Headings are multiples of 90° and consecutive centres differ by the sum of two heading
-    vectors, so all are integers. A casing is the square |x| + |y| <= 1 about its centre.
+    Headings are multiples of 90°, and consecutive centres differ by the sum of two heading vectors,
+    so all coordinates are integers. A casing is the square ``|x| + |y| <= 1`` about its centre.
 
     Returns
     -------
@@ -105,18 +105,18 @@ def cells(word: str) -> IntArray:
 
 
 def overlaps(word: str) -> bool:
-    """Whether two casings of the word overlap.
+    """Return whether two casings of the word overlap.
 
-    Every step between centres has an even |dx| + |dy|, and two casings overlap if theirs is below
-    2, that is, if and only if they share a centre. The paper's filter (centres less than 3 mm
-    apart) agrees.
+    The distance ``|dx| + |dy|`` between two centres is even, and the casings overlap if it is below
+    2. Casings therefore overlap if and only if they have the same centre. The paper's filter
+    (centres less than 3 mm apart) agrees.
     """
     centres = cells(word)
     return len(np.unique(centres, axis=0)) < len(centres)
 
 
 def folded_words(n: int) -> list[str]:
-    """Return the fully folded words of n components without overlap, sorted.
+    """Return all fully folded words of n components without overlap, in sorted order.
 
     The words are self-avoiding paths that turn at every step. They grow letter by letter and stop
     at the first overlap.
@@ -161,12 +161,12 @@ def drawn_outline(drawing: str) -> Outline:
         raise ValueError(f"drawing: {drawing!r} is not allowed; {allowed}")
     rows = enumerate(drawing.split("\n"))
     squares = [(x, -y) for y, row in rows for x, sign in enumerate(row) if sign == "#"]
-    # Along the diagonals, like folds; see `cells`.
+    # The axes are along the casings' diagonals, as in `cells`.
     return _placed(np.array([(x - y, x + y) for x, y in squares], dtype=np.int64))
 
 
 def _placed(covered: IntArray) -> Outline:
-    """Return cells, shape (n, 2), in the smallest of their four rotations, moved to the origin."""
+    """Return cells (n, 2), moved to the origin, in the lexicographically smallest rotation."""
     candidates: list[Outline] = []
     for _ in range(4):
         covered = np.stack([-covered[:, 1], covered[:, 0]], axis=1)
@@ -177,9 +177,9 @@ def _placed(covered: IntArray) -> Outline:
 
 @lru_cache(maxsize=1024)
 def words_of_outline(covered: Outline) -> tuple[str, ...]:
-    """Return the fully folded words that cover exactly the cells of an outline, sorted.
+    """Return the sorted, fully folded words that cover exactly the cells of an outline.
 
-    Words grow from every cell and heading, and use only free cells.
+    Words start from every cell and heading, and grow only into free cells.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def _grow(
     free: frozenset[tuple[int, int]],
     found: set[str],
 ) -> None:
-    """Add to `found` the words that begin with `word`, end at `cell`, and use up `free`."""
+    """Add to `found` all words that continue `word` from `cell` and cover all cells in `free`."""
     if not free:
         found.add(word)
         return
@@ -245,10 +245,10 @@ def centres(
 def similarity(joint_angles_a: npt.ArrayLike, joint_angles_b: npt.ArrayLike) -> float:
     """Return the similarity of two folds, from 0 to 1.
 
-    The similarity is the mean over ordered pairs i, j of exp(-|p_ij - q_ij|²/side²), where p_ij and
-    q_ij are the centres of component j as seen from component i in the two folds. It does not
+    The similarity is the mean over ordered pairs i, j of ``exp(-|p_ij - q_ij|²/side²)``, where p_ij
+    and q_ij are the centres of component j as seen from component i in the two folds. It does not
     change when a fold is moved or turned, but it changes when a fold is mirrored or its components
-    are renumbered. It is continuous, and 1 only for equal joint angles.
+    are renumbered. It is continuous, and it is 1 only for equal joint angles.
 
     Parameters
     ----------
@@ -275,7 +275,7 @@ def similarity(joint_angles_a: npt.ArrayLike, joint_angles_b: npt.ArrayLike) -> 
 
 
 def _seen_from_each(joint_angles: FloatArray) -> FloatArray:
-    """Return the position of centre j in the frame of component i, shape (n, n, 2), unit side."""
+    """Return the position of centre j in the frame of component i, (n, n, 2), for a side of 1."""
     angles = headings(joint_angles)
     place = centres(angles)
     away = place[None, :, :] - place[:, None, :]

@@ -1,4 +1,4 @@
-"""The `magfold` command in this process and how to read what it says; Python in another one."""
+"""Functions that run `magfold` in this process, read its output, and start Python."""
 
 import os
 import subprocess
@@ -11,7 +11,7 @@ from magfold_env.cli import app
 
 
 def run(*arguments: object, code: int | None = None) -> Result:
-    """Run the command, which is to end with an exit code where one is given."""
+    """Run the command, which must end with the exit code if one is given."""
     result = CliRunner().invoke(app.app, [str(argument) for argument in arguments])
     assert code in (None, result.exit_code), result.output
     return result
@@ -20,7 +20,7 @@ def run(*arguments: object, code: int | None = None) -> Result:
 def python(
     *arguments: object, check: bool = True, cwd: Any = None, **env: Any
 ) -> subprocess.CompletedProcess[str]:
-    """Run Python where it finds what this process finds, with changes of its environment."""
+    """Run Python with the search path of this process and a changed environment."""
     command = [sys.executable, *map(str, arguments)]
     surroundings = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), **env}
     return subprocess.run(
@@ -29,7 +29,7 @@ def python(
 
 
 def rows(text: str) -> list[list[str]]:
-    """Cells of the tables' rows, headings left out."""
+    """Return the cells of the tables' rows, without headings."""
     lines = (line for line in text.splitlines() if line.startswith("│"))
     return [[cell.strip() for cell in line.strip("│").split("│")] for line in lines]
 

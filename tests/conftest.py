@@ -20,13 +20,13 @@ settings.load_profile("default")
 
 @pytest.fixture(scope="session", autouse=True)
 def _no_folders_left_behind(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Have learners of Stable-Baselines3 log to a folder that pytest removes, unless told where."""
+    """Make learners of Stable-Baselines3 log to a temporary folder unless they have their own."""
     os.environ.setdefault("SB3_LOGDIR", str(tmp_path_factory.getbasetemp() / "sb3"))
 
 
 @pytest.fixture
 def quick(tmp_path: Path) -> str:
-    """Path of a scene so short that a simulation costs next to nothing."""
+    """Return the path of a scene whose simulation takes very little time."""
     path = tmp_path / "quick.yaml"
     path.write_text("sequence: [NSNS, SN-N]\nmount: free\nduration: 0.05\n", encoding="utf-8")
     return str(path)
@@ -34,7 +34,7 @@ def quick(tmp_path: Path) -> str:
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Generator[Any]:
-    """Offer a tab of a headless Chromium."""
+    """Yield a tab of a headless Chromium."""
     from tests.replay import chromium  # noqa: PLC0415 - is not for all systems
 
     with chromium.page(tmp_path_factory.mktemp("profile")) as page:
@@ -43,7 +43,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Generator[Any]:
 
 @pytest.fixture(scope="module")
 def head() -> Generator[Any]:
-    """Offer a Ray cluster of one node with one CPU."""
+    """Yield a Ray cluster of one node with one CPU."""
     ray: Any = pytest.importorskip("ray.cluster_utils", reason="needs Ray, the extra ray")
     nodes = ray.Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
     yield nodes
@@ -52,7 +52,7 @@ def head() -> Generator[Any]:
 
 @pytest.fixture
 def cluster(head: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Return a Ray cluster of two nodes with a CPU each, to which nobody is connected yet."""
+    """Return a Ray cluster of two nodes with a CPU each, without any connection."""
     monkeypatch.setenv("RAY_ADDRESS", head.address)
     if not head.worker_nodes:
         head.add_node(num_cpus=1)

@@ -1,4 +1,4 @@
-"""Folds that cost no simulation: as they lie, and recorded."""
+"""Folds that need no simulation, with and without a trajectory."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FREE = mf.load_scene("paper/sequence-3")
 
 
 def lying(scene: mf.Scene, word: str, first: float = 0.0, **changes: Any) -> mf.Fold:
-    """Return a fold that lies as a word says, as if it had been simulated."""
+    """Return a fold in the shape of a word, like a simulated one."""
     whole: dict[str, Any] = {
         "scene": scene, "status": mf.FoldStatus.FOLDED, "message": "folded at t = 0.5 s",
         "word": word, "angles": headings(word_to_angles(word), first=first), "base": np.zeros(2),
@@ -24,7 +24,7 @@ def lying(scene: mf.Scene, word: str, first: float = 0.0, **changes: Any) -> mf.
 
 
 def recorded(word: str, scene: mf.Scene = FREE, frames: int = 30, time: float = 0.5) -> mf.Fold:
-    """Return a fold in which all joints turn evenly."""
+    """Return a recorded fold in which all joints turn at constant rates."""
     share = np.linspace(0.0, 1.0, frames)
     angles = np.array([headings(word_to_angles(word) * s, first=0.4 * s) for s in share])
     rates = np.gradient(angles, share * time, axis=0)

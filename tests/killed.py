@@ -1,4 +1,4 @@
-"""Processes that are broken off when they have written a number of records; what they leave."""
+"""Functions that kill processes after a number of records, and that read their files."""
 
 import json
 import signal
@@ -39,18 +39,18 @@ ENDS = {
 def run_until(
     end: str, records: int, code: str, *arguments: str
 ) -> subprocess.CompletedProcess[str]:
-    """Run Python code with arguments; with so many records in a folder one of `ENDS` comes."""
+    """Run Python code with arguments; end it by one of `ENDS` after a number of records."""
     prelude = _PRELUDE.format(records=records, end=ENDS[end])
     return python("-c", prelude + code, *arguments, check=False)
 
 
 def run_until_killed(records: int, code: str, *arguments: str) -> None:
-    """Run Python code with arguments; with so many records in a folder its process dies."""
+    """Run Python code with arguments; kill it after a number of records."""
     assert run_until("kill", records, code, *arguments).returncode == -signal.SIGKILL
 
 
 def records_in(folder: Path) -> dict[int, Any]:
-    """Return the records that a folder holds, by their numbers."""
+    """Return the records in a folder, by number."""
     with closing(sqlite3.connect(folder / FILE)) as database:
         rows = database.execute("SELECT number, record FROM records ORDER BY number")
         return {number: json.loads(text) for number, text in rows}

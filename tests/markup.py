@@ -1,4 +1,4 @@
-"""Pages as tests read them."""
+"""A parser of pages for tests."""
 
 from html.parser import HTMLParser
 
@@ -7,26 +7,26 @@ FETCHED = {"src", "href", "action", "srcset", "data", "poster"}
 
 
 class Markup(HTMLParser):
-    """A page's texts, frames, addresses and places."""
+    """The texts, frames, addresses and link targets of a page."""
 
     def __init__(self, page: str) -> None:
         super().__init__()
         self.open: list[str] = []
         self.whole = True
-        """Whether every element was closed in its turn."""
+        """Whether all elements are closed in the correct order."""
         self.texts: dict[str, str] = {}
-        """By the element, or the type of a script."""
+        """Texts by element, or by the type of a script."""
         self.addresses: list[str] = []
-        """All that could make a browser fetch something."""
+        """All addresses from which a browser might load something."""
         self.places: set[str] = set()
-        """That links may lead to."""
+        """Names to which links may lead."""
         self.frames: list[str] = []
         self.feed(page)
         self.whole &= not self.open
 
     @property
     def text(self) -> str:
-        """All of it, scripts too."""
+        """The whole text, including scripts."""
         return "".join(self.texts.values())
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:

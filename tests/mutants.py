@@ -1,11 +1,11 @@
-"""Plant one error at a time and see that the tests notice: ``python -m tests.mutants [PART …]``.
+"""Mutation tests, which plant one error at a time: ``python -m tests.mutants [PART …]``.
 
-``mutants.yaml`` lists the errors and the tests that must notice them. Each error is planted in a
-copy of the tree. Its tests must pass without it; with it, an assertion of one of them must fail.
-An error in a fixture, at collection or in the code under test does not count. ``PART`` is a part
-of the names of mutants, or of files, and selects those. The exit code is 1 unless all are killed.
-Errors of kernels are tried without compiling where the table says ``interpreted``.
-This module is the plugin of pytest that looks for the assertion.
+``mutants.yaml`` lists errors and the tests that must detect them. Each error is planted in a copy
+of the tree. Without the error, its tests must pass. With the error, an assertion of one of them
+must fail. An error in a fixture, during collection or in the code under test does not count.
+``PART`` selects the mutants whose name or file contains it. The exit code is 1 unless all mutants
+are killed. Mutants with ``interpreted`` in the table run without compilation. This module is also
+the pytest plugin that detects the failed assertion.
 """
 
 import argparse
@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[1]
 TABLE = Path(__file__).with_suffix(".yaml")
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "runs", ".*_cache", ".hypothesis")
 LIMIT = 1800.0
-"""Longest time that the tests of a mutant may take [s]: some errors make loops endless."""
+"""Time limit of the tests of a mutant [s], because some errors make loops endless."""
 
 NOTICED = 32  # none of pytest's exit codes
 tell = partial(print, flush=True)
@@ -38,18 +38,18 @@ Fate = Literal["killed", "survived", "broken"]
 
 
 class Mutant(NamedTuple):
-    """An error, where it is planted, and who is to notice."""
+    """An error, the file in which it is planted, and the tests that must detect it."""
 
     topic: str
     what: str
-    """What becomes wrong, in words."""
+    """Description of the error."""
     file: str
     old: str
-    """Stands in the file once."""
+    """Text that occurs once in the file."""
     new: str
     tests: list[str]
     interpreted: bool = False
-    """Whether the tests are run without compiling."""
+    """Whether the tests run without compilation."""
 
 
 def mutants() -> list[Mutant]:
@@ -64,7 +64,7 @@ def plant(mutant: Mutant, tree: Path) -> None:
     Raises
     ------
     ValueError
-        If what it replaces does not stand there exactly once.
+        If the text to replace does not occur exactly once.
     """
     path = tree / mutant.file
     text = path.read_text(encoding="utf-8")
@@ -110,7 +110,7 @@ def run_tests(tree: Path, tests: Iterable[str], interpreted: bool) -> tuple[int,
 
 
 def fate(mutant: Mutant, sound: Path) -> tuple[Fate, str]:
-    """Return what becomes of a mutant of a sound tree, and what its tests said if it lives."""
+    """Return the fate of a mutant, and the output of its tests if it survives."""
     with tempfile.TemporaryDirectory(prefix="mutant-") as folder:
         tree = Path(folder) / "tree"
         shutil.copytree(sound, tree, copy_function=os.link)
@@ -122,7 +122,7 @@ def fate(mutant: Mutant, sound: Path) -> tuple[Fate, str]:
 
 
 def sound_tests(chosen: list[Mutant], sound: Path) -> Iterator[str]:
-    """Yield what is said of tests that fail without any error planted."""
+    """Yield the output of tests that fail without a planted error."""
     for interpreted in (True, False):
         tests = {t: None for m in chosen if m.interpreted == interpreted for t in m.tests}
         code, said = run_tests(sound, tests, interpreted) if tests else (0, "")

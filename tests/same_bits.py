@@ -1,12 +1,12 @@
-"""Whether folds and episodes are those of another commit, bit for bit.
+"""A comparison of folds and episodes with those of another commit, bit for bit.
 
-``python tests/same_bits.py`` compares with ``tests/same_bits.json``, which holds what the present
-version of the physics gave at first (some five minutes); ``python tests/same_bits.py --record
-FILE`` writes such a file. It goes through public names alone, so that it runs on either commit:
-``PYTHONPATH`` says on which.
+``python tests/same_bits.py`` compares results with ``tests/same_bits.json``, which contains the
+first results of the present version of the physics. It takes about five minutes. ``python
+tests/same_bits.py --record FILE`` writes such a file. Only public names are used, so that both
+commits can run; ``PYTHONPATH`` selects one. The last bits depend on the processor and on the
+versions of numba and of the C library.
 
-Last bits depend on the processor and on the versions of numba and of the C library. On another
-machine, record the old commit there first and compare with that: ``--against FILE``.
+On another machine, record the old commit there first, and compare by ``--against FILE``.
 """
 
 import argparse
@@ -72,13 +72,13 @@ NOT_OF_GOALS = ("reward", "shaping", "gamma", "baseline")
 
 
 class Digest:
-    """A hash of numbers to the last bit, of texts, and of whatever holds them."""
+    """A hash of texts, of exact numbers, and of containers with such values."""
 
     def __init__(self) -> None:
         self._hash = hashlib.sha256()
 
     def add(self, value: Any) -> None:
-        """Take in a value, whatever it holds."""
+        """Add a value and everything that it contains."""
         if isinstance(value, dict):
             for key in sorted(value):
                 # The record has an info by its earlier name.
@@ -100,7 +100,7 @@ class Digest:
             self._hash.update(str(value).encode())
 
     def text(self) -> str:
-        """Return the hash, shortened."""
+        """Return the shortened hash."""
         return self._hash.hexdigest()[:16]
 
 
@@ -176,7 +176,7 @@ def fold_digests() -> Iterator[tuple[str, str]]:
 
 
 def without_scene(fold: mf.Fold) -> Any:
-    """Return all that a fold says, recorded motion included, but for its scene."""
+    """Return all values of a fold, including its recorded motion, without its scene."""
     path = None if fold.trajectory is None else dict(vars(fold.trajectory))
     if path is not None:
         path.pop("side", None)  # it belongs to the scene
@@ -216,7 +216,7 @@ def energy_digests() -> Iterator[tuple[str, str]]:
 
 
 def variants(env_id: str) -> tuple[dict[str, Any], ...]:
-    """Return the options under which an environment is tried."""
+    """Return the options with which an environment is tested."""
     if "UnknownFloor" in env_id:
         return FLOOR_VARIANTS
     if "Reprogram" in env_id or "Lumen" in env_id:
@@ -234,7 +234,7 @@ def variants(env_id: str) -> tuple[dict[str, Any], ...]:
 
 
 def single_episodes(env_id: str, options: dict[str, Any], count: int) -> str:
-    """Return the hash of all that a single environment says in so many random episodes."""
+    """Return the hash of all results of a single environment in a number of random episodes."""
     env: Any = gymnasium.make(env_id, **options)
     env.action_space.seed(1)
     found = Digest()
@@ -252,7 +252,7 @@ def single_episodes(env_id: str, options: dict[str, Any], count: int) -> str:
 
 
 def vector_episodes(env_id: str, options: dict[str, Any], count: int, mode: str) -> str:
-    """Return the hash of all that a vector environment says in at least so many episodes."""
+    """Return the hash of all results of a vector environment in a number of episodes or more."""
     envs = gymnasium.make_vec(env_id, num_envs=ROWS, autoreset_mode=mode, **options)
     envs.action_space.seed(1)
     found = Digest()
@@ -288,7 +288,7 @@ PARTS: dict[str, Callable[[], Iterator[tuple[str, str]]]] = {
 
 
 def machine() -> dict[str, str]:
-    """Return what last bits depend on."""
+    """Return the software and hardware that determine the last bits."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.is_file() else []
     names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
@@ -301,7 +301,7 @@ def machine() -> dict[str, str]:
 
 
 def say(line: str) -> None:
-    """Print a line at once."""
+    """Print a line immediately."""
     sys.stdout.write(line + "\n")
     sys.stdout.flush()
 

@@ -1,4 +1,4 @@
-"""What the pages tell their readers to run: lines of Python, commands, settings."""
+"""Python lines, commands and settings that the pages show to readers."""
 
 import ast
 import io
@@ -27,7 +27,7 @@ python() { if [ "$1" = -c ]; then "$PYTHON" "$@"; else tell python "$@"; fi; }
 
 
 class Statement(NamedTuple):
-    """One statement of a page, and what a comment at its end says that it prints."""
+    """A statement on a page, and the output that its comment states."""
 
     code: str
     comment: str
@@ -53,9 +53,9 @@ def statements(code: str) -> Iterator[Statement]:
 
 
 def commands(shell: str) -> list[list[str]]:
-    """Return the words of every command of a block, loops and variables written out.
+    """Return the words of every command of a block, with loops and variables expanded.
 
-    Bash itself reads it, with functions in place of the programs.
+    Bash itself parses the block, with functions in place of the programs.
     """
     stubs = "".join(f'{name}() {{ tell {name} "$@"; }}\n' for name in _PROGRAMS if name != "python")
     paths = re.sub(r"(?<!\S)\.venv/bin/", "", shell)
@@ -68,7 +68,7 @@ def commands(shell: str) -> list[list[str]]:
 
 
 def commands_in_sentences(page: Path) -> list[str]:
-    """Return what stands in a page's sentences and tables as a command."""
+    """Return the commands in the sentences and tables of a page."""
     text = re.sub(r"^```.*?^```", "", page.read_text("utf-8"), flags=re.DOTALL | re.MULTILINE)
     found = re.findall(r"`((?:magfold|python -m|pytest|\.ci/\w+) [^`]*)`", text)
     return [" ".join(each.split()) for each in found]

@@ -1,4 +1,4 @@
-"""Records of a long run: whole or refused, of one run only, and of one process at a time."""
+"""Tests of a long run's records: damaged files, other runs' files, and concurrent processes."""
 
 import errno
 import os
@@ -65,7 +65,7 @@ def loaded(folder: Path) -> list[Any]:
 
 @contextmanager
 def endless(folder: Path) -> Generator[Callable[[], list[int]]]:
-    """Run `ENDLESS`, which has written a record; offer what kills it and returns their numbers."""
+    """Run `ENDLESS` until it writes a record; yield a function that kills it and counts records."""
     with subprocess.Popen(
         [sys.executable, "-c", ENDLESS, folder],
         stdout=subprocess.PIPE,

@@ -1,4 +1,4 @@
-"""The site: what is public is told, and what it shows runs."""
+"""Tests of the site: public names are documented, and examples run."""
 
 import re
 import subprocess

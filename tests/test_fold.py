@@ -1,4 +1,4 @@
-"""Folds: geometry, files, and what results say of themselves in a line."""
+"""Tests of folds: geometry, files, and one-line texts of results."""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""Limit loads: by hand, by symmetry, and what is refused."""
+"""Tests of limit loads: hand calculations, symmetry, and errors."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ def test_json_holds_it_all(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("changes", "arguments", "message"), [
     ({"status": FoldStatus.UNSETTLED}, {}, "fold.status: 'unsettled' is not allowed; must be"),
     ({}, {"held": 1}, "held: 1 is not allowed; must be from 1 to 6 and not the one"),
-    ({"angles": np.arange(6.0)}, {}, "is not allowed; must be 0 at rest: nothing balances"),
+    ({"angles": np.arange(6.0)}, {}, "is not allowed; must be 0 at rest; it is the largest"),
 ])  # fmt: skip
 def test_what_is_not_allowed_is_told(changes, arguments, message):
     fold = mf.simulate(mf.load_scene("paper/sequence-3"))

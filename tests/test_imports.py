@@ -1,4 +1,4 @@
-"""What importing the package loads, and what its first use does."""
+"""Tests of what importing the package loads, and of its first use."""
 
 import pickle
 

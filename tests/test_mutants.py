@@ -1,4 +1,4 @@
-"""The table of mutants fits the sources; ``python -m tests.mutants`` plants them."""
+"""Tests that the table of mutants fits the sources; ``python -m tests.mutants`` plants them."""
 
 from collections import Counter
 from pathlib import Path
@@ -36,7 +36,7 @@ FATES = {
     "@pytest.fixture\ndef given():\n    assert one() == 1\ndef test(given):\n    pass": "broken",
     "assert one() == 1\ndef test():\n    pass": "broken",
 }
-"""Tests, and what becomes of a mutant in which `one` returns 2."""
+"""Tests, and the fate of a mutant in which `one` returns 2."""
 
 
 @pytest.mark.medium

@@ -1,4 +1,4 @@
-"""One function over many tasks: every result once, whatever works and whatever is lost."""
+"""Tests of parallel calls: each result arrives once, on any backend and after any loss."""
 
 import os
 import sys
@@ -96,11 +96,11 @@ def test_what_is_broken_off_warns_of_nothing() -> None:
 
 
 class LostError(Exception):
-    """Stands for Ray's errors."""
+    """A substitute for Ray's errors."""
 
 
 def fake_ray(monkeypatch: pytest.MonkeyPatch, running: bool = False) -> list[Any]:
-    """Put threads that can be lost in place of Ray; returns the calls that were made."""
+    """Replace Ray by threads that can be lost; return the calls that were made."""
     calls: list[Any] = ["init"] if running else []
 
     def backend(*, ray_remote_args: dict[str, Any], **options: Any) -> Any:
@@ -117,7 +117,7 @@ def fake_ray(monkeypatch: pytest.MonkeyPatch, running: bool = False) -> list[Any
 
 
 def lose(times: int) -> Callable[[int], int]:
-    """Return a function that loses its worker so many times."""
+    """Return a function that loses its worker a number of times."""
     left = iter(range(times))
 
     def work(x: int) -> int:

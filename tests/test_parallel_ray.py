@@ -1,4 +1,4 @@
-"""Ensembles and designs on a real Ray cluster of two nodes, whose workers and nodes are lost."""
+"""Tests of ensembles and designs on a Ray cluster of two nodes that loses workers and nodes."""
 
 import importlib
 import os
@@ -37,7 +37,7 @@ def bits(made: mf.Ensemble) -> tuple[bytes, ...]:
 
 
 def workers_of(node: Any) -> list[int]:
-    """Return the processes of a node that are at work for joblib's pool."""
+    """Return the processes of a node that work for joblib's pool."""
     raylet = node.all_processes["raylet"][0].process.pid
     found: list[int] = []
     for folder in Path("/proc").glob("[0-9]*"):
@@ -76,7 +76,7 @@ def test_a_cluster_makes_the_runs_that_threads_make() -> None:
 
 
 class Soon:
-    """Loses something of the cluster a moment after it is told so many times, amid the work."""
+    """A progress function that loses part of the cluster shortly after its n-th call."""
 
     def __init__(self, lose: Callable[[Any], None], cluster: Any, after: int) -> None:
         self._timer = threading.Timer(0.2, lambda: self.done.append(lose(cluster)))

@@ -1,4 +1,4 @@
-"""Figures that pages tell are those of one file of results, or of the files that commands wrote."""
+"""Tests that numbers on pages agree with the results file or with files of commands."""
 
 import re
 from typing import Any

@@ -1,4 +1,4 @@
-"""The same models and folds where processors and libraries round otherwise, or do not compile."""
+"""Tests of identical models and folds with other rounding, other libraries, or no compiler."""
 
 import json
 import sys
@@ -51,7 +51,7 @@ print(json.dumps(found))
 
 
 def folds(scenes: dict[str, dict[str, Any]], **changes: Any) -> dict[str, Any]:
-    """Simulate in another process, with changes of its surroundings."""
+    """Simulate in another process with a changed environment."""
     result = python("-c", SCRIPT, json.dumps([scenes, SEQUENCE]), **changes)
     return json.loads(result.stdout)
 

@@ -1,4 +1,4 @@
-"""The adapter gives Stable-Baselines3 what its own vector environments give."""
+"""Tests that the adapter and Stable-Baselines3's own vector environments agree."""
 
 from collections.abc import Callable
 from functools import partial

@@ -1,4 +1,4 @@
-"""Fold words, outlines and similarity."""
+"""Tests of fold words, outlines and similarity."""
 
 from itertools import product
 

@@ -1,6 +1,6 @@
-"""The built site in a browser: no link is dead, nothing is cut off, asks elsewhere or shuts out.
+"""Tests of the built site in a browser: links, overflow, outside requests and accessibility.
 
-Needs the site that `.ci/site` has built, a Chromium, and axe-core, which the extra `docs` brings.
+They need the site built by `.ci/site`, a Chromium, and axe-core, which the extra `docs` installs.
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Every snippet and command of the pages is one that runs."""
+"""Tests that all snippets and commands on the pages run."""
 
 import re
 import shlex
@@ -103,7 +103,7 @@ def test_settings_are_ones_that_are_read(page: Path, tmp_path: Path) -> None:
 
 
 def command_line(words: Sequence[str]) -> tuple[str, Any, list[str]] | None:
-    """Return the name of a command of ours, the command, and its arguments."""
+    """Return the name of a project's command, the command itself, and its arguments."""
     if words[0] == "magfold":
         return " ".join(words[:2]), typer.main.get_command(app.app), list(words[1:])
     if words[:2] == ["python", "-m"] and words[2].startswith("agents."):
@@ -120,14 +120,14 @@ def command_line(words: Sequence[str]) -> tuple[str, Any, list[str]] | None:
 
 
 def only_read(command: Any) -> None:
-    """Let a command and those within do nothing once their options are read."""
+    """Make a command and its subcommands do nothing after reading their options."""
     command.callback = None
     for each in getattr(command, "commands", {}).values():
         only_read(each)
 
 
 def check_read(words: Sequence[str]) -> None:
-    """Fail unless these are the words of a command that there is, with options that it has."""
+    """Fail unless the words are those of an existing command with existing options."""
     found = command_line(words)
     if found is not None:
         _, command, arguments = found
@@ -144,7 +144,7 @@ def check_read(words: Sequence[str]) -> None:
 
 
 def check_parts(words: Sequence[str]) -> None:
-    """Fail unless the parts of benchmarks, campaigns and the paper that are told exist."""
+    """Fail unless the named parts of benchmarks, campaigns and the paper exist."""
     parts: Sequence[str] = ()
     if words[1] == "paper":
         parts = list(PARTS)
@@ -175,7 +175,7 @@ def test_commands_in_sentences_are_read() -> None:
 
 
 def files_that_pages_take_for_granted() -> None:
-    """Write what the commands of some page read, here."""
+    """Write the files that commands on the pages read into this folder."""
     start = snippets.ROOT / "docs" / "start.md"
     Path("mine.yaml").write_text(snippets.blocks(start, "yaml")[0], "utf-8")
     scene = mf.load_scene("paper/sequence-3").draw(np.random.default_rng(0))
@@ -196,7 +196,7 @@ def files_that_pages_take_for_granted() -> None:
 
 
 def fewer_targets(words: Sequence[str]) -> list[str]:
-    """Return options for two of the hundreds of words that longer chains have."""
+    """Return options that reduce the hundreds of words of longer chains to two."""
     lengths = re.findall(r"components=(\d+)", " ".join(words))
     return ["--env", f"targets={folded_words(int(lengths[0]))[:2]}"] if lengths else []
 
@@ -204,7 +204,7 @@ def fewer_targets(words: Sequence[str]) -> list[str]:
 @pytest.mark.slow
 @pytest.mark.parametrize("page", pages_with("bash"))
 def test_commands_in_blocks_run(page, tmp_path, monkeypatch):
-    """Others than those that do LESS here run in the tests of their own, or install something."""
+    """Commands without an entry in LESS have their own tests or install something."""
     monkeypatch.chdir(tmp_path)
     files_that_pages_take_for_granted()
     for block in snippets.blocks(page, "bash"):

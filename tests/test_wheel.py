@@ -1,4 +1,4 @@
-"""What the wheel brings."""
+"""Tests of the contents of the wheel."""
 
 import os
 from pathlib import Path
@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[1]
 
 @pytest.fixture(scope="module")
 def unpacked(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder of what an installation unpacks."""
+    """Return a folder with the files that an installation unpacks."""
     folder = tmp_path_factory.mktemp("wheel")
     (wheel,) = WheelBuilder(str(ROOT)).build(directory=str(folder), versions=["standard"])
     with ZipFile(wheel) as file:
@@ -35,7 +35,7 @@ def test_the_wheel_brings_one_package_and_all_of_it(unpacked: Path) -> None:
 
 
 def printed(unpacked: Path, name: str, arguments: str = "") -> str:
-    """Return what a function of `magfold_env.files` says of what is unpacked."""
+    """Return the result of a function of `magfold_env.files` in the unpacked files."""
     code = f"from magfold_env.files import {name}; print({name}({arguments}))"
     run = python("-c", code, cwd=unpacked.parent, PYTHONPATH=str(unpacked))
     return run.stdout.strip()

@@ -1,4 +1,4 @@
-"""Fold words that tests compare with."""
+"""Fold words for comparisons in tests."""
 
 from itertools import product
 
@@ -6,7 +6,7 @@ from magfold_env.shapes import LETTERS, mirror, overlaps
 
 
 def reverse(word: str) -> str:
-    """Return the word of the same shape read from the other end: letters flipped and reversed."""
+    """Return the same shape's word from the other end, with letters flipped and reversed."""
     return mirror(word)[::-1]
 
 

@@ -1,4 +1,4 @@
-"""An anchor as a real device has it: strong and weak magnets, a payload, a field from outside."""
+"""An anchor like a real device, with strong and weak magnets, a payload and an external field."""
 
 import magfold_env as mf
 

@@ -1,4 +1,4 @@
-"""A tube that opens into a chamber: what folds elsewhere in the open has to find room here."""
+"""A chain that is fed from a tube into a chamber, in which it has little room to fold."""
 
 import magfold_env as mf
 

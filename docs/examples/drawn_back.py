@@ -1,4 +1,4 @@
-"""A fold that is drawn back into its tube, whose bore is wide enough for that, and let out anew."""
+"""A fold that is drawn back into a tube with a wide bore, and then released again."""
 
 import magfold_env as mf
 

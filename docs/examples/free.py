@@ -1,4 +1,4 @@
-"""The paper's sequence 3, let go on the floor all at once, without a tube."""
+"""The paper's sequence 3, released as a whole on the floor, without a tube."""
 
 import magfold_env as mf
 

@@ -1,4 +1,4 @@
-"""An episode of `SequenceDesign`: one step, the whole chain and its speed, and then it folds."""
+"""An episode of `SequenceDesign`, in which one step chooses the whole chain and its feed speed."""
 
 import gymnasium
 

@@ -9,7 +9,7 @@ TRACK = "lumen"
 
 policy = Actor.read(f"configs/policies/ppo-{TRACK}-0.safetensors")
 env_id = f"MagFold/{TRACK.title().replace('-', '')}-v0"
-# The feed's policies choose among some speeds; that of the tray takes actions as they come.
+# Policies of feed tracks need discrete actions; the policy of `Anchor` needs the default ones.
 options = {} if TRACK == "anchor" else {"actions": "discrete"}
 env = gymnasium.make(env_id, render_mode="rgb_array_list", **options)
 player = Player(policy, policy.settings, env.unwrapped)

@@ -1,4 +1,4 @@
-"""An episode of `Tray`: the minimiser's chain from the tray, at its best constant speed."""
+"""An episode of `Tray` with the minimiser's chain, fed at its best constant speed."""
 
 import gymnasium
 import numpy as np

@@ -1,4 +1,4 @@
-"""An episode of `TubeFeed`: the energy minimiser's own design, fed component by component."""
+"""An episode of `TubeFeed`, in which the minimiser's design is fed component by component."""
 
 import gymnasium
 

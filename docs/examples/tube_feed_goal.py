@@ -1,4 +1,4 @@
-"""An episode of `TubeFeedGoal`: random actions, and what they would have been right for."""
+"""An episode of `TubeFeedGoal` with random actions, and its reward in hindsight."""
 
 import gymnasium
 

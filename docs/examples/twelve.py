@@ -1,4 +1,4 @@
-"""Twelve components: magnets for which the word is the only stable one, released once."""
+"""A chain of twelve components with magnets for which one word is the only stable word."""
 
 import magfold_env as mf
 

@@ -1,4 +1,4 @@
-"""Six components fed backward: magnets and a speed for a word, and one release."""
+"""A design of magnets and a feed speed for a word of six components, and one release of it."""
 
 import magfold_env as mf
 

@@ -1,8 +1,8 @@
-"""Pictures of chains: PNG, GIF and sheets of ranked shapes.
+"""Pictures of chains: PNG and GIF files, charts, and sheets of ranked shapes.
 
-Pillow draws them without a display or a plotting library, so that a frame costs milliseconds and is
-the same on every machine. Only charts of ensembles and sweeps and assembly sheets use matplotlib.
-The package needs the `render` extra; the replay page, `magfold_env.replay`, does not.
+Pillow draws a frame in milliseconds, without a display, and identically on every machine. Only
+assembly sheets and the charts of ensembles, sweeps and limit loads use matplotlib. This package
+needs the `render` extra; the replay page, `magfold_env.replay`, does not.
 """
 
 from magfold_env.files import pip_install

@@ -1,4 +1,4 @@
-"""The assembly sheet: instructions for building a chain, printable on A4. Needs matplotlib."""
+"""Assembly sheets: printable A4 instructions for building a chain."""
 
 import math
 import textwrap
@@ -25,28 +25,28 @@ from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
 SUFFIXES = (".pdf", ".png", ".svg", ".dxf")
 LONGEST = 24
-"""Largest number of components for which energy minimisation takes seconds."""
+"""Largest number of components for which a sheet predicts folds, which takes a few seconds."""
 
-WIDTH, HEIGHT, MARGIN = 210.0, 297.0, 14.0  # of A4 [mm], as are all lengths below
-CARD = 60.0  # edge of the square of one component
-_INCH, _DPI = 25.4, 150  # the resolution is that of a PNG
+WIDTH, HEIGHT, MARGIN = 210.0, 297.0, 14.0  # A4 page [mm]; all lengths below are in mm
+CARD = 60.0  # edge of the square card of one component
+_INCH, _DPI = 25.4, 150  # mm per inch, and resolution of PNG files
 _FOOT, _RULER = 8.0, 50.0
 _COLUMNS, _LINE = 3, 4.4
 _TEXT, _SMALL = 8.5, 8.0  # [pt]
-_LETTERS, _CAPITALS, _NOTE = 106, 78, 34  # of a line of text, of poles, and under a fold's word
-_ABOVE, _PICTURE = 26.0, 40.0  # heights of a fold's text and of its picture
+_LETTERS, _CAPITALS, _NOTE = 106, 78, 34  # characters per line of text, poles and notes
+_ABOVE, _PICTURE = 26.0, 40.0  # heights of a fold's text and picture
 _SCALES = (50.0, 20.0, 10.0, 5.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.2, 0.1, 0.05)
-_DIAGONAL = 36.0  # longest of a casing on a card
+_DIAGONAL = 36.0  # longest diagonal of a casing on a card
 _FAINT = "#5f656d"
-_FAINTEST = 6.0  # [pt] below which casings are drawn without their numbers
-_UPRIGHT = math.pi / 4  # heading of component 1 with which the casings of a full fold stand upright
+_FAINTEST = 6.0  # smallest size of a casing's number [pt]
+_UPRIGHT = math.pi / 4  # component 1's heading [rad]; casings of a full fold are then upright
 
 Block = tuple[float, Callable[[Any, float], None]]
-"""Height of a part of a sheet, and what draws it on a page, an axis in mm, below a height."""
+"""Height of a part of a sheet [mm], and the function that draws it on an axis below a height."""
 
 
 class Outcome(NamedTuple):
-    """An expected fold and the reason for it."""
+    """A simulated or predicted fold, with the text that a sheet prints about it."""
 
     title: str
     word: str
@@ -56,18 +56,18 @@ class Outcome(NamedTuple):
 
 
 def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> None:
-    """Write the assembly sheet of a chain: its components, its magnets and the folds to expect.
+    """Write the assembly sheet of a chain, with its components, magnets and expected folds.
 
     Parameters
     ----------
     scene
-        The scene to build, before its random draws.
+        The scene to build, before any random draws.
     fold
-        Its simulated fold.
+        The simulated fold of the scene.
     path
-        A `.pdf`, or a `.png` with all pages below each other, for paper; or a `.svg` or `.dxf` for
-        the workshop, in millimetres, see `magfold_env.render.workshop`. It is written under a
-        temporary name first.
+        Path of the sheet: a `.pdf` or `.png` for printing (a `.png` shows its pages one below
+        another), or a `.svg` or `.dxf` in millimetres for the workshop, see
+        `magfold_env.render.workshop`. The file is written through a temporary file.
     title
         Name of the chain.
 
@@ -76,7 +76,7 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
     ValueError
         If the path has another suffix.
     ImportError
-        If matplotlib is not installed, or ezdxf for a `.dxf`.
+        If matplotlib is not installed, or if ezdxf is not installed and the suffix is `.dxf`.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
@@ -91,7 +91,7 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
     with replacing(path) as temporary:
         if suffix == ".pdf":
             backend = import_module("matplotlib.backends.backend_pdf")
-            # No date, so that equal sheets are equal files.
+            # Without a date, equal sheets give equal files.
             with backend.PdfPages(temporary, metadata={"CreationDate": None}) as pdf:
                 for figure in figures:
                     pdf.savefig(figure)
@@ -100,7 +100,7 @@ def save_sheet(scene: Scene, fold: Fold, path: str | Path, title: str = "") -> N
             Image.fromarray(pixels).save(temporary, format="PNG", optimize=True, dpi=(_DPI, _DPI))
 
 
-# --- what stands on a sheet ------------------------------------------------------------------
+# --- contents of a sheet ---------------------------------------------------------------------
 
 
 def _blocks(scene: Scene, fold: Fold, title: str) -> list[Block]:
@@ -128,23 +128,23 @@ def _blocks(scene: Scene, fold: Fold, title: str) -> list[Block]:
 
 
 def _lines(words: str, *, letters: int = _LETTERS, size: float = _TEXT) -> list[Block]:
-    """Return a block for each line of a text that is wrapped."""
+    """Wrap a text and return one block per line."""
     indent = words[: len(words) - len(words.lstrip())] + "    "
     wrapped = textwrap.wrap(words, letters, subsequent_indent=indent)
     return [(_LINE, partial(_write, words=line, size=size)) for line in wrapped]
 
 
 def simulated(fold: Fold) -> Outcome:
-    """Return the result of the simulation."""
+    """Return the simulated fold as an outcome."""
     joints = fold.joint_angles if np.isfinite(fold.angles).all() else None
     word = fold.word or "(one component)"
     return Outcome("Simulated", word, f"{fold.status}: {fold.message}", joints)
 
 
 def holding_text(fold: Fold, *, drawn: bool = False) -> str:
-    """Return a text on the loads that the simulated fold withstands; empty if it is not at rest.
+    """Return a text about the loads that a fold withstands, or "" if it is not at rest.
 
-    The text mentions whether the magnets and friction were `drawn` within spreads.
+    If `drawn`, the text mentions that the fold's values were drawn within the scene's spreads.
     """
     try:
         found = holding(fold)
@@ -159,9 +159,9 @@ def holding_text(fold: Fold, *, drawn: bool = False) -> str:
 
 
 def predicted(scene: Scene, simulated_word: str) -> list[Outcome]:
-    """Return the predictions of energy minimisation: over all words, and joint by joint in a tube.
+    """Return the folds of least energy: over all words and, in a tube, joint by joint.
 
-    The note says whether the prediction agrees with the simulation, or why there is none.
+    Each note states whether the fold agrees with the simulation, or why it was not searched.
     """
     ways: list[tuple[str, Mode]] = [("Least energy of all words", "free")]
     if scene.mount == "tube":
@@ -190,7 +190,7 @@ def _prediction(scene: Scene, title: str, mode: Mode, simulated_word: str) -> Ou
 
 
 def _pages(blocks: Sequence[Block]) -> list[list[Block]]:
-    """Return the blocks page by page; a page is broken before a block that does not fit on it."""
+    """Return the blocks of each page; a block that does not fit on a page begins the next one."""
     pages: list[list[Block]] = [[]]
     room = full = HEIGHT - 2.0 * MARGIN - _FOOT
     for block in blocks:
@@ -227,7 +227,7 @@ def _pixels(figure: Any) -> Any:
 
 
 def text(axis: Any, x: float, y: float, words: str, size: float = _TEXT, **look: Any) -> None:
-    """Write text of `size` pt with the top of its first line at a place [mm] unless styled."""
+    """Write text of `size` pt at (`x`, `y`) [mm], by default below that point."""
     axis.text(x, y, words, **{"fontsize": size, "color": INK, "va": "top", **look})
 
 
@@ -266,10 +266,10 @@ def card_scale(scene: Scene) -> float:
 def draw_card(
     axis: Any, corner: tuple[float, float], scene: Scene, k: int, names: Sequence[str]
 ) -> None:
-    """Draw component k seen from above, heading to the right, with its poles and neighbours.
+    """Draw component `k` from above, heading right, with its poles and the numbers of neighbours.
 
-    The corner on the axis [mm] is the card's upper left one. Behind the four faces are magnets of
-    some ``names``, or it is "empty".
+    ``corner`` is the upper left corner of the card [mm]. ``names`` contains the kind of the magnet
+    behind each face, or "empty".
     """
     left, top = corner
     middle = np.array([left + CARD / 2.0, top - CARD / 2.0])
@@ -300,9 +300,9 @@ def draw_card(
 def draw_fold(
     axis: Any, box: tuple[float, float, float, float], scene: Scene, angles: FloatArray
 ) -> None:
-    """Draw a chain with headings [rad], shape (n,), as large as a box allows.
+    """Draw a chain with headings `angles` [rad], shape (n,), as large as fits into a box.
 
-    The box is left, bottom, width and height [mm].
+    ``box`` contains the left edge, the bottom edge, the width and the height [mm].
     """
     left, bottom, width, height = box
     middles = centres(angles, side=scene.casing.side)
@@ -317,7 +317,7 @@ def draw_fold(
 def _draw_component(
     axis: Any, scene: Scene, k: int, heading: float, middle: FloatArray, scale: float
 ) -> None:
-    """Draw casing, magnets, number and hinges; `scale` is mm on paper per metre."""
+    """Draw the casing, magnets, number and hinges of a component; `scale` is in mm per metre."""
     side = scene.casing.side * scale
     corners = square(middle, heading, side)
     edge = {"edgecolor": style.shares(style.CASING_EDGE), "linewidth": min(0.9, 0.05 * side)}

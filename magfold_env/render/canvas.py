@@ -1,4 +1,4 @@
-"""A picture addressed in metres: shapes are drawn large and reduced, which smooths their edges."""
+"""A canvas with coordinates in metres, drawn enlarged and then reduced to smooth edges."""
 
 import math
 from collections.abc import Sequence
@@ -29,12 +29,12 @@ class View(NamedTuple):
 
     @classmethod
     def around(cls, points: FloatArray, room: float) -> Self:
-        """Return the view of points [m], shape (m, 2), with a margin on all sides [m]."""
+        """Return the view that contains points [m], shape (m, 2), with a margin of `room` [m]."""
         (left, bottom), (right, top) = points.min(axis=0) - room, points.max(axis=0) + room
         return cls(float(left), float(right), float(bottom), float(top))
 
     def joined(self, other: Self) -> Self:
-        """Return the smallest view that contains both."""
+        """Return the smallest view that contains this view and another one."""
         return self._replace(
             left=min(self.left, other.left),
             right=max(self.right, other.right),
@@ -44,10 +44,10 @@ class View(NamedTuple):
 
 
 class Canvas:
-    """A picture of a part of the plane, y upwards, with equal scales in both directions.
+    """A picture of part of the plane, with y upwards and equal scales in both directions.
 
-    The view [m] is centred, and the picture, of a width and a height [px], shows more of the plane
-    if the shapes differ.
+    The picture has the width and height `size` [px] and is centred on `view` [m]. It shows more of
+    the plane than the view if their aspect ratios differ.
     """
 
     def __init__(self, view: View, size: Size, background: Colour = FLOOR) -> None:
@@ -66,7 +66,7 @@ class Canvas:
         edge: Colour | None = None,
         width: float = 1,
     ) -> None:
-        """Draw a polygon with corners `points` [m], shape (k, 2), its edge `width` px wide."""
+        """Draw a polygon with corners `points` [m], shape (k, 2), and an edge `width` px wide."""
         corners = self._pixels(points)
         outline = max(1, round(width * _OVERSAMPLING))
         self._draw.polygon(corners, fill=fill, outline=edge, width=outline)
@@ -83,14 +83,14 @@ class Canvas:
         edge: Colour | None = None,
         width: float = 1,
     ) -> None:
-        """Draw a disc at `centre` [m] with a `radius` [m], its edge `width` px wide."""
+        """Draw a disc with a `centre` and a `radius` [m], and with an edge `width` px wide."""
         ((x, y),) = self._pixels(np.reshape(centre, (1, 2)))
         r = radius * self.scale * _OVERSAMPLING
         box = (x - r, y - r, x + r, y + r)
         self._draw.ellipse(box, fill=fill, outline=edge, width=round(width * _OVERSAMPLING))
 
     def label(self, text: str, centre: npt.ArrayLike, height: float, colour: Colour) -> None:
-        """Write `text` upright, centred at `centre` [m], `height` [m] high."""
+        """Write upright `text` with a `height` [m], centred at `centre` [m]."""
         ((x, y),) = self._pixels(np.reshape(centre, (1, 2)))
         self._write(text, (x, y), height * self.scale, colour, "mm")
 
@@ -102,12 +102,12 @@ class Canvas:
         colour: Colour,
         anchor: Literal["la", "ma", "ra", "ld", "md", "rd"] = "la",
     ) -> None:
-        """Write `text` at a `place` [px] counted from the top left corner, `height` px high."""
+        """Write `text`, `height` px high, at a `place` [px] relative to the top left corner."""
         x, y = place
         self._write(text, (x * _OVERSAMPLING, y * _OVERSAMPLING), height, colour, anchor)
 
     def bar(self, right_end: tuple[float, float], length: float, colour: Colour) -> None:
-        """Draw a level bar `length` [m] long, ending at a place [px] from the top left corner."""
+        """Draw a horizontal bar, `length` [m] long, that ends at a point [px] of the picture."""
         x, y = right_end
         left = x - length * self.scale
         points = [(left * _OVERSAMPLING, y * _OVERSAMPLING), (x * _OVERSAMPLING, y * _OVERSAMPLING)]
@@ -116,12 +116,12 @@ class Canvas:
     def shade(
         self, corner: tuple[float, float], opposite: tuple[float, float], colour: Colour
     ) -> None:
-        """Cover a rectangle between places [px] from the top left corner."""
+        """Fill a rectangle between two opposite corners [px]."""
         box = [(x * _OVERSAMPLING, y * _OVERSAMPLING) for x, y in (corner, opposite)]
         self._draw.rectangle(box, fill=colour)
 
     def arrow(self, tail: npt.ArrayLike, tip: npt.ArrayLike, colour: Colour, width: float) -> None:
-        """Draw an arrow between places [px] from the top left corner, its shaft `width` px wide."""
+        """Draw an arrow between two points [px], with a shaft `width` px wide."""
         start, end = (np.asarray(p, dtype=np.float64) * _OVERSAMPLING for p in (tail, tip))
         along = (end - start) / np.hypot(*(end - start)) * width * _OVERSAMPLING
         across = np.array([-along[1], along[0]])
@@ -133,7 +133,7 @@ class Canvas:
         self._draw.polygon([(float(x), float(y)) for x, y in outline], fill=colour)
 
     def image(self) -> Image.Image:
-        """Return the finished picture, RGB, in the requested size."""
+        """Return the finished RGB picture in the requested size."""
         return self._image.reduce(_OVERSAMPLING)
 
     def _write(
@@ -149,7 +149,7 @@ class Canvas:
 
 
 def tiled(images: Sequence[Image.Image], columns: int) -> Image.Image:
-    """Return pictures of equal size side by side, row by row."""
+    """Return a sheet of pictures of equal size, placed row by row."""
     width, height = images[0].size
     sheet = Image.new("RGB", (columns * width, math.ceil(len(images) / columns) * height), FLOOR)
     for k, image in enumerate(images):
@@ -158,7 +158,7 @@ def tiled(images: Sequence[Image.Image], columns: int) -> Image.Image:
 
 
 def save_image(image: Image.Image, path: str | Path) -> None:
-    """Write a picture as PNG, under a temporary name first."""
+    """Write a picture as PNG through a temporary file."""
     with replacing(path) as temporary:
         image.save(temporary, format="PNG", optimize=True)
 

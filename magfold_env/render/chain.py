@@ -1,4 +1,4 @@
-"""Drawing a chain, what it touches and what surrounds it, on a canvas."""
+"""Drawings of a chain, its contacts and its surroundings on a canvas."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -10,15 +10,15 @@ from magfold_env.render.canvas import Canvas, View
 from magfold_env.scene import FixedMagnet, Scene
 from magfold_env.shapes import BoolArray, FloatArray, centres
 
-FACE_NORMALS = np.deg2rad([45.0, 135.0, -135.0, -45.0])  # from the heading
-_LEGIBLE = 6.0  # px: letters below this height are omitted
-_TUBE_MARGIN = 0.5  # diagonals of tube drawn beyond the last component still in it
-_GAP = 0.02  # sides: faces closer than this touch
-_SLANT = 0.05  # rad: tolerance within which a joint counts as folded
-_SHARED = 0.1  # sides: shortest contact that is shown; hinges are points
-_ROOM = 0.15  # margin around fixed bodies, in their longest sides
-_WIDEST = 3.0  # views: bodies farther away are omitted, or the chain would be tiny
-_ARROW = 3.2  # heights of the text
+FACE_NORMALS = np.deg2rad([45.0, 135.0, -135.0, -45.0])  # relative to the heading [rad]
+_LEGIBLE = 6.0  # smallest height of letters [px]; smaller letters are omitted
+_TUBE_MARGIN = 0.5  # length of tube drawn beyond the last component in it, in diagonals
+_GAP = 0.02  # largest gap between faces that touch, in sides
+_SLANT = 0.05  # largest angle between faces that touch [rad]; equals a folded joint's tolerance
+_SHARED = 0.1  # shortest contact drawn, in sides; excludes hinges, which are points
+_ROOM = 0.15  # margin around a fixed body, relative to its longest side
+_WIDEST = 3.0  # largest widening of a view for fixed bodies; more would make the chain tiny
+_ARROW = 3.2  # length of the field's arrow, in heights of the text
 
 
 def draw_chain(
@@ -26,9 +26,9 @@ def draw_chain(
 ) -> None:
     """Draw casings with numbers, magnets with the letters of their poles, and hinges.
 
-    A face without a magnet in the sequence stays bare. Headings [rad] have the shape (n,),
-    component 1's outer hinge [m] has (2,). Components that are not ``loaded`` (n,) are drawn with
-    empty places for their magnets.
+    ``angles`` are the headings [rad], shape (n,), and ``base`` is component 1's outer hinge [m],
+    shape (2,). Faces without magnets in the sequence stay bare. Components that are not ``loaded``,
+    shape (n,), are drawn with empty places for their magnets.
     """
     side = scene.casing.side
     middles = centres(angles, side=side, base=base)
@@ -46,7 +46,7 @@ def draw_chain(
 
 
 def square(middle: FloatArray, heading: float, side: float) -> FloatArray:
-    """Return the corners of a casing [m], shape (4, 2): along and across its heading."""
+    """Return a casing's corners [m], shape (4, 2), anticlockwise from its front corner."""
     turns = heading + np.deg2rad([0.0, 90.0, 180.0, 270.0])
     return middle + side * np.sqrt(0.5) * np.stack([np.cos(turns), np.sin(turns)], axis=1)
 
@@ -54,7 +54,7 @@ def square(middle: FloatArray, heading: float, side: float) -> FloatArray:
 def magnet_block(
     scene: Scene, face: int, heading: float, middle: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the middle (2,) and the corners (4, 2) of the magnet behind a casing's face [m]."""
+    """Return the centre (2,) and the corners (4, 2) of the magnet behind a casing's face [m]."""
     magnets = scene.magnets
     assert magnets is not None  # the caller checks this
     inset, thickness = magnets.by_face("inset")[face], magnets.by_face("thickness")[face]
@@ -85,7 +85,7 @@ def _draw_magnets(
 
 
 def _draw_tube(canvas: Canvas, scene: Scene, angles: FloatArray, base: FloatArray) -> None:
-    """Draw the tube that ends at the origin, as long as the part of the chain in it."""
+    """Draw the tube, with its mouth at the origin and long enough for the components in it."""
     inner, wall = scene.bore / 2, scene.feed.wall
     diagonal = scene.casing.diagonal
     rear = float(centres(angles, side=scene.casing.side, base=base)[:, 0].min())
@@ -96,7 +96,7 @@ def _draw_tube(canvas: Canvas, scene: Scene, angles: FloatArray, base: FloatArra
 
 
 def draw_ghost(canvas: Canvas, angles: FloatArray, middles: FloatArray, side: float) -> None:
-    """Draw translucent casings at `middles` [m], shape (n, 2), for a target shape."""
+    """Draw a target shape as translucent casings with centres `middles` [m], shape (n, 2)."""
     for middle, heading in zip(middles, angles, strict=True):
         canvas.polygon(square(middle, heading, side), style.GHOST, style.GHOST_EDGE, width=1.2)
 
@@ -104,9 +104,9 @@ def draw_ghost(canvas: Canvas, angles: FloatArray, middles: FloatArray, side: fl
 def draw_conflicts(
     canvas: Canvas, middles: FloatArray, side: float, pairs: Iterable[tuple[int, int]]
 ) -> None:
-    """Ring the places where equal poles touch, between pairs of components counted from 1.
+    """Draw a ring between the components of each pair whose equal poles touch.
 
-    Their centres are `middles` [m], shape (n, 2).
+    ``pairs`` contains numbers of components, from 1; `middles`, shape (n, 2), their centres [m].
     """
     for first, second in pairs:
         between = (middles[first - 1] + middles[second - 1]) / 2
@@ -114,7 +114,7 @@ def draw_conflicts(
 
 
 def draw_held(canvas: Canvas, middles: FloatArray, side: float) -> None:
-    """Ring the numbers of components that friction holds, at `middles` [m], shape (k, 2)."""
+    """Draw rings at the centres `middles` [m], shape (k, 2), of components that friction holds."""
     for middle in middles:
         canvas.disc(middle, 0.2 * side, None, style.HELD, width=0.03 * side * canvas.scale)
 
@@ -139,13 +139,13 @@ class Touch(NamedTuple):
     second: tuple[int, int]
     """Component and face of the second."""
     ends: FloatArray
-    """Ends of the shared part [m], shape (2, 2)."""
+    """Ends of the line along which the faces touch [m], shape (2, 2)."""
 
 
 def touches(angles: FloatArray, base: FloatArray, side: float) -> list[Touch]:
-    """Return the faces in contact; a corner on a face does not count.
+    """Return the pairs of faces in contact; a corner that touches a face does not count.
 
-    Headings [rad] have the shape (n,), and component 1's outer hinge [m] has the shape (2,).
+    ``angles`` are headings [rad], shape (n,), and ``base`` is component 1's outer hinge [m], (2,).
     """
     turns = angles[:, None] + FACE_NORMALS
     normals = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
@@ -170,7 +170,7 @@ def touches(angles: FloatArray, base: FloatArray, side: float) -> list[Touch]:
 
 
 def draw_touches(canvas: Canvas, scene: Scene, found: Iterable[Touch]) -> None:
-    """Draw bars where faces touch, in a warning colour where their poles are equal."""
+    """Draw a bar where two faces touch, in a warning colour if their poles are equal."""
     for touch in found:
         (i, a), (j, b) = touch.first, touch.second
         poles = scene.sequence[i][a], scene.sequence[j][b]
@@ -179,11 +179,11 @@ def draw_touches(canvas: Canvas, scene: Scene, found: Iterable[Touch]) -> None:
         canvas.line(touch.ends, style.CONFLICT if equal else style.GOOD, width)
 
 
-# --- what surrounds a chain ------------------------------------------------------------------
+# --- surroundings of a chain -----------------------------------------------------------------
 
 
 def with_surroundings(scene: Scene, view: View) -> View:
-    """Return a view that also contains a fixed magnet and obstacles, if they are close enough."""
+    """Return a view that also contains the fixed magnet and obstacles if they are close enough."""
     magnet = scene.field.magnet if scene.field is not None else None
     extent = max(view.right - view.left, view.top - view.bottom)
     for each in (*scene.obstacles, *(() if magnet is None else (magnet.outline,))):
@@ -197,9 +197,9 @@ def with_surroundings(scene: Scene, view: View) -> View:
 def draw_surroundings(
     canvas: Canvas, scene: Scene, angles: FloatArray, base: FloatArray, text: float
 ) -> None:
-    """Draw obstacles, the tube and the external field, with `text` of this height [px].
+    """Draw obstacles, the tube and the external field; `text` is the height of letters [px].
 
-    For the shapes see `draw_chain`.
+    The arrays have the shapes that `draw_chain` describes.
     """
     for each in scene.obstacles:
         canvas.polygon(each.corners, style.TUBE)
@@ -231,7 +231,7 @@ def _draw_arrow(canvas: Canvas, field: np.ndarray, text: float) -> None:
     """Draw the direction and strength of a uniform field [T] in the lower left corner."""
     length = _ARROW * text
     strength = float(np.hypot(*field))
-    along = length / strength * field * [1.0, -1.0]  # pixels count downwards
+    along = length / strength * field * [1.0, -1.0]  # y points downwards in pixels
     middle = np.array([0.8 * text + length / 2.0, canvas.size[1] - 2.2 * text - length / 2.0])
     canvas.arrow(middle - along / 2.0, middle + along / 2.0, style.FIELD, width=0.14 * text)
     place = (0.8 * text, canvas.size[1] - 0.9 * text)

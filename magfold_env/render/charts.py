@@ -1,4 +1,4 @@
-"""Charts of ensembles and sweeps: the frequency of each outcome. Needs matplotlib."""
+"""Charts of the frequencies of outcomes in ensembles and sweeps. They need matplotlib."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from magfold_env.reporting import plotting
 from magfold_env.shapes import centres, headings
 
 SLOTS = 6
-"""Largest number of outcomes in a panel; if there are more, the rarest share one bar."""
+"""Largest number of bars in a panel; if there are more outcomes, the rarest share one bar."""
 
 COLOUR_OF = {
     "folded": plotting.COLOURS[3],
@@ -27,30 +27,30 @@ COLOUR_OF = {
     "others": plotting.GRID,
 }
 """Colours of the statuses."""
-_WIDTH, _ALONE, _HEIGHT = 3.5, 4.6, 3.3  # of a panel [inch]
+_WIDTH, _ALONE, _HEIGHT = 3.5, 4.6, 3.3  # width, width of a single panel, and height [inch]
 LINES = 6
-"""Largest number of outcomes drawn over one parameter."""
+"""Largest number of outcomes in a chart over one parameter."""
 MAPS = 4
-"""Largest number of outcomes drawn over two parameters."""
+"""Largest number of outcomes in a chart over two parameters."""
 
-_TICKS = 12  # values at most that are written on an axis, and cells across that hold a number
-_CELL = 0.52  # [inch]
+_TICKS = 12  # most values written on an axis; larger maps have no numbers in their cells
+_CELL = 0.52  # edge of a cell [inch]
 _MAP = "Blues"  # from light to dark, distinguishable with all kinds of colour vision
-_DARK = 0.55  # share above which cells are dark
-_EVEN = 1e-6  # steps, or ratios, that agree to this share are equal
+_DARK = 0.55  # share above which a cell is dark and its number white
+_EVEN = 1e-6  # relative tolerance of equal ratios
 
 
 def draw_ensemble(ensemble: Ensemble, path: str | Path) -> None:
     """Draw the frequency of each word and status, with Wilson intervals, as a PNG.
 
-    Below each bar is the chain of the first run with this outcome, with component 1 filled.
+    The picture below a bar shows the first run with its outcome; component 1 is coloured.
     """
     title = f"{len(ensemble)} releases, {ensemble.scene.mount}"
     plotting.save_figure(bar_chart({title: bars(ensemble)}), path)
 
 
 def bar_chart(charts: Mapping[str, Sequence[Bar]]) -> Any:
-    """Return a figure with a panel of bars, most frequent first, for each title, row by row."""
+    """Return a figure with one panel per title; the bars must come most frequent first."""
     width = _WIDTH if len(charts) > 1 else _ALONE
     figure, axes = plotting.panels(len(charts), "", width, _HEIGHT, shared=False)
     figure.get_layout_engine().set(h_pad=0.12)
@@ -68,7 +68,7 @@ def bar_chart(charts: Mapping[str, Sequence[Bar]]) -> Any:
 
 
 def _most(content: Sequence[Bar]) -> list[Bar]:
-    """Return at most `SLOTS` bars."""
+    """Return at most `SLOTS` bars, the last of which may combine all others."""
     if len(content) <= SLOTS:
         return list(content)
     rate = sum(bar.rate for bar in content[SLOTS - 1 :])
@@ -100,7 +100,7 @@ def _label(bar: Bar) -> str:
 
 
 def _draw_outline(axis: Any, bar: Bar) -> None:
-    """Draw the casings of a chain, turned so that those of a full fold are upright."""
+    """Draw the casings of a chain; those of a full fold are upright."""
     angles = headings(bar.joints, first=math.pi / 4)
     for k, (middle, angle) in enumerate(zip(centres(angles), angles, strict=True)):
         face = COLOUR_OF[bar.status] if k == 0 else "white"
@@ -113,10 +113,10 @@ def _draw_outline(axis: Any, bar: Bar) -> None:
 
 
 def draw_sweep(sweep: Sweep, path: str | Path, outcome: Outcome | None = None) -> None:
-    """Draw the frequencies of outcomes, as PNG or in the format of the suffix.
+    """Draw the frequencies of outcomes in the format of the path's suffix, such as PNG.
 
-    Over one parameter, the chart has lines with Wilson intervals; over two, a map of shares for
-    each outcome.
+    A sweep over one parameter gives lines with Wilson intervals. A sweep over two parameters gives
+    a map of shares for each outcome.
 
     Parameters
     ----------
@@ -125,8 +125,8 @@ def draw_sweep(sweep: Sweep, path: str | Path, outcome: Outcome | None = None) -
     path
         Path of the picture.
     outcome
-        The only outcome to draw; None draws the most frequent ones, full folds by word and others
-        by status.
+        The only outcome to draw. None draws the most frequent ones, which distinguish full folds
+        by word and other runs by status.
     """
     plotting.save_figure(chart(sweep, outcome), path)
 
@@ -137,7 +137,7 @@ def chart(sweep: Sweep, outcome: Outcome | None = None) -> Any:
 
 
 def _title(sweep: Sweep) -> str:
-    return f"{len(sweep.ensembles[0])} releases a point, {sweep.scene.mount}"
+    return f"{len(sweep.ensembles[0])} releases per point, {sweep.scene.mount}"
 
 
 # --- one parameter --------------------------------------------------------------------------------
@@ -169,14 +169,14 @@ def _lines(sweep: Sweep, outcome: Outcome | None) -> Any:
 
 
 def _colours(outcomes: Sequence[Outcome]) -> list[str]:
-    """Return a colour for each outcome: a status has its own, and words get the remaining ones."""
+    """Return a colour for each outcome. Statuses have fixed colours; words get the other ones."""
     own = [None if each.word else COLOUR_OF[str(each.status)] for each in outcomes]
     left = (c for c in (*plotting.COLOURS[3:], *plotting.COLOURS[:3]) if c not in own)
     return [each or next(left) for each in own]
 
 
 def _log(values: Sequence[float]) -> bool:
-    """Whether values grow by equal factors rather than by equal steps."""
+    """Return whether values grow by equal factors rather than by equal steps."""
     if values[0] <= 0.0 or len(values) == 2:  # two values do both
         return False
     factors = [b / a for a, b in pairwise(values)]
@@ -220,7 +220,7 @@ def _maps(sweep: Sweep, outcome: Outcome | None) -> Any:
 
 
 def _mark(set_ticks: Any, values: Sequence[float]) -> None:
-    """Write the values, or some, beside their cells with enough digits to distinguish them."""
+    """Write at most `_TICKS` values beside their cells, with enough digits to distinguish them."""
     digits = 4
     while len({f"{value:.{digits}g}" for value in values}) < len(values):
         digits += 1
@@ -230,7 +230,7 @@ def _mark(set_ticks: Any, values: Sequence[float]) -> None:
 
 
 def _write_numbers(axis: Any, rates: Any) -> None:
-    """Write shares in per cent into their cells."""
+    """Write each share into its cell in per cent."""
     for (row, column), rate in np.ndenumerate(rates):
         colour = "white" if rate > _DARK else plotting.INK
         text = {"ha": "center", "va": "center", "fontsize": 8, "color": colour}

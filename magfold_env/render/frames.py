@@ -1,4 +1,4 @@
-"""Pictures of a chain, and files of folds: PNG and animated GIF."""
+"""Pictures of a chain, and PNG and animated GIF files of folds."""
 
 import math
 from collections.abc import Sequence
@@ -16,15 +16,15 @@ from magfold_env.render.canvas import Canvas, Size, View, save_image, tiled
 from magfold_env.scene import Scene
 from magfold_env.shapes import BoolArray, FloatArray, centres, headings, parse_word, word_to_angles
 
-_INSET = 0.24  # of the picture's height, the target's square in the corner
-_COLOURS = 64  # colours: enough for flat shapes with smooth edges, at a third of the size of 256
+_INSET = 0.24  # edge of the target's square in the corner, relative to the picture's height
+_COLOURS = 64  # enough for flat shapes with smooth edges; 256 would triple the file's size
 _MOST_FPS = 50  # viewers slow down frames shorter than 20 ms
 
 
 def save_png(
     fold: Fold, path: str | Path, target: str | None = None, size: Size = (960, 720)
 ) -> None:
-    """Draw the end of a fold, with its word and status, as a PNG.
+    """Draw the final state of a fold, with its word and status, as a PNG.
 
     Parameters
     ----------
@@ -33,14 +33,14 @@ def save_png(
     path
         Path of the file, which is first written under a temporary name.
     target
-        The target word, drawn small in the corner.
+        The target word; its shape is drawn small in the corner.
     size
         Width and height [px].
 
     Raises
     ------
     ValueError
-        If the fold has numbers that are not finite.
+        If an angle or the base of the fold is not finite.
     """
     if not (np.isfinite(fold.angles).all() and np.isfinite(fold.base).all()):
         raise ValueError(f"fold: angles {fold.angles.tolist()} cannot be drawn; must be finite")
@@ -63,8 +63,8 @@ def save_gif(
 ) -> None:
     """Write one recorded fold, or several side by side, as a GIF that repeats.
 
-    All folds play in the same slow motion, in which the longest takes `seconds`; the others wait at
-    their ends.
+    All folds play at the same speed, at which the longest one takes `seconds`. The others stop at
+    their last frames.
 
     Parameters
     ----------
@@ -77,9 +77,9 @@ def save_gif(
     seconds
         Playing time of the longest fold [s].
     hold
-        Duration of the last frame [s].
+        Additional duration of the last frame [s].
     targets
-        The target word of each fold, drawn small in its corner.
+        The target word of each fold; its shape is drawn small in the corner.
     size
         Width and height of the whole picture [px].
 
@@ -99,7 +99,7 @@ def save_gif(
         raise ValueError(f"fps: {fps!r} is not allowed; must be between 1 and {_MOST_FPS}")
     if not (math.isfinite(seconds) and seconds > 0 and math.isfinite(hold) and hold >= 0):
         given = f"seconds, hold: {seconds!r}, {hold!r} are not allowed"
-        raise ValueError(f"{given}; must be positive and not negative")
+        raise ValueError(f"{given}; must be positive, and at least 0")
     for fold in shown:
         if fold.trajectory is None:
             raise ValueError(
@@ -118,7 +118,7 @@ def save_gif(
 def _film(
     fold: Fold, motion: Trajectory, target: str | None, size: Size, times: FloatArray
 ) -> list[Image.Image]:
-    """Return the frames nearest to times [s] after the start, in a fixed view."""
+    """Return pictures of the frames nearest to `times` [s] after the start, in a fixed view."""
     view = chain_view(fold.scene, motion.angles, motion.base, motion.released)
     elapsed = motion.time - motion.time[0]
 
@@ -134,7 +134,7 @@ def _film(
 
 
 def _columns(count: int, size: Size) -> int:
-    """Return the number of columns that gives each of `count` panels the largest square."""
+    """Return the number of columns for which `count` panels contain the largest squares."""
 
     def square(columns: int) -> float:
         return min(size[0] / columns, size[1] / math.ceil(count / columns))
@@ -143,9 +143,9 @@ def _columns(count: int, size: Size) -> int:
 
 
 def write_gif(images: Sequence[Image.Image], path: str | Path, step: int, hold: int) -> None:
-    """Write pictures as a GIF that repeats, with one palette, so that it stores only what moves.
+    """Write pictures as a GIF that repeats; a common palette lets it store only moving parts.
 
-    Each lasts ``step``, and the last one ``hold`` longer [ms].
+    Each picture lasts ``step`` [ms]. The last one lasts ``hold`` [ms] longer.
     """
     palette = images[-1].quantize(_COLOURS)
     frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
@@ -172,13 +172,13 @@ def picture(
     caption: str,
     size: Size,
 ) -> Image.Image:
-    """Return a picture of a chain in a given view, of a width and a height [px].
+    """Return a picture of a chain in a given view; ``size`` is its width and height [px].
 
-    The headings [rad] have the shape (n,), component 1's outer hinge [m] has (2,). The target's
-    fold word is drawn small in the corner; the caption may have several lines.
+    ``angles`` are headings [rad], shape (n,), and ``base`` is component 1's outer hinge [m], (2,).
+    The target's shape is drawn small in the corner. The caption may have several lines.
     """
     if target is not None:
-        # The corner of the target stays clear of the chain.
+        # The higher view keeps the chain away from the target's corner.
         room = _INSET / (1.0 - _INSET) * (view.top - view.bottom)
         view = view._replace(top=view.top + room)
     canvas = Canvas(view, size)
@@ -203,8 +203,8 @@ def with_magnets(scene: Scene, angles: FloatArray, base: FloatArray, released: i
 def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt.ArrayLike) -> View:
     """Return a view that contains the released components of one state or of m states.
 
-    Shapes are (n,), (2,) and (), or (m, n), (m, 2) and (m,). The view also contains a fixed magnet
-    and obstacles, unless they are far away.
+    The arrays have the shapes (n,), (2,) and (), or (m, n), (m, 2) and (m,). The view also contains
+    the fixed magnet and obstacles that are not far away.
     """
     n, diagonal = scene.n, scene.casing.diagonal
     middles = centres(angles, side=scene.casing.side, base=base).reshape(-1, n, 2)
@@ -216,7 +216,7 @@ def chain_view(scene: Scene, angles: FloatArray, base: FloatArray, released: npt
 
 
 def draw_ruler(canvas: Canvas, text: float) -> None:
-    """Draw a bar of one centimetre in the lower right corner."""
+    """Draw a bar of one centimetre in the lower right corner; `text` is the text height [px]."""
     width, height = canvas.size
     label = "10 mm"
     canvas.note(label, (width - 0.8 * text, height - 0.9 * text), 0.75 * text, style.FAINT, "rd")
@@ -226,11 +226,11 @@ def draw_ruler(canvas: Canvas, text: float) -> None:
 def shape_picture(
     scene: Scene, word: str, edge: int, caption: str, colour: style.Colour
 ) -> Image.Image:
-    """Return a square picture of the ghost of a fold word, `edge` px wide, above a line of text."""
+    """Return a square picture of a fold word's shape, `edge` px wide, with a caption below it."""
     angles = headings(word_to_angles(parse_word(word, scene.n)))
     middles = centres(angles, side=scene.casing.side)
     view = View.around(middles, 0.62 * scene.casing.diagonal)
-    # Room below for the text.
+    # The view is lower to leave room for the caption.
     room = 0.22 * max(view.right - view.left, view.top - view.bottom)
     canvas = Canvas(view._replace(bottom=view.bottom - room), (edge, edge))
     chain.draw_ghost(canvas, angles, middles, scene.casing.side)

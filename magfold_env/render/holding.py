@@ -1,4 +1,4 @@
-"""Pictures of limit loads: moments at the joints of a fold, and pulls in all directions."""
+"""Pictures of limit loads: the moments that open a fold's joints, and pulls in all directions."""
 
 import math
 from pathlib import Path
@@ -13,19 +13,19 @@ from magfold_env.reporting import plotting
 from magfold_env.shapes import centres
 
 _HEIGHT = 900  # of the picture of the chain [px]
-_RIM = 3.0  # multiple of the least pull up to which pulls are drawn
-_WEDGE = math.radians(12.0)  # drawn for the pull in one direction
+_RIM = 3.0  # largest pull drawn, as a multiple of the smallest one
+_WEDGE = math.radians(12.0)  # angle of the wedge that shows the pull in one direction
 
 
 def draw_holding(found: Holding, path: str | Path) -> None:
-    """Draw a fold with the moments that open its joints and its pulls in all directions, as a PNG.
+    """Draw the limit loads of a fold as a PNG: moments at its joints, and pulls in all directions.
 
     Parameters
     ----------
     found
         The limit loads to draw.
     path
-        Where to; written under a temporary name first.
+        Path of the file, which is first written under a temporary name.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def _draw_pull(axis: Any, found: Holding) -> None:
     colours = [style.shares(style.FAINT if each else style.MARKED) for each in beyond]
     axis.bar(found.directions, np.minimum(found.pull, rim), width=_WEDGE, color=colours)
     axis.set_rlim(0.0, rim)
-    axis.set_rlabel_position(math.degrees(towards + 0.6 * _WEDGE))  # where wedges are short
+    axis.set_rlabel_position(math.degrees(towards + 0.6 * _WEDGE))  # beside the shortest wedge
     axis.set_rticks(np.linspace(0.0, rim, 4)[1:])
     axis.yaxis.set_major_formatter("{x:.3g} N")
     axis.tick_params(labelcolor=plotting.INK)

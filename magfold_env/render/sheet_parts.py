@@ -1,4 +1,4 @@
-"""Facts about a chain for the workshop: its magnets by kind, its casings and its release."""
+"""Facts that a workshop needs about a chain: its magnets by kind, its casings and its release."""
 
 from typing import NamedTuple
 
@@ -14,20 +14,20 @@ _MILLI = 1e3
 
 
 class Kind(NamedTuple):
-    """Magnets of one size, strength and depth."""
+    """Magnets of the same size, strength and inset."""
 
     name: str
-    """A, B, ..."""
+    """Letter of the kind: A, B, ..."""
     pieces: int
     text: str
     """Size, inset, strength and grade."""
 
 
 def kinds(scene: Scene) -> tuple[list[Kind], IntArray]:
-    """Return the kinds of magnets of a chain, and the index of the kind behind each face (n, 4).
+    """Return a chain's kinds of magnets, and the index of the kind behind each face, shape (n, 4).
 
-    They are in the order of their first use, component 1 first; an index of -1 means no magnet.
-    Magnets whose sizes and strengths read alike are of one kind.
+    Kinds are in the order of their first use, beginning with component 1; the index -1 means no
+    magnet. Magnets with the same printed sizes and strengths are of one kind.
     """
     where = np.full((scene.n, 4), -1)
     if scene.magnets is None:
@@ -54,7 +54,7 @@ def _magnet_text(magnets: Magnets, face: int, strength: float) -> str:
 
 
 def facts(scene: Scene, fold: Fold) -> list[str]:
-    """Return what a workshop has to know of a chain and its surroundings, one fact per line."""
+    """Return the facts about a chain and its surroundings, one per line."""
     stops = "Joints stop at ±90°, face on face" if scene.contact else "No joint stops"
     lines = [
         f"{scene.n} casings, side {_millimetres(scene.casing.side)} mm, "
@@ -94,8 +94,8 @@ def _millimetres(metres: float) -> str:
     return f"{_MILLI * metres:.4g}"
 
 
-# Smallest and largest remanence [T] of commercial grades, from suppliers' tables. Sintered grades
-# agree between suppliers to 0.01 T; the names of bonded ones vary more, so ranges are printed too.
+# Smallest and largest remanence [T] of commercial grades, from suppliers' tables. Suppliers agree
+# to 0.01 T on sintered grades. They differ more on bonded grades, so texts contain the range too.
 GRADES = {
     "bonded NdFeB BN2": (0.30, 0.38),
     "bonded NdFeB BN3": (0.35, 0.43),
@@ -121,7 +121,7 @@ GRADES = {
 def grade_text(remanence: float) -> str:
     """Return a text that names the grade to buy for a remanence [T].
 
-    Of several grades whose ranges contain it, it is the one whose middle is nearest.
+    If several grades' ranges contain the remanence, the one with the nearest middle is named.
     """
 
     def distance(name: str) -> tuple[float, float]:

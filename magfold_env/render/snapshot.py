@@ -1,7 +1,7 @@
-"""A snapshot of an episode: the chain, the target, the prediction, and numbers beside them.
+"""Snapshots of an episode, which show the chain, the target, the prediction, and values.
 
-This module lays out the picture for arrays, videos and windows alike: the chain with the target's
-ghost on the left; small pictures of the target and the prediction, then text, on the right.
+Arrays, videos and windows show the same picture. The chain and a translucent target are on the
+left; small pictures of the target and the prediction, with text below, are on the right.
 """
 
 import textwrap
@@ -18,10 +18,10 @@ from magfold_env.scene import Scene
 from magfold_env.shapes import BoolArray, FloatArray, centres, headings, word_to_angles
 
 SNAPSHOT_SIZE: Size = (800, 600)
-"""Width and height of a picture [px]; even, as video formats want it."""
+"""Default width and height of a picture [px]; both are even, as video formats require."""
 
-_PANEL = 0.32  # of the width
-_INSET = 0.22  # of the height, for target and prediction
+_PANEL = 0.32  # width of the right part, relative to the picture's
+_INSET = 0.22  # edge of the small pictures, relative to the picture's height
 _LINES = 34  # text lines per picture height
 _KEY = (
     ("touching, poles attract", style.GOOD),
@@ -32,21 +32,21 @@ _KEY = (
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The content of a picture."""
+    """The data that a picture shows."""
 
-    scene: Scene  # with the sizes, the tube and the sequence
+    scene: Scene  # contains the sizes, the tube and the sequence
     angles: FloatArray  # absolute headings, (n,) [rad]
     base: FloatArray  # component 1's outer hinge, (2,) [m]
     released: int  # number of components out of the tube
-    target: str  # word
+    target: str  # target word
     held: BoolArray  # which components friction holds, (n,)
-    chosen: BoolArray  # which components have been chosen, so that the sequence has them, (n,)
+    chosen: BoolArray  # which components of the sequence have been chosen, (n,)
     title: str  # progress of the episode
-    message: str = ""  # about the end of the episode
+    message: str = ""  # message about the end of the episode
     rows: tuple[tuple[str, str], ...] = ()  # names and values to show
-    predicted: str | None = None  # word
+    predicted: str | None = None  # predicted word
     is_loaded: bool = True
-    """False while the magnets of a chain that is built beforehand are not yet chosen."""
+    """False while the magnets of a preloaded chain have not been chosen."""
     marked: int | None = None
     """Index of a component in the tube whose magnets are being chosen; its faces are numbered."""
     overlay: tuple[str, ...] = ()  # lines of text above the chain; a tab separates two columns
@@ -55,9 +55,9 @@ class Snapshot:
 def snapshot_picture(
     snapshot: Snapshot, size: Size = SNAPSHOT_SIZE, view: View | None = None
 ) -> Image.Image:
-    """Return the picture of a snapshot with a given width and height [px].
+    """Return the picture of a snapshot; ``size`` is its width and height [px].
 
-    It shows at least a given part of the plane, by default `snapshot_view`.
+    The picture shows at least ``view``, which is `snapshot_view` by default.
     """
     width, height = size
     panel = round(_PANEL * width)
@@ -70,7 +70,7 @@ def snapshot_picture(
 
 
 def snapshot_view(snapshot: Snapshot) -> View:
-    """Return a view of chain and ghost that does not change during most episodes of a scene."""
+    """Return a view of the chain and the target, which is constant during most episodes."""
     view = motion_view(snapshot.scene, snapshot.angles, snapshot.base, snapshot.released)
     if (ghost := _ghost(snapshot)) is None:
         return view
@@ -80,7 +80,7 @@ def snapshot_view(snapshot: Snapshot) -> View:
 def motion_view(
     scene: Scene, angles: FloatArray, base: FloatArray, released: npt.ArrayLike
 ) -> View:
-    """Return a view that contains every state of a motion; for the shapes see `chain_view`."""
+    """Return a view that contains every state of a motion; see `chain_view` for the shapes."""
     diagonal = scene.casing.diagonal
     # Chains fold as they come out, so few reach farther than half their length.
     reach = (0.4 * scene.n + 1.4) * diagonal
@@ -113,9 +113,9 @@ def _chain_picture(snapshot: Snapshot, size: Size, view: View, text: float) -> I
 
 
 def _ghost(snapshot: Snapshot) -> tuple[FloatArray, FloatArray] | None:
-    """Return headings and centres of the target, fitted to the components that are out.
+    """Return the target's headings [rad] and centres [m], fitted to the chain.
 
-    They include only the components that are out; None if these are too few to have a shape.
+    The arrays include only components out of the tube. The result is None if fewer than 2 are out.
     """
     scene, side, n = snapshot.scene, snapshot.scene.casing.side, snapshot.scene.n
     count = snapshot.released
@@ -125,7 +125,7 @@ def _ghost(snapshot: Snapshot) -> tuple[FloatArray, FloatArray] | None:
     wanted = headings(word_to_angles(snapshot.target))
     shape = centres(wanted, side=side)[out]
     real = centres(snapshot.angles, side=side, base=snapshot.base)[out]
-    # The least-squares rotation in the complex plane.
+    # The least-squares rotation, by complex numbers.
     away, goal = (points - points.mean(axis=0) for points in (shape, real))
     turn = np.angle(((goal[:, 0] + 1j * goal[:, 1]) * (away[:, 0] - 1j * away[:, 1])).sum())
     turned = away @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
@@ -133,7 +133,7 @@ def _ghost(snapshot: Snapshot) -> tuple[FloatArray, FloatArray] | None:
 
 
 def _draw_key(canvas: Canvas, text: float) -> None:
-    """Explain colours in the lower left corner."""
+    """Draw a legend of the colours in the lower left corner."""
     x, y = 0.8 * text, canvas.size[1] - 0.6 * text
     for k, (name, colour) in enumerate(reversed(_KEY)):
         line = y - 1.25 * k * text

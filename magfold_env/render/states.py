@@ -20,16 +20,16 @@ _COLUMNS = 5
 
 
 def draw_states(scene: Scene, states: Sequence[State], path: str | Path) -> None:
-    """Draw shapes in rank order with word, energy, stability and ringed conflicts, as a PNG.
+    """Draw shapes with their ranks, words, energies, stability and conflicts as a PNG.
 
     Parameters
     ----------
     scene
-        The scene with the sizes and the sequence.
+        The scene that contains the sizes and the sequence.
     states
-        States in the order of drawing.
+        States to draw, in rank order.
     path
-        Where to; written under a temporary name first.
+        Path of the file, which is first written under a temporary name.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def _panel(scene: Scene, state: State, rank: int, reach: float) -> Image.Image:
     angles = headings(word_to_angles(state.word))
     middles = centres(angles, side=side)
     x, y = (middles.min(axis=0) + middles.max(axis=0)) / 2
-    room = 2.0 * 1.6 * _TEXT / (_PANEL - 2.0 * 1.6 * _TEXT) * reach / 2  # the two lines of text
+    room = 2.0 * 1.6 * _TEXT / (_PANEL - 2.0 * 1.6 * _TEXT) * reach / 2  # for the two lines of text
     view = View(x - reach / 2, x + reach / 2, y - reach / 2 - room, y + reach / 2 + room)
     canvas = Canvas(view, (_PANEL, _PANEL))
     draw_chain(canvas, scene, angles, np.zeros(2), np.ones(scene.n, dtype=np.bool_))

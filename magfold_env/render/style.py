@@ -26,5 +26,5 @@ SHADE: Colour = (250, 249, 246, 246)
 
 
 def shares(colour: Colour) -> tuple[float, ...]:
-    """Return a colour as matplotlib has it, from 0 to 1."""
+    """Return a colour in matplotlib's form, with channels from 0 to 1."""
     return tuple(channel / 255.0 for channel in colour)

@@ -1,6 +1,6 @@
 """A window that shows pictures and reads keys.
 
-pygame is imported only when a window opens. With ``SDL_VIDEODRIVER=dummy`` no display is needed.
+pygame is imported only when a window opens. ``SDL_VIDEODRIVER=dummy`` makes a display needless.
 """
 
 import os
@@ -18,7 +18,7 @@ SMALLEST: Size = (400, 300)
 
 
 class Window:
-    """A resizable window of an initial width and height [px]; it opens with the first picture."""
+    """A resizable window with an initial ``size`` [px], which opens to show the first picture."""
 
     def __init__(self, size: Size, title: str) -> None:
         self._size, self._title = size, title
@@ -33,13 +33,13 @@ class Window:
         return max(width, SMALLEST[0]), max(height, SMALLEST[1])
 
     def show(self, image: Image.Image) -> None:
-        """Show a picture from the top left corner, and let the window react."""
+        """Show a picture at the top left corner, and process the window's events."""
         pygame = _pygame()
         if self._surface is None:
             pygame.display.init()
             pygame.display.set_caption(self._title)
             self._surface = pygame.display.set_mode(self._size, pygame.RESIZABLE)
-        # A surface of the current size; the old one has the old size.
+        # After a resize, `self._surface` still has the old size.
         screen = pygame.display.get_surface()
         if screen is not None:
             picture = pygame.image.frombytes(image.tobytes(), image.size, "RGB")
@@ -48,20 +48,20 @@ class Window:
         pygame.event.pump()
 
     def is_interrupted(self) -> bool:
-        """Return whether a key or a request to quit is waiting."""
+        """Return whether the event queue contains a key press or a request to quit."""
         if self._surface is None:
             return False
         pygame = _pygame()
         return bool(pygame.event.peek((pygame.KEYDOWN, pygame.QUIT)))
 
     def close(self) -> None:
-        """Close the window; it opens again with the next picture."""
+        """Close the window; the next picture opens it again."""
         if self._surface is not None:
             self._surface = None
             _pygame().display.quit()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Omit open resources: copies have their own windows."""
+        """Return the state without the open window; a copy opens its own one."""
         return {**vars(self), "_surface": None}
 
 

@@ -1,4 +1,4 @@
-"""Drawings for the workshop, in millimetres and true to size: SVG, and DXF by ezdxf."""
+"""Workshop drawings in millimetres and true to size: SVG, and DXF, which needs ezdxf."""
 
 import importlib
 from collections.abc import Callable, Sequence
@@ -14,16 +14,16 @@ from magfold_env.render.sheet_parts import kinds
 from magfold_env.scene import Scene
 from magfold_env.shapes import FloatArray
 
-_GAP, _COLUMNS = 12.0, 4  # between casings, and casings a row
+_GAP, _COLUMNS = 12.0, 4  # gap between casings, and casings per row
 _TEXT, _LINE, _MARGIN = 3.0, 5.0, 10.0
 COLOURS = {"CASINGS": ("#26292e", 7), "MAGNETS": ("#ce3830", 1), "TEXT": ("#5f656d", 8)}
-"""Layers, and their colours in SVG and in DXF."""
+"""Colours of the layers in SVG and in DXF."""
 
 
 class Drawing(NamedTuple):
-    """Closed outlines by layer, and texts, in millimetres, y up, the lower left at the origin.
+    """A drawing in millimetres, with y upwards and the origin in the lower left corner.
 
-    A text has a place, where it is centred or begins.
+    Outlines are closed and have a layer. Texts have a place, at which they are centred or begin.
     """
 
     size: tuple[float, float]
@@ -32,7 +32,7 @@ class Drawing(NamedTuple):
 
 
 def magnet_lines(scene: Scene) -> list[str]:
-    """Return the magnets to buy, one kind a line."""
+    """Return the magnets to buy, one kind per line."""
     found = kinds(scene)[0]
     total = sum(kind.pieces for kind in found)
     head = f"{total} magnets, width × height × thickness:" if total else "No magnets."
@@ -40,9 +40,9 @@ def magnet_lines(scene: Scene) -> list[str]:
 
 
 def drawing(scene: Scene, lines: Sequence[str]) -> Drawing:
-    """Return all components true to size, heading right, below lines of text.
+    """Return a drawing of all components, true to size and heading right, below lines of text.
 
-    Letters beside the faces are the poles that face out, with the magnets' kinds.
+    The text beside a face contains the pole that faces out and the kind of the magnet.
     """
     found, where = kinds(scene)
     side = 1e3 * scene.casing.side
@@ -70,7 +70,7 @@ def drawing(scene: Scene, lines: Sequence[str]) -> Drawing:
 
 
 def write_svg(drawn: Drawing, path: Path) -> None:
-    """Write a drawing as SVG, whose unit is the millimetre."""
+    """Write a drawing as SVG in millimetres."""
     width, height = drawn.size
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.4f}mm" height="{height:.4f}mm" '
@@ -113,4 +113,4 @@ def write_dxf(drawn: Drawing, path: Path) -> None:
 
 
 WRITERS: dict[str, Callable[[Drawing, Path], None]] = {".svg": write_svg, ".dxf": write_dxf}
-"""Functions that write a drawing, by the suffix of the file."""
+"""Functions that write a drawing, by file suffix."""

@@ -1,7 +1,7 @@
 """The replay page: one HTML file that plays a recorded fold in any browser.
 
-The page needs neither a network nor an extra: `page.html` includes `page.css`, the scripts and the
-fold as JSON.
+The page needs neither a network nor an extra. It is `page.html` with `page.css`, the scripts and
+the fold, as JSON, inserted.
 """
 
 import html
@@ -24,7 +24,7 @@ SCRIPTS = (
     "plot.js",
     "player.js",
 )
-"""The scripts that play motions, in order of dependence; `source` returns their texts."""
+"""Scripts that play motions, each after those that it needs; `source` returns their texts."""
 
 
 def write_html(fold: Recording, path: str | Path) -> None:

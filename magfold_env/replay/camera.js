@@ -1,8 +1,8 @@
-// What part of the plane the drawing shows: wheel, buttons, dragging and pinching.
+// The part of the plane that the drawing shows; wheel, buttons, dragging and pinching change it.
 
-const ZOOM = 1.25; // of one click or key
+const ZOOM = 1.25; // factor per click or key press
 const RULERS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500]; // [mm]
-const RULER = 90; // longest [px]
+const RULER = 90; // largest length of the ruler [px]
 
 class Camera {
   constructor(drawing, ruler) {
@@ -24,7 +24,7 @@ class Camera {
     new ResizeObserver(() => this.#measure()).observe(drawing);
   }
 
-  /** Show a rectangle [mm], y down, to which `fit` comes back. */
+  /** Show a rectangle [mm], with y downwards, to which `fit` returns. */
   look(whole) {
     this.whole = whole;
     this.fit();
@@ -35,7 +35,7 @@ class Camera {
     this.#show();
   }
 
-  /** Enlarge by `factor` about a place of the window [px], by default the middle. */
+  /** Enlarge by `factor` about a point of the window [px], by default its centre. */
   zoom(factor, clientX, clientY) {
     const { view, whole } = this;
     const share = 1 / clamp(factor, view.w / (20 * whole.w), 40 * view.w / whole.w);
@@ -71,7 +71,7 @@ class Camera {
     if (apart(before) > 0) this.zoom(apart(event) / apart(before), x, y);
   }
 
-  /** Return the place in the drawing [mm] of one in the window [px]. */
+  /** Return the point of the drawing [mm] at a point of the window [px]. */
   #place(clientX, clientY) {
     const point = new DOMPoint(clientX, clientY);
     const { x, y } = point.matrixTransform(this.drawing.getScreenCTM().inverse());

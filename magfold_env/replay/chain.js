@@ -1,6 +1,6 @@
-// Drawing the chain. Lengths are in mm; an SVG's y points down, so angles change their sign.
+// Drawing of the chain. Lengths are in mm. In an SVG, y points down, so angles change their sign.
 
-const NORMALS = [45, 135, -135, -45]; // of the faces [°], from the heading
+const NORMALS = [45, 135, -135, -45]; // directions of the faces' normals from the heading [°]
 const POLES = { N: "north", S: "south" };
 
 class Chain {

@@ -1,4 +1,4 @@
-"""A fold's data for the page: lengths in mm, energies in mJ, rounded to visible digits."""
+"""Data of a fold for the page, with lengths in mm and energies in mJ, rounded to visible digits."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -32,14 +32,14 @@ class Recording(NamedTuple):
     angles: FloatArray  # absolute headings, (m, n) [rad]
     base: FloatArray  # component 1's outer hinge, (m, 2) [m]
     released: IntArray  # number of components out of the tube, (m,)
-    order: IntArray  # number of components that leave the tube before each, (n,)
+    order: IntArray  # number of components that leave the tube before each one, (n,)
     loaded: IntArray  # number of components with magnets, (m,)
     push: FloatArray  # force of the feed along the tube, (m,) [N]
-    kinetic: FloatArray  # energy, (m,) [J]
-    magnetic: FloatArray | None  # energy, (m,) [J]; None if there are no magnets or it is unknown
+    kinetic: FloatArray  # kinetic energy, (m,) [J]
+    magnetic: FloatArray | None  # magnetic energy, (m,) [J]; None without magnets or if unknown
     feed: str  # description of the feed
     earlier: Sequence[tuple[int, Sequence[str]]] = ()
-    """Earlier sequences, if the sequence changed, each with the frame before which it ends."""
+    """Sequences before the last one, each with the index of the first frame after it."""
 
 
 def page_data(fold: Recording) -> dict[str, Any]:
@@ -84,7 +84,7 @@ def _tube(scene: Scene) -> dict[str, float] | None:
 
 
 def _field(scene: Scene) -> dict[str, Any] | None:
-    """Return an external field: uniform flux density [mT], and corners of a fixed magnet [mm]."""
+    """Return the uniform flux density [mT] and the corners of the fixed magnet [mm]."""
     if scene.field is None or not scene.field.any:
         return None
     magnet = scene.field.magnet
@@ -95,7 +95,7 @@ def _field(scene: Scene) -> dict[str, Any] | None:
 
 
 def _facts(fold: Recording) -> list[list[str]]:
-    """Return the names and values below the drawing."""
+    """Return the names and values that the page shows below the drawing."""
     scene = fold.scene
     facts = {"Sequence": " ".join(scene.sequence), "Mount": scene.mount}
     if scene.mount == "tube":
@@ -116,7 +116,7 @@ def feed_text(scene: Scene) -> str:
 
 
 def number_range(values: FloatArray) -> str:
-    """Return one number for equal values, else the smallest and the largest."""
+    """Return values as text: one number if they are equal, else the smallest and the largest."""
     low, high = float(values.min()), float(values.max())
     return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
 
@@ -133,5 +133,5 @@ def _millimetres(metres: float | FloatArray) -> Any:
 
 
 def _rounded(values: float | FloatArray, digits: int) -> Any:
-    """Return rounded Python numbers, in lists if there are many, without -0."""
+    """Return a rounded number, or lists of rounded numbers, without -0."""
     return (np.round(np.asarray(values), digits) + 0.0).tolist()

@@ -1,4 +1,4 @@
-// Short ways to find and make elements.
+// Helper functions that find and make elements.
 
 const byId = (id) => document.getElementById(id);
 
@@ -22,7 +22,7 @@ function write(tag, text, parent) {
 
 function set(element, attributes) {
   for (const [name, value] of Object.entries(attributes)) {
-    // A page may forbid styles that are written down.
+    // A content security policy may forbid style attributes.
     if (name === "style") element.style.cssText = value;
     else element.setAttribute(name, value);
   }

@@ -1,7 +1,7 @@
-// The recorded motion: states between frames, and what follows from them.
+// The recorded motion: states at and between frames, and quantities computed from them.
 
 class Motion {
-  /** `data` is what magfold_env.replay.data.page_data returns. */
+  /** `data` is the result of magfold_env.replay.data.page_data. */
   constructor(data) {
     this.data = data;
     this.count = data.sequence.length;
@@ -11,7 +11,7 @@ class Motion {
     this.last = data.time.length - 1;
   }
 
-  /** Return the frame that a time [s] lies in: the last one not after it. */
+  /** Return the last frame that is not after a time [s]. */
   frame(time) {
     let low = 0, high = this.last;
     while (low < high) {
@@ -28,7 +28,7 @@ class Motion {
     return this.data.time[next] - time < time - this.data.time[frame] ? next : frame;
   }
 
-  /** Return the state at a time [s]; between frames all moves evenly. */
+  /** Return the state at a time [s], interpolated linearly between frames. */
   at(time) {
     const { data } = this, frame = this.frame(time), next = Math.min(frame + 1, this.last);
     const span = data.time[next] - data.time[frame];
@@ -61,7 +61,7 @@ class Motion {
     return angles.slice(1).map((angle, k) => (angle - angles[k]) * 180 / Math.PI);
   }
 
-  /** Return the nearest fold word of a frame: thresholds at ±45°. */
+  /** Return the nearest fold word of a frame, with thresholds at ±45°. */
   word(frame) {
     return this.joints(frame).map((joint) => {
       const turned = joint - 360 * Math.round(joint / 360);
@@ -69,7 +69,7 @@ class Motion {
     }).join("");
   }
 
-  /** Return a frame in words. */
+  /** Return a description of a frame. */
   description(frame) {
     const { data } = this, parts = [`${data.time[frame].toFixed(3)} s`];
     if (this.count > 1) parts.push(this.word(frame));

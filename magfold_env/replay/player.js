@@ -1,9 +1,9 @@
-// Everything together: time, buttons and keys.
+// The player, which connects the drawing and the diagrams with time, buttons and keys.
 
-const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2]; // of simulated time
-const PLAYED = 5; // how long the first play takes at least [s]
-const MOST_VALUES = 40; // joints whose diagram is worth drawing
-const PAN = 40; // of an arrow key [px]
+const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2]; // relative to simulated time
+const PLAYED = 5; // shortest duration of the first play [s]
+const MOST_VALUES = 40; // largest number of joints in a diagram
+const PAN = 40; // distance per press of an arrow key [px]
 
 class Player {
   constructor() {
@@ -11,7 +11,7 @@ class Player {
     this.#listen();
   }
 
-  /** Take another motion, and show where it begins. */
+  /** Load another motion and show its first frame. */
   load(motion) {
     this.began = undefined;
     this.motion = motion;
@@ -45,7 +45,7 @@ class Player {
     this.#tell();
   }
 
-  /** Show a time [s]; a film that is playing goes on from there. */
+  /** Show the state at a time [s]; if the motion is playing, it continues from there. */
   seek(time) {
     this.#show(time);
     if (this.playing) this.began = { clock: performance.now(), time: this.time };
@@ -89,7 +89,7 @@ class Player {
     for (const plot of this.plots) plot.show(this.time, frame);
   }
 
-  /** Say in words, for those who do not see it, what is shown. */
+  /** Describe the visible state to screen readers. */
   #tell() {
     const text = this.motion.description(this.motion.nearest(this.time));
     byId("drawing").setAttribute("aria-label", `Drawing of the chain: ${text}`);
@@ -144,7 +144,7 @@ class Player {
         ArrowUp: () => this.camera.pan(0, PAN), ArrowDown: () => this.camera.pan(0, -PAN),
       });
     }
-    // A button, a list and a summary know what the space bar and the arrows mean to them.
+    // Buttons, lists and summaries handle the space bar and the arrow keys themselves.
     const own = on.matches("button, select, summary") && (event.key === " " || on.matches("select"));
     if (own || !keys[event.key]) return;
     event.preventDefault();

@@ -1,4 +1,4 @@
-// A diagram over time with a cursor; a click or a drag in it seeks.
+// A diagram over time with a cursor, which a click or a drag moves.
 
 const ROOM = { left: 46, right: 10, top: 10, bottom: 20 }; // [px]
 const DASHES = ["none", "6 3", "2 3", "8 3 2 3"];
@@ -6,7 +6,7 @@ const HUES = 7;
 
 class Plot {
   /**
-   * Lines are { name, values, unit }; `ticks` are values that must be seen. `seek` takes a time [s].
+   * Lines are { name, values, unit }; `ticks` are values on the axis; `seek` gets a time [s].
    */
   constructor(figure, times, lines, { ticks = [], digits, seek }) {
     Object.assign(this, { times, lines, digits });
@@ -128,7 +128,7 @@ function stroke(k) {
 
 const minus = (text) => text.replace("-", "−");
 
-/** Return round numbers between two, about `count` of them. */
+/** Return about `count` round numbers between two numbers. */
 function steps(low, high, count) {
   const rough = (high - low) / Math.max(count, 1) || 1, power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find((each) => each * power >= rough);

@@ -1,4 +1,4 @@
-// The page of one recorded fold: what is written on it, and its film.
+// The page of one recorded fold: its texts and its player.
 
 function fillTexts(data) {
   byId("word").textContent = data.word || "(one component)";

@@ -1,7 +1,7 @@
-// What does not move: the tube, obstacles, a fixed magnet, and the view that holds everything.
+// Drawings of the tube, obstacles and a fixed magnet, and the view that contains everything.
 
-const SEEN_TUBE = 2.4; // diagonals of tube to the left of its mouth
-const WIDEST = 3; // views: what is farther away is left out rather than the chain made tiny
+const SEEN_TUBE = 2.4; // length of tube shown to the left of its mouth [diagonals]
+const WIDEST = 3; // largest widening of a view for fixed bodies; more would make the chain tiny
 
 function drawSurroundings(parent, motion) {
   const { tube, obstacles, field } = motion.data;
@@ -36,10 +36,10 @@ function drawFixedMagnet(parent, corners) {
   shape("polygon", { class: "block", points: outlined(corners), "stroke-width": 0.3 }, parent);
 }
 
-/** Return corners [mm] as the points of a polygon, y down. */
+/** Return corners [mm] as the points of a polygon, with y downwards. */
 const outlined = (corners) => corners.map(([x, y]) => `${x},${-y}`).join(" ");
 
-/** Return the rectangle [mm], y down, in which the released components stay, and what is near. */
+/** Return a rectangle [mm], y downwards, around released components and bodies near them. */
 function wholeView(motion) {
   const { data, diagonal } = motion;
   const points = [];

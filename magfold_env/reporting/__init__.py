@@ -1,1 +1,1 @@
-"""What reports are made of: pages, tables, intervals, the machine."""
+"""Parts of reports: pages, tables, diagrams, intervals and the machine."""

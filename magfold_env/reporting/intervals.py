@@ -26,12 +26,12 @@ class Share:
         return per_cent(self.rate, self.low, self.high)
 
     def __repr__(self) -> str:
-        """Return the counts too, because shares are mostly printed in dictionaries and lists."""
+        """Return the counts, the share and its interval, as lists and dictionaries print them."""
         return f"<Share {self.successes} of {self.trials}: {self}>"
 
 
 def share(successes: int, trials: int) -> Share:
-    """Return the share of `successes` among `trials` (at least one)."""
+    """Return the share of `successes` among `trials`; there must be at least one trial."""
     stats: Any = importlib.import_module("scipy.stats")  # slow to import
     interval = stats.binomtest(successes, trials).proportion_ci(0.95, method="wilson")
     return Share(successes, trials, float(interval.low), float(interval.high))

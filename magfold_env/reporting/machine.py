@@ -43,7 +43,7 @@ def _processor() -> str:
 
 
 def _commit() -> str:
-    """Return the checkout's commit, marked if files differ from it, or 'unknown' without one."""
+    """Return the checkout's commit, with a mark if files have changed, or else 'unknown'."""
     try:
         head = _git("rev-parse", "HEAD")
         changed = _git("status", "--porcelain", "--untracked-files=no")

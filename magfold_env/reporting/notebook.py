@@ -1,4 +1,4 @@
-"""What notebooks show of scenes and results: tables, and chains as SVG. It needs no extra."""
+"""Tables, and pictures of chains as SVG, for notebooks. They need no extra."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from magfold_env.reporting.page import Block, fragment
 from magfold_env.reporting.tables import Row, Table
 
 MOST_ROWS = 20
-"""Largest number of rows of a table that notebooks show."""
+"""Largest number of rows that a notebook shows of a table."""
 SMALL = 0.004
 """Side of casings in small pictures [m], in which only component 1 has a number."""
 
@@ -23,10 +23,10 @@ _POLES = {"N": "#ce3830", "S": "#2a62b0"}
 
 
 class Shown:
-    """What Jupyter and other notebooks show as HTML."""
+    """An object that Jupyter and other notebooks show as HTML."""
 
     def _shown(self) -> Sequence[Block]:
-        """Return what to show: texts, tables, pictures and frames."""
+        """Return the content to show: texts, tables, pictures and frames."""
         raise NotImplementedError
 
     def _repr_html_(self) -> str:
@@ -37,14 +37,14 @@ class Shown:
 def short_table(title: str, rows: Iterable[Row], total: int) -> Table:
     """Return a table of the first `MOST_ROWS` of ``total`` rows; its title counts the others.
 
-    The others are not made.
+    The other rows are not computed.
     """
     more = f"; {total - MOST_ROWS} more" if total > MOST_ROWS else ""
     return Table(title + more, list(islice(rows, MOST_ROWS)))
 
 
 def facts_table(title: str, facts: Mapping[str, object]) -> Table:
-    """Return a table of facts, one a row."""
+    """Return a table of facts, one per row."""
     return Table(title, [{"": name, "value": f"{value}"} for name, value in facts.items()])
 
 
@@ -54,10 +54,10 @@ def chain_svg(
     sequence: Sequence[str] = (),
     sizes: Mapping[Any, Sequence[float]] | None = None,
 ) -> Markup:
-    """Return a picture of a chain as large as it is, seen from above.
+    """Return a life-size picture of a chain, seen from above.
 
-    The casings have headings (n,) [rad] and a side [m]. Magnets need the sequence and their sizes:
-    four widths, thicknesses and insets [m].
+    The casings have headings ``angles`` (n,) [rad] and edges ``side`` [m]. Magnets are drawn if the
+    sequence and their ``sizes`` are given: four widths, thicknesses and insets [m].
     """
     edge, turns = 1e3 * side, np.exp(1j * angles)
     diagonal = edge * np.sqrt(2.0)

@@ -1,4 +1,4 @@
-"""One self-contained HTML page for results: prose, tables, pictures, pages that play motions."""
+"""Self-contained HTML pages of results, with texts, tables, pictures and playable motions."""
 
 import struct
 from base64 import b64encode
@@ -27,7 +27,7 @@ class Picture(NamedTuple):
 
     @property
     def content(self) -> bytes:
-        """The file, which must be a PNG file."""
+        """Content of the file, which must be a PNG file."""
         content = self.path.read_bytes()
         if not content.startswith(PNG_START):
             raise ValueError(f"{self.path}: is not a picture; must be a PNG file")
@@ -35,7 +35,7 @@ class Picture(NamedTuple):
 
     @property
     def base64(self) -> str:
-        """The file as text."""
+        """Content of the file as Base64 text."""
         return b64encode(self.content).decode("ascii")
 
     @property
@@ -68,25 +68,25 @@ class Verdict(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """A self-contained page within this one."""
+    """A self-contained page that is embedded in another page."""
 
     title: str
     page: str
 
 
 class Details(NamedTuple):
-    """Collapsed blocks below a line that describes them."""
+    """Collapsible blocks below a summary."""
 
     summary: str
     blocks: Sequence["Block"]
     group: str = ""
-    """Group of collapsed blocks; only one of them is open at a time."""
+    """Name of a group of collapsible blocks, only one of which is open at a time."""
     unfolded: bool = False
     """Whether the block is open at first."""
 
 
 Block = str | Picture | Entries | Points | Verdict | Table | Frame | Details
-"""The content of a section; plain text is a paragraph, and Markup is HTML as it is."""
+"""A part of a section. Plain text becomes a paragraph; Markup is inserted as HTML."""
 
 
 class Section(NamedTuple):
@@ -97,17 +97,17 @@ class Section(NamedTuple):
 
 
 class Page(NamedTuple):
-    """A page: the answer, sections, and the origin of its numbers."""
+    """A page with leading blocks, sections, and the origin of its numbers."""
 
     title: str
     sections: Sequence[Section]
     lead: Sequence[Block] = ()
     provenance: Mapping[str, str] = {}
-    """Machine, versions, commit and the like, shown at the end."""
+    """Facts such as machine, versions and commit, which are shown at the end."""
 
 
 def write_page(page: Page, path: str | Path) -> None:
-    """Write a page to one file, under a temporary name first.
+    """Write a page to one file, through a temporary file.
 
     Raises
     ------

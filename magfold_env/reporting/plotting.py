@@ -1,4 +1,4 @@
-"""Common parts of diagrams. Needs matplotlib, from the extra `render`."""
+"""Common parts of diagrams. They need matplotlib, from the extra `render`."""
 
 import importlib
 import math
@@ -9,7 +9,7 @@ from magfold_env.files import pip_install, replacing
 
 DPI = 130
 WIDEST = 10.5
-"""Largest width of a figure [inch], at which text is readable on a page narrower than a screen."""
+"""Largest width of a figure [inch]; its text stays readable when a narrow page shrinks it."""
 INK, GRID = "#26292e", "#d9dce0"
 # Okabe and Ito's colours, distinguishable with all kinds of colour vision.
 COLOURS = ("#000000", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
@@ -17,7 +17,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
 def figure_class() -> Any:
-    """Return a class of matplotlib figures that need no display.
+    """Return matplotlib's class of figures that need no display.
 
     Raises
     ------
@@ -32,12 +32,12 @@ def figure_class() -> Any:
 
 
 def patch(shape: str, *place: Any, **options: Any) -> Any:
-    """Return one of matplotlib's patches: a Polygon, a Circle, ..."""
+    """Return a matplotlib patch, such as a Polygon or a Circle."""
     return getattr(importlib.import_module("matplotlib.patches"), shape)(*place, **options)
 
 
 def save_figure(figure: Any, path: str | Path) -> None:
-    """Write a figure as PNG, under a temporary name first."""
+    """Write a figure in the format of the path's suffix, through a temporary file."""
     with replacing(path) as temporary:
         figure.savefig(temporary, dpi=DPI, facecolor="white")
 
@@ -52,7 +52,7 @@ def panels(
 ) -> tuple[Any, Any]:
     """Return a figure and ``count`` axes, row by row, with the same limits if ``shared``.
 
-    Width and height are those of one panel [inch]; a row is no wider than `WIDEST`.
+    ``width`` and ``height`` are those of one panel [inch]. A row is no wider than `WIDEST`.
     """
     rows = math.ceil(count / max(1, int(WIDEST / width)))
     columns = math.ceil(count / rows)
@@ -70,7 +70,7 @@ def panels(
 
 
 def legend_below(figure: Any, *axes: Any, **options: Any) -> None:
-    """Add one legend below all panels, with the entries of all of them."""
+    """Add a legend with the entries of all ``axes`` below the panels."""
     handles: dict[str, Any] = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):

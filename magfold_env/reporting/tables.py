@@ -1,4 +1,4 @@
-"""Tables of results: their cells as text and as CSV, and names of what stands in them."""
+"""Tables of results, and their conversion to text, CSV and data frames."""
 
 import csv
 import importlib
@@ -22,7 +22,7 @@ WHOLE = 1000.0  # larger numbers have no decimals
 
 @dataclass(frozen=True)
 class Table:
-    """Rows for the console or a page, all with the same keys, which are the column headings."""
+    """Rows for the console or a page. The column headings are the keys, equal in all rows."""
 
     title: str
     rows: list[Row]
@@ -32,11 +32,11 @@ class Columns:
     """A result with one entry per run or frame, for spreadsheets and data frames."""
 
     def columns(self) -> dict[str, npt.NDArray[Any]]:
-        """Return columns of equal length by their names."""
+        """Return columns of equal length by name."""
         raise NotImplementedError
 
     def to_csv(self, path: str | Path) -> None:
-        """Write `columns` as CSV, under a temporary name first."""
+        """Write `columns` as CSV, through a temporary file."""
         columns, text = self.columns(), io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(columns)
@@ -70,7 +70,7 @@ def joined_pairs(pairs: Iterable[tuple[int, int]]) -> str:
 
 
 def cell_text(cell: Cell) -> str:
-    """Return a table's cell as text, numbers to three figures."""
+    """Return a table's cell as text, with numbers to three significant digits."""
     if isinstance(cell, str):
         return cell
     if not math.isfinite(cell):
@@ -79,7 +79,7 @@ def cell_text(cell: Cell) -> str:
 
 
 def to_csv(rows: Sequence[Row]) -> str:
-    """Return rows as CSV text with a line of column names."""
+    """Return rows as CSV text, after a line of column names."""
     text = io.StringIO()
     writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
     writer.writeheader()

@@ -1,1 +1,1 @@
-"""Scores of submitted policies and actions on draws that are announced afterwards."""
+"""Scores of submitted policies and actions, on draws that are announced after submission."""

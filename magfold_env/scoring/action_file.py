@@ -4,11 +4,11 @@
 key     value
 ======= ===========================================================================================
 format  ``magfold_env actions 1``
-id      the environment's name with Gymnasium
-seed    of the draws, see `magfold_env.scoring.score.track_of`
-actions a list for each episode: a number for each of its steps, up to the end of the episode; what
-        comes after that is not read. Where only the feed's speed is free it is from −1 to 1, as the
-        environment's ``Box`` has it, and of a tray the number of the ``discrete`` action
+id      the environment's ID in Gymnasium
+seed    the seed of the draws, see `magfold_env.scoring.score.track_of`
+actions a list for each episode, with a number for each step; numbers after the end of the episode
+        are ignored. If only the feed speed is free, the numbers are those of the environment's
+        ``Box``, from −1 to 1; in environments with a tray, they are ``discrete`` actions
 ======= ===========================================================================================
 """
 
@@ -41,7 +41,7 @@ class ActionFile(FrozenModel):
 
 
 def read(path: str | Path) -> ActionFile:
-    """Read actions."""
+    """Read a file of actions."""
     with reading_json(path, "a file of actions", FORMAT) as data:
         content = data
     try:
@@ -51,7 +51,7 @@ def read(path: str | Path) -> ActionFile:
 
 
 def check(entry: ActionFile, space: Space[Any]) -> None:
-    """Refuse actions that are not in a space of one number."""
+    """Raise a `SceneError` for actions outside a space whose actions are single numbers."""
     if isinstance(space, spaces.Discrete):
         last = int(space.n) - 1
         allowed = f"must be a whole number from 0 to {last}"

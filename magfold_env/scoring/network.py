@@ -1,4 +1,4 @@
-"""The networks that act, without torch: layers of numbers in the form of Stable-Baselines3."""
+"""Networks that choose actions, computed without torch, with the layers of Stable-Baselines3."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -15,13 +15,13 @@ from magfold_env.scoring.shown import shown_space
 
 Singles = NDArray[np.float32]
 State = list[tuple[Singles, Singles]]
-"""Outputs and cells of the recurrent layers, (episodes, width)."""
+"""Outputs and cell states of the recurrent layers, each of shape (episodes, width)."""
 
 
 class Actor:
-    """A policy that takes its most probable actions.
+    """A policy that chooses its most probable actions.
 
-    A file with a network of an unsupported kind, or weights that do not fit, is refused.
+    Files with unsupported networks, or with weights of other shapes, raise a ValueError.
     """
 
     def __init__(self, file: PolicyFile) -> None:
@@ -55,7 +55,7 @@ class Actor:
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
-        """Read a policy."""
+        """Read a policy from a file."""
         file = policy_file.read(path)
         try:
             return cls(file)
@@ -71,7 +71,7 @@ class Actor:
         episode_start: NDArray[np.bool_] | None = None,
         deterministic: bool = True,
     ) -> tuple[NDArray[Any], State | None]:
-        """Return the actions for many observations, and the recurrent states of their episodes."""
+        """Return actions for a batch of observations, and the recurrent states of the episodes."""
         entries: Singles = observation.reshape(len(observation), -1).astype(np.float32)
         *hidden, (weight, bias) = self._layers
         with np.errstate(over="ignore", invalid="ignore"):
@@ -90,7 +90,7 @@ class Actor:
     def _remembered(
         self, entries: Singles, state: State | None, begun: NDArray[np.bool_]
     ) -> tuple[Singles, State]:
-        """Return the outputs of layers of long short-term memory, and their state."""
+        """Return the outputs and the new state of the LSTM layers."""
         nothing = np.zeros(1, np.float32)
         before = state or [(nothing, nothing)] * len(self._memory)
         goes_on = (~begun)[:, None].astype(np.float32)
@@ -106,7 +106,7 @@ class Actor:
         return entries, after
 
     def _chosen(self, entries: Singles) -> NDArray[Any]:
-        """Return the actions that the output of the last layer represents."""
+        """Return the actions that the outputs of the last layer represent."""
         actions = self.settings.actions
         if isinstance(actions, policy_file.Discrete):
             return entries.argmax(axis=1)
@@ -120,12 +120,12 @@ class Actor:
 
 
 def _share(entries: Singles) -> Singles:
-    """Return the logistic function, from 0 to 1."""
+    """Return the logistic function of each entry."""
     return np.float32(0.5) * (np.float32(1.0) + np.tanh(np.float32(0.5) * entries))
 
 
 def _refuse_others(settings: PolicySettings) -> None:
-    """Raise a `SceneError` for networks that have more than layers."""
+    """Raise a `SceneError` for feature extractors and for observations of several boxes."""
     problems: list[Problem] = []
     if settings.features != "chain":
         problems.append(Problem("features", settings.features, "must be 'chain'"))
@@ -136,7 +136,7 @@ def _refuse_others(settings: PolicySettings) -> None:
 
 
 def _layers(settings: PolicySettings) -> list[str]:
-    """Return the names of the layers in a file, the last one last."""
+    """Return the names of the actor's layers in a file, from the first to the last."""
     shared = settings.algorithm not in ("sac", "tqc")
     hidden = "mlp_extractor.policy_net" if shared else "actor.latent_pi"
     last = "action_net" if shared else "actor.mu"

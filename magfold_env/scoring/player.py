@@ -1,7 +1,7 @@
-"""Players of many episodes at once, and the loop in which all episodes are played.
+"""Players of many simultaneous episodes, and the loop that plays them.
 
-A player is a `Plan`: a function from episodes and some of their rows to the next actions of these
-rows. A `Player` turns networks into a plan; it keeps their observations and their recurrent states.
+A `Plan` is a function that returns the next actions of given rows of episodes. A `Player` makes a
+plan from a network; it stores the network's latest observations and recurrent states.
 """
 
 import inspect
@@ -24,13 +24,13 @@ class Player:
     Parameters
     ----------
     policy : magfold_env.scoring.network.Actor, or a policy of Stable-Baselines3
-        What chooses the actions; sb3-contrib's ``MaskablePPO`` gets the masks of `env`.
+        The policy that chooses the actions; ``MaskablePPO`` of sb3-contrib also gets masks.
     shown : Shown
         The form of observations for the policy.
     env : magfold_env.envs.chain_env.ChainEnv
-        A single environment like the played ones; one with other spaces is refused.
+        A single environment like the played ones, with the spaces of the policy.
     sampled : bool
-        Whether actions are drawn as in training; otherwise the most probable ones are taken.
+        Whether to draw actions as in training; otherwise the most probable ones are chosen.
     """
 
     def __init__(
@@ -57,9 +57,9 @@ class Player:
             self._own_masks = env.action_masks
 
     def act(self, observations: Any, masks: Any = None) -> Any:
-        """Return the actions of all episodes, each of which has taken a step since the last call.
+        """Return the actions of all episodes; each must have taken one step since the last call.
 
-        `masks` contains the possible actions, (count, …); by default those of the environment.
+        `masks`, shape (count, …), marks the possible actions; by default, it is the mask of `env`.
         """
         seen = self._view.of(observations, self._begun)
         given: dict[str, Any] = {}
@@ -74,8 +74,8 @@ class Player:
     def plan(self, env: Any) -> Plan:
         """Return a plan that plays the first rows of episodes.
 
-        All running episodes must have taken the same number of steps; `env` is a single environment
-        that takes the policy's actions.
+        All running episodes must have taken the same number of steps. `env` is a single environment
+        that accepts the policy's actions.
         """
         table, first = env.world.actions, slice(self.count)
 
@@ -98,9 +98,9 @@ def play(
     seeds: Sequence[int],
     plan_of: Callable[[slice], Plan],
 ) -> Iterator[Columns]:
-    """Play episodes to their ends, in parts that fit into `episodes`, which are reused.
+    """Play episodes to their ends in parts, for which `episodes` is reused.
 
-    `numbers` and `seeds` are those of `Episodes.play`, whose results are yielded for each part, and
+    The results of `Episodes.play`, which gets `numbers` and `seeds`, are yielded part by part.
     `plan_of` returns the plan of a part, with one row per episode.
     """
     for start in range(0, len(seeds), episodes.count):

@@ -1,8 +1,8 @@
-"""Policies as files that run no code: weights and settings of networks.
+"""Files of policies: weights and settings of networks. Reading a file runs no code from it.
 
 The format is `safetensors <https://github.com/huggingface/safetensors>`_. The entry ``policy`` of
-the metadata is JSON and contains the format, the settings (JSON as well), and the SHA-256 of
-settings and weights. In older files, these are three entries of the metadata.
+the metadata is JSON and contains the format, the settings (also as JSON), and the SHA-256 of
+settings and weights. In older files, these are three separate entries of the metadata.
 """
 
 import hashlib
@@ -35,7 +35,7 @@ _DAMAGED = (
     AttributeError,
     RecursionError,
 )
-"""Possible errors when reading a file that is damaged or not a policy."""
+"""Errors that reading may raise if a file is damaged or not a policy."""
 
 Algorithm = Literal["ppo", "maskable-ppo", "recurrent-ppo", "sac", "tqc"]
 Features = Literal["chain", "mouth", "symmetric"]
@@ -48,28 +48,28 @@ _Choices = Annotated[int, Field(ge=1, lt=2**31)]
 
 
 class Shown(FrozenModel):
-    """The form in which networks get observations."""
+    """The form in which networks receive observations."""
 
     frames: Annotated[int, Field(ge=1, le=64)] = 1
     """Number of stacked observations, newest last; an episode's first observation pads the
     stack."""
     blind: bool = False
-    """Whether motion is removed from them; see `magfold_env.scoring.shown.blind`."""
+    """Whether motion is removed from observations; see `magfold_env.scoring.shown.blind`."""
 
 
 class LSTMSettings(FrozenModel):
-    """Memory of a network: layers of long short-term memory before the other layers."""
+    """LSTM layers (long short-term memory) before the other layers of a network."""
 
     hidden: Count = 128
     """Width of every layer."""
     layers: Annotated[int, Field(ge=1, le=4)] = 1
     """Number of layers."""
     critic: Literal["own", "shared", "none"] = "own"
-    """Whether the critic has its own memory, shares that of the actor, or has none."""
+    """Whether the critic has its own LSTM layers, shares those of the actor, or has none."""
 
 
 class Box(FrozenModel):
-    """Numbers between bounds."""
+    """A space of numbers between bounds."""
 
     low: Annotated[tuple[_Bound, ...], Field(min_length=1, max_length=10_000)]
     high: tuple[_Bound, ...]
@@ -93,7 +93,7 @@ class Box(FrozenModel):
 
 
 class Boxes(FrozenModel):
-    """Several boxes by name."""
+    """A space of several named boxes."""
 
     boxes: Annotated[dict[str, Box], Field(min_length=1)]
 
@@ -108,7 +108,7 @@ class Boxes(FrozenModel):
 
 
 class Discrete(FrozenModel):
-    """One of several choices."""
+    """A space of one choice among several."""
 
     n: _Choices
 
@@ -123,7 +123,7 @@ class Discrete(FrozenModel):
 
 
 class MultiDiscrete(FrozenModel):
-    """Several choices at once."""
+    """A space of several simultaneous choices."""
 
     nvec: Annotated[tuple[_Choices, ...], Field(min_length=1)]
 
@@ -167,7 +167,7 @@ class PolicySettings(Shown):
     """Everything about a policy except its weights."""
 
     algorithm: Algorithm
-    """Algorithm of the training."""
+    """Training algorithm."""
     features: Features
     """Features, as in `agents.settings.LearnerSettings`."""
     backward: bool = False
@@ -177,7 +177,7 @@ class PolicySettings(Shown):
     critic: Widths
     """Widths of the hidden layers of the critics."""
     lstm: LSTMSettings | None = None
-    """Memory before these layers."""
+    """LSTM layers before these layers."""
     activation: Literal["tanh", "relu"]
     """Activation after each of these layers."""
     observations: _Observations
@@ -185,7 +185,7 @@ class PolicySettings(Shown):
     actions: _Actions
     """Space of the actions."""
     steps: Annotated[int, Field(ge=0)]
-    """Environment steps of its training."""
+    """Number of environment steps in training."""
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -202,7 +202,7 @@ class PolicySettings(Shown):
 
     @property
     def least_bytes(self) -> int:
-        """Approximate minimum size of the weights, for a check before any network is made."""
+        """Approximate minimum size of the weights [bytes], checked before a network is made."""
         layers = (self.actor, self.actions.size), (self.critic, 1)
         seen = self.frames * self.observations.size
         widths = [(seen, *hidden, last) for hidden, last in layers]
@@ -215,15 +215,15 @@ class PolicySettings(Shown):
 
 @dataclass(frozen=True)
 class PolicyFile:
-    """A policy that was read; its weights are read when networks need them."""
+    """A policy that was read from a file; `weights` decodes its weights on demand."""
 
     settings: PolicySettings
-    """Everything except its weights."""
+    """Everything except the weights."""
     tensors: Mapping[str, Mapping[str, Any]]
-    """The weights by name: ``dtype``, ``shape`` and ``data`` of each."""
+    """Arrays of weights by name, each with the keys ``dtype``, ``shape`` and ``data``."""
 
     def weights(self, shapes: Mapping[str, Sequence[int]]) -> dict[str, NDArray[np.float32]]:
-        """Return the weights of these names and shapes, which must be finite."""
+        """Return the weights with the given names and shapes; raise a ValueError if they differ."""
         found: dict[str, NDArray[np.float32]] = {}
         for name, each in shapes.items():
             shape, tensor = list(each), self.tensors.get(name, {})
@@ -240,18 +240,18 @@ class PolicyFile:
 def write(
     path: str | Path, settings: PolicySettings, weights: Mapping[str, NDArray[np.float32]]
 ) -> None:
-    """Write a policy to `path` under a temporary name and move it into place."""
+    """Write a policy to `path` through a temporary file."""
     text = settings.model_dump_json()
     tensors = {name: np.asarray(each, np.float32, order="C") for name, each in weights.items()}
     told = {"format": FORMAT, "settings": text, "sha256": _digest(text, _data(save(tensors)))}
-    # One entry, because the package writes several in an order that differs between processes.
+    # A single entry, because safetensors writes several in an order that varies between processes.
     content = save(tensors, {_POLICY: json.dumps(told)})
     with replacing(path) as temporary:
         temporary.write_bytes(content)
 
 
 def is_zip(path: Path) -> bool:
-    """Return whether a file, which must exist, is a zip file, like models of Stable-Baselines3."""
+    """Return whether an existing file is a zip file, in which Stable-Baselines3 saves models."""
     if not path.is_file():
         raise ValueError(f"{path}: no such file; must be a policy (.safetensors)")
     with path.open("rb") as file:
@@ -264,7 +264,7 @@ def read(path: str | Path) -> PolicyFile:
     Raises
     ------
     ValueError
-        If there is no such file, it is damaged, or a model of Stable-Baselines3.
+        If the file does not exist, is damaged, or is a model of Stable-Baselines3.
     """
     path = Path(path)
     if is_zip(path):
@@ -299,7 +299,7 @@ def read(path: str | Path) -> PolicyFile:
 
 
 def _data(content: bytes) -> bytes:
-    """Return the data after the header of a file."""
+    """Return the part of a file after its header."""
     return content[8 + int.from_bytes(content[:8], "little") :]
 
 

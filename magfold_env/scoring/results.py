@@ -1,7 +1,7 @@
-"""Results of players as a file: a table of players, tasks and episodes.
+"""Files of results: tables of players, tasks and episodes.
 
-`magfold score` and the comparing commands of `agents` write this format. Each command writes its
-own view of the table: a row for each player with its summary and the columns of its episodes.
+`magfold score` and the commands of `agents` that compare players write this format, each with its
+own view. A row of the table contains a player's summary and the columns of its episodes.
 """
 
 import json
@@ -23,31 +23,31 @@ FORMAT = "magfold_env results 1"
 
 SHA256 = r"^[0-9a-f]{64}$"
 NAME = re.compile(r"[\w .+-]{1,80}")
-"""Names of submissions, which appear on a page."""
+"""Allowed names of submissions, which the scoreboard shows."""
 
 View = Literal["score", "evaluation", "ablation", "admission", "generalisation"]
 
 
 class File(FrozenModel):
-    """A file of a player."""
+    """The file of a player."""
 
     name: str
-    """Its path, or a name such as ``random`` if there is no file."""
+    """Path of the file, or a name such as ``random`` if there is none."""
     sha256: Annotated[str, Field(pattern=SHA256)] | None = None
     """SHA-256 of the file."""
 
 
 class Run(FrozenModel):
-    """Columns of a player's episodes, one entry per episode; unstored columns are empty."""
+    """Columns of a player's episodes, one entry per episode; omitted columns are empty."""
 
     task: tuple[int, ...] = ()
-    """Numbers of the tasks, if they take turns."""
+    """Number of each episode's task, if the tasks alternate."""
     success: Annotated[str, Field(pattern=r"^[01]+$")]
-    """Successes, one letter 1 or 0 each."""
+    """A character per episode: 1 for a success, 0 otherwise."""
     score: tuple[float, ...] = ()
     energy: tuple[float | None, ...] = ()
-    """Energies at the end [J], whose last digits distinguish motions bit by bit; None for
-    failures."""
+    """Energies at the end [J]; their last digits show whether two motions are identical. None
+    stands for a failed simulation."""
     details: dict[str, tuple[Any, ...]] = Field(default_factory=dict)
     """Further columns of a view."""
 
@@ -66,7 +66,7 @@ class Run(FrozenModel):
 
     @classmethod
     def of(cls, success: Iterable[Any], **columns: Any) -> Self:
-        """Return the columns for a sequence of successes."""
+        """Return a run with a sequence of successes and other columns."""
         return cls(success="".join(str(int(each)) for each in success), **columns)
 
 
@@ -74,15 +74,15 @@ class Row(FrozenModel):
     """The summary of a player."""
 
     success: tuple[float, float, float]
-    """Share of successes and its interval."""
+    """Share of successes, and the lower and upper end of its interval."""
     score: float | None = None
-    """Mean over the episodes."""
+    """Mean score of the episodes."""
     kind: Literal["policy", "actions"] | None = None
     """Kind of the submission; actions may have been chosen with knowledge of the draws."""
     files: tuple[File, ...] = ()
-    """Its files, one per run."""
+    """Files of the player, one per run."""
     runs: tuple[Run, ...] = ()
-    """Its episodes, if they are stored."""
+    """Episodes of the player, if they are stored."""
     figures: dict[str, Any] = Field(default_factory=dict)
     """Further values of a view."""
 
@@ -93,7 +93,7 @@ class Results(FrozenModel):
     format: Literal["magfold_env results 1"] = FORMAT
     view: View
     id: str
-    """The environment's name with Gymnasium."""
+    """The environment's ID in Gymnasium."""
     env: dict[str, Any] = Field(default_factory=dict)
     """Settings that differ from the environment's defaults."""
     confidence: float = 0.95
@@ -103,9 +103,9 @@ class Results(FrozenModel):
     seed: int | None = None
     """Seed of the draws of a score."""
     tasks: tuple[str, ...] = ()
-    """The targets, one after another."""
+    """The targets in the order of their episodes."""
     seeds: tuple[int, ...] = ()
-    """Seeds of the draws of each target; the episodes of every run are in this order."""
+    """Seeds of the draws of each target, in the order of every run's episodes."""
     physics: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
     """See `magfold_env.files.physics_digest`."""
     provenance: dict[str, Any] = Field(default_factory=dict)
@@ -117,7 +117,7 @@ class Results(FrozenModel):
 
     @model_validator(mode="after")
     def _scored(self) -> Self:
-        """Refuse a score that disagrees with its episodes."""
+        """Raise a `SceneError` if a score disagrees with its episodes."""
         if self.view == "score":
             refuse(list(self._wrong_scores()))
         return self
@@ -142,7 +142,7 @@ class Results(FrozenModel):
                 yield Problem(f"rows.{name}.{key}", there, f"must be that of the episodes, {own}")
 
     def write(self, path: str | Path) -> None:
-        """Write to `path`, under a temporary name first, with each list of values on one line."""
+        """Write results to `path` through a temporary file, with lists of values on one line."""
         kept = {"format": FORMAT, "confidence": self.confidence}
         kept |= self.model_dump(mode="json", exclude_defaults=True)
         text = one_line_lists(json.dumps(kept, indent=1, allow_nan=False))
@@ -150,12 +150,12 @@ class Results(FrozenModel):
 
     @classmethod
     def read(cls, path: str | Path, *views: View) -> Self:
-        """Read what `write` wrote.
+        """Read results that `write` wrote.
 
         Raises
         ------
         ValueError
-            If it is not such a file, or has none of the given views.
+            If the file does not contain results, or if its view is none of the given ones.
         """
         with reading_json(path, "a file of results", FORMAT) as data:
             content = data
@@ -180,7 +180,7 @@ def _on_one_line(found: re.Match[str]) -> str:
 
 
 def summed(run: Run) -> dict[str, Any]:
-    """Return the success with Wilson's interval and the mean score of a run."""
+    """Return a run's share of successes, with its Wilson interval, and its mean score."""
     found = share(run.success.count("1"), len(run.success))
     return {
         "success": (found.rate, found.low, found.high),

@@ -1,4 +1,4 @@
-"""Play a submission on draws of a seed, and write the result as a file."""
+"""Functions that play a submission on the draws of a seed and return its results."""
 
 import hashlib
 import os
@@ -32,7 +32,7 @@ _LIBRARIES = ("magfold_env", "numpy", "numba", "gymnasium")
 
 
 def track_of(env_id: str, seed: int) -> Track:
-    """Return a track on the draws of a seed.
+    """Return a track with the draws of a seed.
 
     ``track_of(env_id, seed).draws(0, 1000)`` returns the numbers of the tasks and the seeds with
     which ``env.reset(seed=…, options={"task": …})`` begins the same episodes.
@@ -60,12 +60,12 @@ def score(
     minutes : float
         Time limit [min].
     tell : callable
-        Called with the number of played episodes and the number of all episodes.
+        Function to call with the numbers of played episodes and of all episodes.
 
     Raises
     ------
     ValueError
-        If the file or an argument is not allowed, or it takes too long.
+        If the file or an argument is not allowed, or if playing takes too long.
     """
     begun = time.monotonic()
     wrong = unless_positive("minutes", minutes)
@@ -76,13 +76,13 @@ def score(
     if path.suffix == ".json":
         entry = action_file.read(path)
         given = {"env": env_id, "seed": seed, "episodes": episodes}
-        told = "must be left out; a file of actions says it"
+        told = "must be left out; a file of actions contains it"
         refuse([Problem(key, value, told) for key, value in given.items() if value is not None])
         env_id, seed, episodes = entry.id, entry.seed, len(entry.actions)
     else:
         if env_id not in TRACKS:
             why = "python -m agents.evaluate plays the policies of other environments"
-            why = "a policy does not say" if env_id is None else why
+            why = "a policy does not contain it" if env_id is None else why
             allowed = f"must be one of {', '.join(TRACKS)}; {why}"
             raise SceneError([Problem("env", env_id, allowed)])
         entry = Actor.read(path)
@@ -125,7 +125,7 @@ def _play(
     until: float,
     tell: Callable[[int, int], object],
 ) -> Run:
-    """Return the results of episodes, or fail at a deadline by `time.monotonic`."""
+    """Play episodes; raise a TimeoutError when `time.monotonic` exceeds ``until``."""
     room = track.episodes(min(count, WIDTH), threads=os.cpu_count() or 1)
     numbers, seeds = track.draws(0, count)
     parts: list[Columns] = []
@@ -155,7 +155,7 @@ def _play(
 
 
 def _plan(track: Track, entry: Actor | ActionFile, part: range) -> Plan:
-    """Return the actions of an entry in some of the episodes."""
+    """Return the plan by which an entry plays some of the episodes."""
     if isinstance(entry, Actor):
         env = track.env_of(entry.action_space)
         return Player(entry, entry.settings, env, len(part)).plan(env)

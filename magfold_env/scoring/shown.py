@@ -1,4 +1,4 @@
-"""The form in which networks get observations, in training and in play."""
+"""The form in which networks receive observations, in training and in play."""
 
 from typing import Any, cast
 
@@ -13,13 +13,13 @@ from magfold_env.scoring.policy_file import Shown
 
 
 def blind(layout: Layout, observation: Any) -> Any:
-    """Return an observation, or many, without motion; `layout` contains the groups of entries.
+    """Return observations without motion; `layout` contains the groups of their entries.
 
     Entries that are known without a camera stay: the target, the magnets and speeds chosen so far,
-    and which components are out, one per step. Entries that a camera would measure (joints,
-    headings, rates, positions and velocities; the achieved goal) become 0, as for components in the
-    tube in networks that count from the mouth; zero favours no side. In tracks with time, the force
-    is 0 as well.
+    and which components are out of the tube. Entries that a camera would measure become 0: joints,
+    headings, rates, positions, velocities and the achieved goal. 0 favours neither side, and
+    networks that count from the mouth read it for components in the tube. In tracks with a time
+    limit, the force becomes 0 as well.
     """
     if isinstance(observation, dict):
         seen = cast("dict[str, Any]", observation)
@@ -40,9 +40,9 @@ def shown_space(shown: Shown, space: Space[Any]) -> Space[Any]:
 
 
 class View:
-    """The observations of many environments in the form for networks.
+    """Brings observations of many environments into the form for networks.
 
-    `space` is that of one observation; its `layout` is needed only to remove motion.
+    `space` is the space of one observation. Its `layout` is needed only to remove motion.
     """
 
     def __init__(self, shown: Shown, layout: Layout | None, space: Space[Any], count: int) -> None:
@@ -52,13 +52,13 @@ class View:
             self.frames = Frames(cast("spaces.Box", space), shown.frames, count)
 
     def of(self, observations: Any, begun: Bools) -> Any:
-        """Return the observations; some environments have begun and the others made a step."""
+        """Return observations after a reset where `begun` is true, and after a step elsewhere."""
         if self._layout is not None:
             observations = blind(self._layout, observations)
         return self.frames.push(observations, begun, ~begun) if self.frames else observations
 
     def last(self, observation: Any, row: int) -> Any:
-        """Return the last observation of an episode, before the start of the next one is added."""
+        """Return an episode's last observation; call it before `of` gets the next episode's."""
         if self._layout is not None:
             observation = blind(self._layout, observation)
         return self.frames.last(observation, row) if self.frames else observation

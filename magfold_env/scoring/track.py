@@ -1,7 +1,7 @@
-"""A track, and the episodes that compared players play.
+"""Tracks, and the episodes in which players are compared.
 
-Episode i has task i, cyclically; its draws follow from seed i of a stream. Each purpose has its own
-stream, and none contains training seeds, which are small numbers.
+Episode i has task i, cyclically. Its draws follow from seed i of a stream. Each purpose has its own
+stream. No stream contains the seeds of training, which are small numbers.
 """
 
 from dataclasses import dataclass, field, replace
@@ -19,7 +19,7 @@ from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.world import TaskWorld
 
 FEED_TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0")
-"""Environments with given chains, where only the feed speed is free."""
+"""Environments with given chains, in which only the feed speed is free."""
 
 TRAYS = ("MagFold/Tray-v0", "MagFold/Anchor-v0")
 """Environments with components from a tray."""
@@ -28,16 +28,16 @@ TRACKS = (*FEED_TRACKS, *TRAYS)
 """Environments with given chains or components and a time limit."""
 
 TASKS = 24
-"""Largest number of played tasks."""
+"""Default largest number of tasks to play."""
 
 WIDTH = 64
-"""Episodes played side by side."""
+"""Number of episodes that are played simultaneously."""
 
 _AT_ONCE = 1000
 
 
 def choice_of_tasks(available: int, wanted: int) -> list[int]:
-    """Return the numbers of some tasks, spread evenly over the list and including the first."""
+    """Return evenly spaced numbers of tasks, beginning with the first task."""
     wanted = min(available, wanted)
     return [place * available // wanted for place in range(wanted)]
 
@@ -47,11 +47,11 @@ class Track:
     """An environment, its played tasks, and their draws."""
 
     env_id: str
-    """Its name with Gymnasium."""
+    """ID of the environment in Gymnasium."""
     tasks: int = TASKS
-    """Largest number of tasks."""
+    """Largest number of tasks to play."""
     randomised: bool = True
-    """Whether physics and start are drawn, as by default."""
+    """Whether the physics and the start are drawn at random."""
     stream: str = field(kw_only=True)
     """Stream of the draws."""
 
@@ -66,7 +66,7 @@ class Track:
         return self._made()
 
     def env_of(self, actions: Space[Any]) -> CameraTrackEnv:
-        """Return a single environment that accepts given actions, if there is one."""
+        """Return a single environment with a given action space, if there is one."""
         sizes: Any = actions
         if isinstance(actions, spaces.Discrete):
             kind, size = "discrete", int(sizes.n)
@@ -78,7 +78,7 @@ class Track:
 
     @cached_property
     def single_actions(self) -> Any:
-        """The form of actions as one number each."""
+        """The form of actions in which each action is one number."""
         actions: Any = self.world.actions
         return replace(actions, kind="discrete") if self.env_id in TRAYS else actions
 
@@ -90,7 +90,7 @@ class Track:
 
     @property
     def world(self) -> Any:
-        """What all episodes share."""
+        """The options, tasks and rules that all episodes share."""
         return self.env.world
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What is taken away is gone, the rest stays, and what it was worth is told from draws alike."""
+"""Tests of ablations: they remove only what they name, and compare equal draws."""
 
 import itertools
 import json
@@ -32,7 +32,7 @@ def seen(env: Any, observation: Any) -> Any:
 
 
 class Reading:
-    """Lets what it sees of the chain decide, and nothing else."""
+    """A policy whose actions depend only on entries that a camera measures."""
 
     def __init__(self) -> None:
         env = episodes.make_env(STRONG)
@@ -47,7 +47,7 @@ class Reading:
 
 @pytest.fixture
 def reading(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let a name stand for the policy that reads."""
+    """Make a file name stand for the policy `Reading`."""
     saved: Any = SavedPolicy(Reading(), Shown(), steps=0)  # pyright: ignore[reportArgumentType]
 
     def own_policy(name: str) -> policies.Policy:
@@ -77,7 +77,7 @@ def test_two_motions_of_one_task_look_alike_without_motion(kind: Any) -> None:
 
 
 def known(env: Any, one: Any, whole: Any) -> None:
-    """Check that an observation without motion has everything else."""
+    """Check that an observation without motion has all other entries."""
     if isinstance(one, dict):
         assert not one["achieved_goal"].any()
         np.testing.assert_array_equal(one["desired_goal"], whole["desired_goal"])

@@ -1,4 +1,4 @@
-"""The rule of admission compares what it says it compares, on draws of their own."""
+"""Tests of the admission rule: its comparisons, its players, and its separate draws."""
 
 import json
 from functools import partial
@@ -281,7 +281,7 @@ def test_tasks_are_spread_over_the_list() -> None:
 
 
 def ends_of(rates: dict[str, float], runs: int = 1) -> dict[str, Any]:
-    """Return ends of 1000 episodes of which a share succeeds: the same, and more of them."""
+    """Return the results of 1000 episodes per player, which succeed at the given rates."""
     found: dict[str, Any] = {}
     for name, rate in rates.items():
         success = np.tile((np.arange(1000) % 100 < 100 * rate).astype(float), (runs, 1))
@@ -326,7 +326,7 @@ def test_what_was_not_given_is_not_measured() -> None:
 
 
 class Stacked:
-    """Goes slower the more it sees, in any of its last frames."""
+    """A policy that feeds more slowly the more components its stacked frames show."""
 
     action_space: Any = spaces.Box(-1.0, 1.0, (1,), np.float32)
 
@@ -375,7 +375,7 @@ def test_policies_see_their_frames_and_the_blind_and_frozen_do_not() -> None:
 
 
 class Careful:
-    """Takes the first component that may be taken; where it may it goes back, once."""
+    """A policy that takes the first allowed component, and goes back once if it is allowed."""
 
     def __init__(self, env: Any) -> None:
         self.observation_space, self.action_space = env.observation_space, env.action_space

@@ -1,4 +1,4 @@
-"""Searches choose within their budgets; what they chose is kept, and a search goes on."""
+"""Tests of searches for baselines: their budgets, their stored choices, and how they resume."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -29,7 +29,7 @@ def lattice() -> TubeFeedEnv:
 
 @pytest.fixture
 def seeds(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Note the draws of every episode that is played."""
+    """Record the draws of every played episode."""
     found: list[int] = []
     own_play = Episodes.play
 

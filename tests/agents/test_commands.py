@@ -1,4 +1,4 @@
-"""All commands look alike, and tell what is wrong in one line before they begin."""
+"""Tests of all commands: a common form, and errors in one line before any work."""
 
 import os
 import sys
@@ -16,7 +16,7 @@ REMEDY = "install the extra, pip install -e '.[agents]'"
 
 
 def without(missing: str, folder: Path, *arguments: str) -> Any:
-    """Run Python where a package is missing."""
+    """Run Python without a package."""
     (folder / "sitecustomize.py").write_text(f"import sys\nsys.modules[{missing!r}] = None\n")
     path = os.pathsep.join([str(folder), *sys.path])
     return python(*arguments, check=False, PYTHONPATH=path)

@@ -1,4 +1,4 @@
-"""What folds wrong is drawn in and let out anew; where nothing does, an open loop is played."""
+"""Tests of plans that retract wrong folds and release them again, or else play an open loop."""
 
 from typing import Any
 
@@ -26,9 +26,9 @@ def env() -> Any:
 
 
 def played(env: Any, plan: Any, number: int) -> tuple[Any, Any, list[Any]]:
-    """Return episodes of a task, how they end, and joints, advances and speeds of every step.
+    """Return episodes of a task, their results, and joints, advances and speeds of every step.
 
-    Joints are in the order of feed, and the right way is positive.
+    Joints are in the order of feed; the correct direction is positive.
     """
     episodes = env.make_episodes(env.world, COUNT)
     told: list[Any] = []
@@ -97,7 +97,7 @@ def test_legs_that_are_over_are_not_followed_anew(gone: float, leg: int) -> None
 
 @pytest.fixture(scope="module")
 def refolding() -> tuple[list[drawing_back.Refolding], list[Any]]:
-    """Return how two folds are done by some settings, and what those see and do at every step."""
+    """Return plans that fold twice with different settings, and a record of all their steps."""
     env = ReprogramEnv()
     best = open_loops_of(env).candidates(100, 2)[84:]
     found = drawing_back.candidates_twice(best, 2, COUNT, env.world.scene)
@@ -105,7 +105,7 @@ def refolding() -> tuple[list[drawing_back.Refolding], list[Any]]:
 
 
 def refolded(env: ReprogramEnv, plan: drawing_back.DrawingBackTwice, number: int) -> list[Any]:
-    """Return rows, stages, joints off, advances and speeds of every step of a task."""
+    """Return row, stage, joint errors [rad], advance and speed of every step of a task."""
     episodes: Any = env.make_episodes(env.world, COUNT)
     told: list[Any] = []
 

@@ -26,7 +26,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def results(folder: Path) -> Played:
-    """Two seeds of one method, whose choices differ, beside those always compared with."""
+    """Return results of two seeds of a method, whose choices differ, and of the baselines."""
     for k, faces in enumerate(("NSNS", "NNSS")):
         file = ChoiceFile(folder / f"{k}.json", {})
         for target in SETTINGS.targets or ():

@@ -20,7 +20,7 @@ LAYOUT = chain_layout(N, side=1.0)
 
 
 def numbered(step: int, backward: bool) -> np.ndarray:
-    """Return an observation in which every entry tells its place, but for what is released."""
+    """Return an observation with numbered entries, except those that mark released components."""
     observation = np.arange(1.0, LAYOUT.size + 1)
     released = np.arange(N) < step
     observation[LAYOUT.slices["released"]] = released[::-1] if backward else released
@@ -42,7 +42,7 @@ def test_everything_is_counted_from_the_mouth(step: int, backward: bool) -> None
     observation = numbered(step, backward)
 
     def entries(group: str, width: int, fed: int) -> list[float]:
-        """Return the entries of what is fed as number `fed`, from 0; 0 where there is none."""
+        """Return the entries of the component number `fed`, from 0; zeros if there is none."""
         rows = observation[LAYOUT.slices[group]].reshape(-1, width)
         if not 0 <= fed < len(rows):
             return [0.0] * width

@@ -1,4 +1,4 @@
-"""A learner that imitates does what sets the baselines, and expects what that earns."""
+"""Tests of imitation: learners copy the baseline's actions and expect its score."""
 
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ FLOOR = "MagFold/UnknownFloor-v0"
 
 
 def settings(own: Any = None, **given: Any) -> TrainSettings:
-    """Return those of a short run that imitates."""
+    """Return the settings of a short run with imitation."""
     env = {"id": FLOOR, "actions": "discrete"}
     return tiny(own={"gamma": 0.99, "learning_rate": 0.003, **(own or {})}, env=env, imitate=given)
 

@@ -8,7 +8,7 @@ from agents.evaluation.intervals import difference, estimate, interquartile_mean
 from magfold_env.shapes import mirror
 
 WORDS = [f"L{''.join(rest)}" for rest in product("LSR", repeat=3)]
-"""Words none of which is another's mirror image."""
+"""Words without mirror images of each other."""
 RNG = np.random.default_rng(0)
 
 

@@ -1,4 +1,4 @@
-"""What is mended holds more often, and nothing is known that a tray does not have."""
+"""Tests of plans that rebuild failed chains from their trays, and so hold more often."""
 
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,7 @@ def found(searched: Any) -> tuple[Any, Any]:
 
 
 def play(env: Any, ways: Any, stream: str) -> tuple[Any, list[list[tuple[int, ...]]]]:
-    """Return the ends of episodes of task 0, and the way, the feed and the share borne by step."""
+    """Return results of episodes of task 0, and the direction, feed and pull of each step."""
     episodes = env.make_episodes(env.world, DRAWS)
     plan, took = Mending([ways] * DRAWS), [[] for _ in range(DRAWS)]
 

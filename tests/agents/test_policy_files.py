@@ -1,4 +1,4 @@
-"""Files of policies bring back the same networks, and run no code whatever they hold."""
+"""Tests of policy files: reading restores the networks and never runs code."""
 
 import base64
 import json
@@ -85,7 +85,7 @@ def test_every_memory_comes_back(critic: str, tmp_path: Path) -> None:
 
 
 class Evil:
-    """Writes a file when it is unpickled."""
+    """An object that writes a file when it is unpickled."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -22,7 +22,7 @@ QUICK = ("--env", "fidelity=quasistatic", "--env", "components=3")
 
 
 def each(value: Any, step: int) -> Any:
-    """Return what an array, or each of several, holds of a step."""
+    """Return the entries of a step in an array, or in each of several arrays."""
     if isinstance(value, dict):
         return {key: each(part, step) for key, part in value.items()}
     return value[step]

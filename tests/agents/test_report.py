@@ -1,4 +1,4 @@
-"""Methods, the policies that they name, and what their episodes come to."""
+"""Tests of methods, the policies that they name, and the outcomes of their episodes."""
 
 import math
 from io import StringIO

@@ -1,4 +1,4 @@
-"""The scoreboard says what the files say."""
+"""Tests that the scoreboard shows the contents of the result files."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ RATES = {"random": 0.2, "always forward": 0.4, "open loop": 0.5, "oracle": 0.9}
 def score(
     folder: Path, name: str, successes: int, kind: str = "policy", env_id: str = FLOOR
 ) -> None:
-    """Write a score of ten episodes, so many of which succeed."""
+    """Write a score of ten episodes with a number of successes."""
     ended = [float(k < successes) for k in range(10)]
     run = Run.of(ended, task=(0,) * 10, score=tuple(ended))
     file = {"name": name, "sha256": "ab" * 32}
@@ -29,7 +29,7 @@ def score(
 def admission(
     folder: Path, name: str = "admission-floor.json", rates: dict[str, float] = RATES
 ) -> None:
-    """Write what a rehearsal of the admission could have written."""
+    """Write results of an admission as a rehearsal might write them."""
     rows = {
         name: Row(success=(rate, rate - 0.05, rate + 0.06), score=rate)
         for name, rate in rates.items()

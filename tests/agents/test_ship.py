@@ -1,4 +1,4 @@
-"""Shipped policies are those that were trained, and their cards say what they scored."""
+"""Tests that shipped policies are the trained ones, and that their cards contain their scores."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The policies that come with the project still score what their cards say."""
+"""Tests that the shipped policies still reach the scores on their cards."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ from magfold_env.scoring.track import TASKS
 
 
 def found(view: Any) -> list[Any]:
-    """Return the names of sets and what their cards have of a view."""
+    """Return the names of sets, and the results of a view on their cards."""
     return [
         pytest.param(name, each, id=f"{name}-{each.env.get('randomisation', each.id)}")
         for name in shipped_names()
@@ -29,7 +29,7 @@ MAX_BYTES = 2_000_000
 
 
 def differing(name: str, number: int, results: Results, draws: slice) -> tuple[int, int]:
-    """Return in how many episodes a policy does otherwise than its card says, and of how many."""
+    """Return the numbers of episodes that differ from a policy's card, and of all episodes."""
     env = make_env(EnvSettings.model_validate(results.env))
     policy = trained(load_shipped(name, number))
     ends = np.reshape(
@@ -44,7 +44,7 @@ def differing(name: str, number: int, results: Results, draws: slice) -> tuple[i
 
 
 def differing_in_admission(name: str, results: Results, count: int) -> int:
-    """Return in how many of so many episodes the first policy does otherwise than its card says."""
+    """Return the number of episodes in which the first policy's results differ from its card."""
     row = results.rows[players.TRAINED]
     file = shipped_files(name)[shipped_card(name).numbers(row)[0]]
     saved, track = players.own_policy(str(file)), players.own_track(results.id, TASKS)

@@ -1,4 +1,4 @@
-"""Networks are shown the same in training and wherever they play."""
+"""Tests that networks receive the same observations in training and in play."""
 
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ FLOOR = "MagFold/UnknownFloor-v0"
 
 
 def both(**shown: Any) -> tuple[Any, Any]:
-    """Return the same environments, of two chains, as they are and as networks are shown them."""
+    """Return equal environments of two chains, unchanged and with observations for networks."""
     one, other = (tiny(own=each, envs=2) for each in ({}, shown))
     return make_training_envs(one, 0), make_training_envs(other, 0)
 

@@ -21,7 +21,7 @@ SPEEDS = (4, 6, 3, 5, 4)
 
 
 def other_pattern(pattern: int, in_mirror: bool, exchanged: bool) -> int:
-    """Return the pattern of a mirror image, poles exchanged or not, found face by face."""
+    """Return the pattern of a mirror image, with or without exchanged poles, found face by face."""
     bits = [pattern >> 3 & 1, pattern >> 2 & 1, pattern >> 1 & 1, pattern & 1]
     front_left, back_left, back_right, front_right = bits
     if in_mirror:
@@ -39,7 +39,7 @@ def scene_file(folder: Any, direction: str) -> str:
 
 
 def episode(env: Any, in_mirror: bool, exchanged: bool) -> list[Any]:
-    """Return the observations of an episode, or of the same one in a mirror, poles exchanged."""
+    """Return the observations of an episode, or of its mirror image with exchanged poles."""
     target = mirror(TARGET) if in_mirror else TARGET
     observation, _ = env.reset(seed=0, options={"target": target})
     seen = [observation]

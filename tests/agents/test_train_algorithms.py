@@ -1,4 +1,4 @@
-"""Every learner learns in the environments that it can take."""
+"""Tests that every algorithm trains in the environments that it supports."""
 
 from pathlib import Path
 from typing import Any

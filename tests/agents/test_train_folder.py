@@ -1,4 +1,4 @@
-"""A run begins or goes on only where it belongs, and from what is whole."""
+"""Tests that a run starts or resumes only in its own folder and from undamaged files."""
 
 from pathlib import Path
 

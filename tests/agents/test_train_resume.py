@@ -1,4 +1,4 @@
-"""A run that is killed and taken up again ends as if nothing had happened."""
+"""Tests that a run that was killed and resumed ends like an uninterrupted run."""
 
 import errno
 import itertools

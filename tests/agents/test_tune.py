@@ -1,4 +1,4 @@
-"""A search goes on where it was, breaks off what does badly, and ends in settings to train with."""
+"""Tests of the tuning search: it resumes, prunes poor trials, and writes usable settings."""
 
 import os
 import signal
@@ -35,7 +35,7 @@ SPACE: dict[str, Any] = {
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """Return the file of a search with trials of a second."""
+    """Return the file of a search whose trials take a second."""
     save_settings(tiny(), tmp_path / "base.yaml")
     search = {
         "name": "search", "config": str(tmp_path / "base.yaml"),
@@ -87,7 +87,7 @@ def test_the_same_command_goes_on_and_the_best_settings_train_the_same_policy_ag
 
 
 class Scripted:
-    """Stands for runs whose scores are known: in each, trial k's are those of row k."""
+    """A substitute for training runs, in which trial k has the scores of row k."""
 
     def __init__(self, scores: list[list[float]]) -> None:
         self._rows = iter(scores)

@@ -1,4 +1,4 @@
-"""Commands, tiny runs without dynamics, and what is compared of them."""
+"""Commands and tiny training runs for tests, and comparisons of their results."""
 
 import itertools
 from importlib import import_module
@@ -27,7 +27,7 @@ LEARNERS: dict[str, dict[str, Any]] = {
 def tiny(
     algorithm: str = "ppo", hindsight: bool = False, own: Any = None, **changes: Any
 ) -> TrainSettings:
-    """Return the settings of a run of a second; the learner has some of its `own`."""
+    """Return the settings of a run that takes a second; the learner also has its `own` settings."""
     learner = {"algorithm": algorithm, "hidden": [16], **LEARNERS[algorithm], **(own or {})}
     env: dict[str, Any] = {"fidelity": "quasistatic", "components": 3}
     if algorithm in ("sac", "tqc"):
@@ -43,7 +43,7 @@ def tiny(
 
 
 def call(module: str, *arguments: object, code: int | None = None) -> Any:
-    """Return the result of a command of `agents`, which may have to end with an exit code."""
+    """Return the result of a command of `agents` that must end with the given exit code, if any."""
     app = typer.Typer()
     app.command()(import_module(f"agents.{module}").main)
     result = CliRunner().invoke(app, list(map(str, arguments)))
@@ -52,7 +52,7 @@ def call(module: str, *arguments: object, code: int | None = None) -> Any:
 
 
 class KilledError(BaseException):
-    """Ends a run as a kill does: nobody catches it."""
+    """An error that nothing catches, so that it ends a run like a kill."""
 
 
 def killed(settings: TrainSettings, folder: Path, after: int, resume: bool | None = None) -> None:
@@ -85,7 +85,7 @@ def same_weights(one: Path, other: Path) -> bool:
 def records(folder: Path) -> dict[str, list[tuple[int, float]]]:
     """Return the steps and values of each series in TensorBoard's files, as they were written.
 
-    What depends on the time that things take is left out.
+    Series that depend on running times are omitted.
     """
     series: dict[str, list[tuple[int, float]]] = {}
     for file in sorted(folder.glob("events.out.tfevents.*"), key=_age):
@@ -98,6 +98,6 @@ def records(folder: Path) -> dict[str, list[tuple[int, float]]]:
 
 
 def _age(file: Path) -> tuple[int, int]:
-    """Return the second in which an event file was begun, and its number in its process."""
+    """Return the start time [s] of an event file, and its number within its process."""
     parts = file.name.split(".")
     return int(parts[3]), int(parts[-1])

@@ -1,4 +1,4 @@
-"""Random pairs of casings that the tests of the magnets benchmark share."""
+"""Random pairs of casings for tests of the magnets benchmark."""
 
 import numpy as np
 
@@ -9,13 +9,13 @@ SIDE = 0.0125
 
 
 def alike(seed):
-    """Two components of the default magnets, and where they are."""
+    """Return two components with the default magnets, and their poses."""
     rng = np.random.default_rng(seed)
     return samples.random_scene(rng, 2), samples.random_pair(rng, SIDE)
 
 
 def unequal(seed):
-    """Two components of random magnets, some faces empty, and where they are."""
+    """Return two components with random magnets and some empty faces, and their poses."""
     rng = np.random.default_rng(seed)
     magnets = {
         "remanence": rng.uniform(0.2, 1.4, (2, 4)), "width": rng.uniform(0.003, 0.006, 4),

@@ -1,4 +1,4 @@
-"""The contenders of the scaling benchmark solve the same problem; absent peers are no error."""
+"""Tests that the scaling benchmark's methods agree, and that it works without peers."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""`magfold bench design`: its parts, on few targets."""
+"""Tests of `magfold bench design` on a few targets."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""What measures the dynamics is right itself: scenes, overlaps, mechanics, projections, tables."""
+"""Tests of the measures of dynamics: scenes, overlaps, mechanics, projections, tables."""
 
 import numpy as np
 import pytest

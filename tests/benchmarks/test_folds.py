@@ -1,4 +1,4 @@
-"""Whole folds: which are timed, and that they need no more evaluations than they did."""
+"""Tests of the benchmark of whole folds: its scenes, and a limit on their evaluations."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from magfold_env.fold import FoldStatus
 
 SEEDS = range(4)
 KNOWN = {"free, no friction": 1833, "free, friction 0.35": 2448, "tube, 0.1 m/s": 5104}
-"""Evaluations at the default tolerance, of the folds of these seeds together."""
+"""Total number of evaluations of the folds of these seeds at the default tolerance."""
 
 
 def test_folds_that_are_timed_end_where_the_reference_does(monkeypatch):

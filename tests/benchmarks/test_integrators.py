@@ -1,4 +1,4 @@
-"""The reference integrators: orders of convergence, and agreement with another library."""
+"""Tests of the reference integrators: order of convergence, and agreement with a library."""
 
 import numpy as np
 import pytest

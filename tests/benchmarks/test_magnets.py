@@ -1,4 +1,4 @@
-"""The magnets benchmark: its poses and its errors."""
+"""Tests of the poses and errors of the magnets benchmark."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The exact reference of the magnets benchmark in an external field."""
+"""Tests of the magnets benchmark's exact reference in an external field."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The exact reference of the magnets benchmark, for equal faces and for unequal ones."""
+"""Tests of the magnets benchmark's exact reference, for equal and unequal faces."""
 
 import numpy as np
 import pytest

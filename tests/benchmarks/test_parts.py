@@ -1,4 +1,4 @@
-"""Every part of the benchmarks runs on little, and writes its rows and its diagram."""
+"""Tests that every benchmark runs at a small size and writes its rows and its diagram."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The suite: it keeps what is finished, refuses what is another run's, and reports all of it."""
+"""Tests of the suite: it stores finished parts, rejects those of other runs, and reports all."""
 
 from __future__ import annotations
 

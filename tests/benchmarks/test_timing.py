@@ -1,4 +1,4 @@
-"""The timing helper, on work whose length is known."""
+"""Tests of the timing helper on work of known duration."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from magfold_bench.timing import ratio, take_turns
 
 
 class Clock:
-    """Moves only when work is done, at a speed that changes from round to round."""
+    """A clock that only work advances, at a speed that changes from round to round."""
 
     def __init__(self):
         self.now = 0.0

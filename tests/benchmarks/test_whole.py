@@ -1,4 +1,4 @@
-"""`magfold bench whole`: its scenes, settings and floor, and a small run of both parts."""
+"""Tests of `magfold bench whole`: scenes, settings, floor, and a small run of both parts."""
 
 from __future__ import annotations
 

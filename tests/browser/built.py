@@ -1,4 +1,4 @@
-"""The folder for browsers, built once for every version of the sources, and what runs it."""
+"""The folder for browsers, built once per version of the sources, and a way to run jobs in it."""
 
 import json
 import shutil
@@ -25,14 +25,14 @@ NO_NODE = "needs Node.js: no node is on the PATH" if shutil.which("node") is Non
 
 @cache
 def folder() -> Path:
-    """Return a folder that was built of these sources; skips the test where it cannot be."""
+    """Return a folder that was built from these sources; skip the test if it cannot be built."""
     if MISSING:
         pytest.skip(MISSING)
     return build.kept()
 
 
 def run(job: dict[str, Any], timeout: float = 600.0) -> Any:
-    """Return what a script says of a job, both as JSON."""
+    """Return the result of a script for a job, both as JSON."""
     if NO_NODE:
         pytest.skip(NO_NODE)
     done = subprocess.run(

@@ -1,4 +1,4 @@
-"""Random scenes that a page can hold, and how its script and its kernels are told of them."""
+"""Random scenes that a page supports, and their form for its script and its kernels."""
 
 import math
 from typing import Any
@@ -40,7 +40,7 @@ def random_scene(rng: np.random.Generator, mount: str | None = None, **changes: 
 
 
 def told(scene: mf.Scene) -> dict[str, Any]:
-    """Return the entries of a concrete scene that a page's script takes."""
+    """Return the entries of a concrete scene that a page's script needs."""
     data = scene.model_dump(mode="json")
     names = ("sequence", "mount", "friction", "duration")
     found = {name: data[name] for name in names}
@@ -58,14 +58,14 @@ def told(scene: mf.Scene) -> dict[str, Any]:
 
 
 def couplings_of() -> states.Couplings:
-    """Return room for what components with a page's magnets do to each other on the lattice."""
+    """Return an empty table of the interactions of a page's components on the lattice."""
     standard = memory.standard(2)
     magnets, diagonal = pack(standard).magnets, standard.casing.diagonal
     return states.new_couplings(magnets, diagonal, memory.LENGTHS[-1])
 
 
 def chain_of(scene: mf.Scene, couplings: states.Couplings | None = None) -> memory.Chain:
-    """Return a chain that was made of its settings."""
+    """Return a chain made from its settings."""
     standard = memory.standard(scene.n)
     couplings = couplings or couplings_of()
     chain = memory.chain_of(standard, couplings)

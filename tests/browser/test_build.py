@@ -1,4 +1,4 @@
-"""The folder that a page loads."""
+"""Tests of the folder that a page loads."""
 
 import gzip
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The engine in JavaScript folds as `mf.simulate` does, bit for bit."""
+"""Tests that the engine in JavaScript and `mf.simulate` give identical folds."""
 
 import struct
 from typing import Any
@@ -22,7 +22,7 @@ def bits(value: Any) -> Any:
 
 
 def ended(run: Session | mf.Fold) -> dict[str, Any]:
-    """Return how a run ended, as a page's script does."""
+    """Return the end of a run in the form of a page's script."""
     assert run.status is not None
     found = {
         "status": run.status.value, "word": run.word, "steps": run.steps,

@@ -1,4 +1,4 @@
-"""Episodes in a page are those of the environments, and networks act as policies."""
+"""Tests that a page's episodes and networks equal the package's environments and policies."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ def make(game: str) -> Any:
 
 
 def drawn(env: Any, seed: int, draws: int) -> dict[str, list[float]]:
-    """Return what an episode with this seed draws, in the order in which it does."""
+    """Return the draws of an episode with this seed, in their order."""
     rng = seeding.np_random(seed)[0]
     rng.integers(len(env.world.words))
     numbers = rng.random(draws).tolist()
@@ -35,7 +35,7 @@ def drawn(env: Any, seed: int, draws: int) -> dict[str, list[float]]:
 
 
 def play(env: Any, game: str, seed: int, goal: int, choose: Any) -> dict[str, Any]:
-    """Play an episode, and return all that came of it."""
+    """Play an episode and return all results."""
     chosen = env.targets[goal] if game == "tube_feed" else goal
     options = {"target" if game == "tube_feed" else "task": chosen}
     observation, _ = env.reset(seed=seed, options=options)

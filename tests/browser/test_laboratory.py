@@ -1,4 +1,4 @@
-"""The laboratory in a headless Chromium: what is set by hand folds as `mf.simulate` says."""
+"""Tests of the laboratory in a headless Chromium: its folds are those of `mf.simulate`."""
 
 from collections.abc import Generator
 from pathlib import Path
@@ -42,7 +42,7 @@ def end(page: chromium.Page) -> None:
 
 
 def same_fold(page: chromium.Page, path: Path) -> mf.Fold:
-    """Check that the scene that the page gives to Python ends there in the page's bits."""
+    """Check that Python and the page simulate the page's scene to identical ends."""
     end(page)
     path.write_text(page.value("toYaml(laboratory.scene)"), encoding="utf-8")
     fold = mf.simulate(mf.load_scene(path))

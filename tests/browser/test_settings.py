@@ -1,4 +1,4 @@
-"""Kernels make a chain of its settings, and its table, as packing a scene does, bit for bit."""
+"""Tests that kernels in a page and `pack` make identical arrays from the same settings."""
 
 import math
 from typing import Any
@@ -23,7 +23,7 @@ WALLED = {"obstacles": [{"position": (0.02, 0.05), "size": (0.01, 0.03), "headin
 
 
 def same(made: Any, packed: Any, *, but: tuple[str, ...] = ()) -> None:
-    """Check that two NamedTuples hold the same bytes."""
+    """Check that two NamedTuples contain the same bytes."""
     for name, mine, theirs in zip(made._fields, made, packed, strict=True):
         if name in but:
             continue

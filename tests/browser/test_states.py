@@ -1,4 +1,4 @@
-"""The states that a page ranks are those of the minimiser."""
+"""Tests that a page ranks the same states as the minimiser."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ LETTERS = {1: "L", 0: "S", -1: "R"}
 
 
 def ranked(scene: mf.Scene, at_once: int = 10**9) -> list[tuple[str, float, bool]]:
-    """Return words, energies [J] and whether they are stable as the kernels find them."""
+    """Return words, their energies [J] and whether they are stable, as computed by the kernels."""
     chain = chain_of(scene, COUPLINGS)
     search = chain.search
     while not states.couple(COUPLINGS, scene.n, at_once):

@@ -1,4 +1,4 @@
-"""The `magfold bench` commands: their help, and what they print without a checkout."""
+"""Tests of the `magfold bench` commands: their help, and their errors without a checkout."""
 
 import pytest
 from typer.testing import CliRunner

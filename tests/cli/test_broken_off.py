@@ -1,4 +1,4 @@
-"""Commands that are killed, interrupted or stopped by a full disk, and called again."""
+"""Tests of commands that run again after a kill, an interruption or a full disk."""
 
 import json
 import signal
@@ -28,11 +28,11 @@ COMMANDS = {
     ),
     "stress": (("--cases", "110", "--only", "overlapping"), "state"),
 }
-"""Arguments, and where the records lie."""
+"""Arguments, and the folder of the records."""
 
 
 def result(name: str, out: Path) -> dict[str, Any]:
-    """Return what a command has found, without where, and in which time."""
+    """Return the results of a command, without its path and duration."""
     found = json.loads((out / f"{name}.json").read_text(encoding="utf-8"))
     return {key: value for key, value in found.items() if key not in {"seconds", "machine"}}
 

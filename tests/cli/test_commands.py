@@ -1,4 +1,4 @@
-"""Every command writes what the function of its name returns, and shows it."""
+"""Tests that every command writes and prints the result of the function of the same name."""
 
 import json
 import math
@@ -31,7 +31,7 @@ RELEASE = "--mode backward --speed 0.1 --spread friction=0.3 --seed 2 --out out"
 
 
 class Case(NamedTuple):
-    """A command, what it is to write, and what it is to show of that."""
+    """A command, the files that it must write, and the texts that it must print."""
 
     line: str
     written: list[str]

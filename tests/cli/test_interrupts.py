@@ -1,4 +1,4 @@
-"""Ctrl-C ends commands that simulate what takes minutes, at once."""
+"""Tests that Ctrl-C immediately ends commands that simulate for minutes."""
 
 import os
 import signal
@@ -22,7 +22,7 @@ app()
 LONG = mf.Scene(sequence=("SNNS", "SNNN", "NNSN"), mount="tube", friction=0.2).replace(
     feed={"speed": 1e-6}
 )
-"""Takes minutes: 0.001 mm/s."""
+"""A feed of 0.001 mm/s, which takes minutes."""
 
 
 # Import of what the command needs, in which Ctrl-C arrives.

@@ -1,4 +1,4 @@
-"""`magfold lab`."""
+"""Tests of `magfold lab`."""
 
 import webbrowser
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The `magfold paper` command."""
+"""Tests of the `magfold paper` command."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""`magfold play`: what it opens, and what it refuses."""
+"""Tests of `magfold play`: what it opens, and which arguments it rejects."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What commands refuse: in one line that names the option and what may be, before any work."""
+"""Tests of errors: one line names the option and the allowed values before any work begins."""
 
 import shlex
 import sys

@@ -1,4 +1,4 @@
-"""`magfold scenes`: the shipped scenes, and all keys of a scene."""
+"""Tests of `magfold scenes`: the shipped scenes, and all keys of a scene."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""`magfold score`: what it prints, what it writes, and what it refuses."""
+"""Tests of `magfold score`: what it prints and writes, and which arguments it rejects."""
 
 import json
 from pathlib import Path

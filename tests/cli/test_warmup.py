@@ -1,4 +1,4 @@
-"""`magfold warmup`: what it compiles is all that later uses need."""
+"""Tests that `magfold warmup` compiles everything that later commands need."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Design from a word to magnets and speed: what it promises, refuses, keeps and repeats."""
+"""Tests of `design`: its result, errors, stored state and repeatability."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""Rivals of a target, all sequences at once, annealing, and what holds a target."""
+"""Tests of rivals of a target, exhaustive search, annealing, and sequences that hold a target."""
 
 from collections import Counter
 from itertools import product

@@ -1,4 +1,4 @@
-"""The exact gap design against brute force over all sequences and words."""
+"""Tests of the exact gap design against brute force over all sequences and words."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def scene_for(n: int, model: str) -> Scene:
 
 
 def brute_force(n: int, model: str) -> dict[str, tuple[float, tuple[str, ...]]]:
-    """Return the largest gap and the first sequence that has it for every word."""
+    """Return the largest gap of every word, and the first sequence with this gap."""
     words = reference.words(n)
     form = quadratic_forms(scene_for(n, model), from_words(words))
     numbers = np.arange(16**n)

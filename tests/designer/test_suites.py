@@ -1,4 +1,4 @@
-"""Target suites: the shipped ones keep what they promise, others are checked."""
+"""Tests of target suites: properties of the shipped ones, and checks of others."""
 
 from pathlib import Path
 from typing import Any, get_args

@@ -1,4 +1,4 @@
-"""Races and the cross-entropy method on known probabilities, and releases in haste."""
+"""Tests of races and the cross-entropy method on known probabilities, and of short releases."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -22,7 +22,7 @@ from magfold_env.ensembles.releases import release
 
 
 class Known:
-    """Trials of choices of known probability; every release has a threshold of its own."""
+    """Trials of choices with known probabilities; each release has its own threshold."""
 
     def __init__(self, probability: Callable[[Choice], float], seed: int = 0) -> None:
         self.probability = probability
@@ -85,7 +85,7 @@ GOOD = ("NSSN", "SSNN", "NSNS")
 
 
 def likeness(choice: Choice) -> float:
-    """Return the share of faces as in GOOD, and less for speeds far from 0.1 m/s."""
+    """Return the share of faces that agree with GOOD, reduced for speeds far from 0.1 m/s."""
     pairs = zip("".join(choice.sequence), "".join(GOOD), strict=True)
     alike = np.mean([a == b for a, b in pairs])
     if choice.speed is None:

@@ -1,4 +1,4 @@
-"""Slow and obvious counterparts of the engine, in plain NumPy and independent of its code.
+"""Slow, simple counterparts of the engine in plain NumPy, independent of its code.
 
 Equation 39, exact magnets and overlaps are those of `magfold_bench.laws`.
 """

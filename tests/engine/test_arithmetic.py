@@ -1,4 +1,4 @@
-"""Cholesky's method and elementary functions against the libraries', in more digits."""
+"""Tests of Cholesky's method and elementary functions against libraries with more digits."""
 
 import math
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""Ensembles: the same runs whoever makes them and whenever, and a kill costs seconds."""
+"""Tests of ensembles: equal runs on any workers, and little loss after a kill."""
 
 import shutil
 from pathlib import Path

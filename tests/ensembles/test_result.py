@@ -1,4 +1,4 @@
-"""Ensemble: its probabilities, its columns and its files, for made-up runs."""
+"""Tests of Ensemble: its probabilities, columns and files, for invented runs."""
 
 import csv
 import math

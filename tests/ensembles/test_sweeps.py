@@ -1,4 +1,4 @@
-"""Sweeps: every point is an ensemble of its own, however and whenever it is made."""
+"""Tests of sweeps: each point equals a separate ensemble."""
 
 import csv
 import json

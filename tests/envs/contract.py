@@ -1,4 +1,4 @@
-"""What every environment keeps to, alone and in a vector; each rule fails by an assertion."""
+"""Rules for every environment, single or in a vector; a violation is an AssertionError."""
 
 import copy
 import pickle
@@ -19,7 +19,7 @@ Rule = Callable[[str, dict[str, Any]], None]
 
 
 def play(env: Any, seed: int | None, options: Any = None) -> list[Any]:
-    """Play an episode of random actions; return all that the environment said."""
+    """Play an episode of random actions and return all results."""
     if seed is not None:
         env.action_space.seed(seed)
     said: list[Any] = [env.reset(seed=seed, options=options)]
@@ -41,7 +41,7 @@ def made(env_id: str, options: dict[str, Any]) -> Any:
 
 
 def both_checkers_pass(env_id: str, options: dict[str, Any]) -> None:
-    """Gymnasium and Stable-Baselines3 find nothing wrong."""
+    """The checkers of Gymnasium and Stable-Baselines3 report no error."""
     env = made(env_id, options)
     check_env(env, skip_render_check=True)
     # The core is also tested where Stable-Baselines3 is missing.
@@ -49,7 +49,7 @@ def both_checkers_pass(env_id: str, options: dict[str, Any]) -> None:
 
 
 def equal_seeds_give_equal_episodes(env_id: str, options: dict[str, Any]) -> None:
-    """A seed decides an episode."""
+    """Equal seeds give equal episodes."""
     first, second = (gymnasium.make(env_id, **options) for _ in range(2))
     check_environments_match(first, second, num_steps=15, seed=3)
 
@@ -63,7 +63,7 @@ def steps_leave_later_episodes_alone(env_id: str, options: dict[str, Any]) -> No
 
 
 def pickles_and_deep_copies_go_on_alike(env_id: str, options: dict[str, Any]) -> None:
-    """Copies in the middle of an episode say what the environment says."""
+    """Copies in the middle of an episode give the same results as the environment."""
     env = made(env_id, options)
     env.reset(seed=5)
     env.action_space.seed(5)
@@ -77,7 +77,7 @@ def pickles_and_deep_copies_go_on_alike(env_id: str, options: dict[str, Any]) ->
 
 
 def states_can_be_returned_to(env_id: str, options: dict[str, Any]) -> None:
-    """From any moment an environment, or another one, goes on as it did."""
+    """From any stored state, an environment or another one continues identically."""
     env, other = made(env_id, options), made(env_id, options)
     said: list[Any] = [env.reset(seed=7)]
     env.action_space.seed(7)
@@ -99,7 +99,7 @@ def states_can_be_returned_to(env_id: str, options: dict[str, Any]) -> None:
 
 
 def observations_share_no_memory(env_id: str, options: dict[str, Any]) -> None:
-    """What was observed does not change afterwards."""
+    """Returned observations do not change afterwards."""
     said = play(made(env_id, options), 0)
     kept = copy.deepcopy([each[0] for each in said])
     play(made(env_id, options), 1)
@@ -107,7 +107,7 @@ def observations_share_no_memory(env_id: str, options: dict[str, Any]) -> None:
 
 
 def pictures_show_the_chain(env_id: str, options: dict[str, Any]) -> None:
-    """A picture changes with the chain and only then; the checker passes with pictures too."""
+    """A picture changes only with the chain; the checker passes with pictures too."""
     env = made(env_id, options | {"render_mode": "rgb_array"})
     assert env.metadata["render_modes"] == ["human", "rgb_array", "rgb_array_list", "ansi"]
     assert env.metadata["render_fps"] > 0
@@ -126,7 +126,7 @@ def pictures_show_the_chain(env_id: str, options: dict[str, Any]) -> None:
 
 
 def text_names_the_target_and_every_component(env_id: str, options: dict[str, Any]) -> None:
-    """Each moment can be read."""
+    """The text names the target and every component at every step."""
     env = made(env_id, options | {"render_mode": "ansi"})
     env.action_space.seed(0)
     env.reset(seed=0)
@@ -139,7 +139,7 @@ def text_names_the_target_and_every_component(env_id: str, options: dict[str, An
 
 
 def many_states_can_be_returned_to(env_id: str, options: dict[str, Any]) -> None:
-    """From any moment a vector environment, or another one, goes on as it did."""
+    """From any stored state, a vector environment or another one continues identically."""
     mode = AutoresetMode.SAME_STEP
     both: list[Any] = [
         gymnasium.make_vec(env_id, num_envs=5, autoreset_mode=mode, **options).unwrapped
@@ -167,7 +167,7 @@ def many_states_can_be_returned_to(env_id: str, options: dict[str, Any]) -> None
 
 
 def shapes_by_the_first_potential_alone(env_id: str, shaping: str, options: dict[str, Any]) -> bool:
-    """Whether shaping changes a discounted return by nothing but the potential at the start."""
+    """Shaping changes a discounted return only by the potential at the start."""
     gamma, returns = 0.9, []
     shaped = made(env_id, {"shaping": shaping, "gamma": gamma, **options})
     for env in (shaped, made(env_id, options)):
@@ -187,10 +187,10 @@ SINGLE: tuple[Rule, ...] = (
 
 
 def many_are_as_single_ones(env_id: str, options: dict[str, Any], mode: AutoresetMode) -> None:
-    """A vector environment says what as many single ones say, bit for bit."""
+    """A vector environment and as many single ones give identical results."""
     assert alike(env_id, 3, mode, 9, **options)
 
 
 def name_of(rule: Rule) -> str:
-    """Return what a rule is called in a test's name."""
+    """Return the name of a rule in a test's name."""
     return rule.__name__

@@ -1,4 +1,4 @@
-"""Folds of components from a tray are to bear a pull, and may be tried and mended before."""
+"""Tests of `Anchor`: folds from a tray that bear a pull, after trials and repairs."""
 
 from typing import Any
 
@@ -19,20 +19,20 @@ TASK: dict[str, Any] = {
     "towards": -0.06,
 }  # fmt: skip
 CHAIN = [(1, 3), (0, 0), (2, 2), (5, 1), (3, 3), (4, 2)]
-"""Components and how they lie, component 1 first."""
+"""Components and their orientations, beginning with component 1."""
 FAST, SLOW = 0.6, 0.03
 ROW = np.array([0])
 
 
 def made(**changes: Any) -> Any:
-    """Return an environment of one task in which nothing is drawn, begun."""
+    """Return an environment of one task without random draws, after a reset."""
     env = AnchorEnv(tasks=[TASK | changes], randomisation="none")
     env.reset(seed=0)
     return env
 
 
 def folded(**changes: Any) -> Any:
-    """Return one whose chain is whole and has folded into the target."""
+    """Return an environment whose chain is complete and has folded into the target."""
     env = made(**changes)
     for part, lie in CHAIN if env.task.direction == "forward" else CHAIN[::-1]:
         env.step(env.actions.encode(part, lie, 0.1))

@@ -1,4 +1,4 @@
-"""What holds for every track whose chain is given and whose only action is the feed's speed."""
+"""Tests of every track with a given chain, in which actions choose only the feed speed."""
 
 from typing import Any
 
@@ -30,7 +30,7 @@ def test_episodes_replay_bit_for_bit(make: type[FeedTrackEnv], actions: Any) -> 
 
 @both_tracks
 def test_an_observation_tells_nothing_of_what_is_drawn(make: type[FeedTrackEnv]) -> None:
-    """Before anything is outside, two draws look alike but for the noise of the force."""
+    """Before a component is outside, observations of two draws differ only in the force's noise."""
     env = make()
     first = [env.reset(seed=seed, options={"task": 3})[0] for seed in (0, 1)]
     force = env.layout.slices["force"]

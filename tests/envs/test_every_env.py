@@ -1,4 +1,4 @@
-"""What holds for every environment, alone and in a vector, however its actions are written."""
+"""Tests of every environment, single and in a vector, with every form of actions."""
 
 import sys
 from pathlib import Path
@@ -20,14 +20,14 @@ from tests.envs import contract
 from tests.envs.vectors import alike, kinds_of
 
 MOST_FILES = 8
-"""Files of Python that the step of an environment runs at most."""
+"""Largest number of Python files whose code the step of an environment runs."""
 
 SPACES = contract.SINGLE[:2]
-"""Rules that depend on how actions are written; for the others the default will do."""
+"""Rules that depend on the action space; the others are tested with the default one."""
 
 
 def variants(*kinds: str) -> list[Any]:
-    """Every id with some ways to write its actions, all by default, and its fidelities."""
+    """Return every ID with some of its action spaces (by default all) and its fidelities."""
     found = []
     for env_id in ENTRY_POINTS:
         for kind in kinds or kinds_of(env_id):
@@ -133,7 +133,7 @@ def test_registering_again_changes_nothing() -> None:
 
 @every_id
 def test_libraries_find_out_that_an_option_is_unknown(env_id: str) -> None:
-    """Some try keywords of others' environments, and look for Python's error in these words."""
+    """Some libraries try keywords of other environments and expect the text of Python's error."""
     wanted = "got an unexpected keyword argument 'frameskip'; must be one of scene, "
     for make in (gymnasium.make, gymnasium.make_vec):
         with pytest.raises(TypeError, match=wanted) as caught:
@@ -149,11 +149,11 @@ HORIZONS: dict[str, Any] = {
     "MagFold/Reprogram-v0": 500,
     "MagFold/Lumen-v0": 250,
 }
-"""Numbers of steps by default; the others have a limit of simulated time alone."""
+"""Default numbers of steps; the other environments only limit simulated time."""
 
 
 def limit_of(env: Any) -> int | None:
-    """Return the limit in the spec of an environment or a vector."""
+    """Return the step limit in the spec of an environment or a vector environment."""
     return env.spec.max_episode_steps
 
 

@@ -1,4 +1,4 @@
-"""A chain folds in a chamber that is drawn for every episode, and that nothing shown tells of."""
+"""Tests of `Lumen`: a chain folds in a random chamber that observations do not show."""
 
 from typing import Any
 

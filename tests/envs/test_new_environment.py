@@ -1,7 +1,7 @@
-"""An environment can be added in about a hundred lines, and keeps the contract of all others.
+"""Tests that a new environment needs about a hundred lines to satisfy the common contract.
 
-**Span**: choose the feed speed of each component of a chain whose magnets are drawn, so that its
-ends come to lie near to each other. CONTRIBUTING.md goes through it.
+**Span**: choose the feed speed of each component of a chain with random magnets, so that the ends
+of the chain lie close to each other. CONTRIBUTING.md explains this example.
 """
 
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ from tests.envs import contract
 
 SPAN = "MagFold/Span-v0"
 NEAR = 0.3
-"""Distance of the ends of a chain in a success, over its length."""
+"""Largest distance of a chain's ends in a success, relative to its length."""
 
 
 class SpanOptions(TypedDict, total=False):
@@ -40,7 +40,7 @@ class SpanOptions(TypedDict, total=False):
 
 
 class SpanWorld(World):
-    """What all episodes share."""
+    """The data that all episodes share."""
 
     def __init__(self, **options: Unpack[SpanOptions]) -> None:
         refuse_unknown(options, SpanOptions)
@@ -52,13 +52,13 @@ class SpanWorld(World):
 
 
 class SpanEpisodes(Episodes[NDArray[np.float32]]):
-    """Episodes in which chains of random magnets are fed, one component a step."""
+    """Episodes in which chains with random magnets are fed, one component per step."""
 
     world: SpanWorld
     kept = (*Episodes.kept, "drawn")
 
     def allocate(self) -> None:
-        """Make the arrays that episodes keep."""
+        """Make the arrays that episodes store."""
         super().allocate()
         self.drawn: Ints = np.zeros((self.count, self.n), dtype=np.int64)
         """Patterns of the components, in the order of feed, (m, n)."""
@@ -70,7 +70,7 @@ class SpanEpisodes(Episodes[NDArray[np.float32]]):
             self.drawn[row] = self.rngs[row].integers(len(PATTERNS), size=self.n)
 
     def act(self, rows: Ints, choice: tuple[Floats]) -> None:
-        """Feed the next component of each chain; only how fast counts, not which way."""
+        """Feed the next component of each chain; the direction of the speed is ignored."""
         speeds = np.maximum(np.abs(choice[0]), SLOWEST_LEVEL)
         patterns = self.drawn[rows, self.arrays.fed[rows]][:, None]
         self.chains.feed(rows, patterns, speeds, scaled_speeds(speeds))
@@ -83,7 +83,7 @@ class SpanEpisodes(Episodes[NDArray[np.float32]]):
         return out
 
     def final_infos(self, rows: Ints) -> Columns:
-        """Return the infos that episodes which have terminated have besides."""
+        """Return the infos that only terminated episodes have."""
         angles = self.arrays.angles[rows]
         ends = np.hypot(np.cos(angles).sum(axis=1), np.sin(angles).sum(axis=1)) / self.n
         failed = self.arrays.status[rows] == FAILED
@@ -92,7 +92,7 @@ class SpanEpisodes(Episodes[NDArray[np.float32]]):
 
 
 class SpanEnv(ChainEnv[NDArray[np.float32]]):
-    """One chain."""
+    """An environment with one chain."""
 
     make_episodes = SpanEpisodes
 

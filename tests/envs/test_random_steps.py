@@ -1,4 +1,4 @@
-"""Random actions never leave the spaces, break down or fill the memory."""
+"""Tests that random actions never leave the spaces, break down or fill the memory."""
 
 import gc
 import mmap
@@ -31,7 +31,7 @@ MEMORY = Path("/proc/self/statm")
 
 
 def resident() -> int:
-    """Return the bytes of memory that this process holds; 0 where the system does not tell."""
+    """Return the resident memory of this process [bytes]; 0 if the system does not report it."""
     if not MEMORY.exists():
         return 0
     return int(MEMORY.read_text(encoding="ascii").split()[1]) * mmap.PAGESIZE

@@ -1,4 +1,4 @@
-"""What is wrong is refused with what was given and what is allowed."""
+"""Tests that errors contain the value given and the allowed values."""
 
 from typing import Any
 

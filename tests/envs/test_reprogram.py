@@ -1,4 +1,4 @@
-"""A chain is folded, drawn in and folded again, on a floor that is not known."""
+"""Tests of `Reprogram`: a chain folds, is retracted and folds again, on an unknown floor."""
 
 from typing import Any
 
@@ -24,18 +24,18 @@ from magfold_env.scene import load_scene
 from magfold_env.shapes import word_to_angles
 
 EASIEST = 4
-"""Tasks that are tried: those in which a schedule leads to both words most often."""
+"""Tasks in these tests, in which a schedule most often leads to both words."""
 
 
 def following(*speeds: Speeds) -> Following:
-    """Return what plays schedules of three speeds."""
+    """Return a plan that plays schedules of three speeds."""
     return Following([push_pull_push(load_scene("reprogram"), each) for each in speeds])
 
 
 def rolls(count: int = 24, **options: Any) -> tuple[ChainVectorEnv[Any], list[Any], list[Any]]:
     """Play schedules of three speeds in the easiest tasks.
 
-    Returns the environments, what they said of every step, and their chains as they then were.
+    Returns the environments, the results of every step, and the chains after each step.
     """
     envs = ReprogramVectorEnv(count, autoreset_mode="Disabled", threads=1, **options)
     tasks = [number % EASIEST for number in range(count)]
@@ -103,7 +103,7 @@ def test_the_first_word_lasts_and_then_the_chain_is_drawn_in(played: Any) -> Non
 
 
 def feed(env: ReprogramEnv, plan: Following, steps: int = HORIZON) -> dict[str, Any]:
-    """Feed by a schedule for so many steps at most; return what was told last."""
+    """Feed by a schedule for at most a number of steps; return the last result."""
     info: dict[str, Any] = {}
     for _ in range(steps):
         speed = float(plan(env.episodes, np.array([0]))[0][0])

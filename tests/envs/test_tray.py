@@ -1,4 +1,4 @@
-"""Components are taken from a tray, some of whose magnets are bad, and put back."""
+"""Tests of `Tray`: components, some with bad magnets, are taken from a tray and put back."""
 
 from typing import Any
 

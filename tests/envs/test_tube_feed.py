@@ -1,4 +1,4 @@
-"""Chains whose magnets are chosen, one component at a time or all at once."""
+"""Tests of environments that choose magnets, one component at a time or all at once."""
 
 from pathlib import Path
 from typing import Any

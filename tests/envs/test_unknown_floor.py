@@ -1,4 +1,4 @@
-"""A chain is fed back and forth over a floor that is not known, and only what may be is seen."""
+"""Tests of `UnknownFloor`: a chain is fed back and forth, and hidden physics stays hidden."""
 
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ def scene_of(**changes: Any) -> mf.Scene:
 
 
 def play(env: UnknownFloorEnv, speeds: Any, seed: int = 0, task: int = 0) -> list[Any]:
-    """Feed at some speeds [m/s], the last one until the end; return all that was said."""
+    """Feed at some speeds [m/s], with the last one until the end; return all results."""
     said: list[Any] = [env.reset(seed=seed, options={"task": task})]
     speeds, ended = list(speeds), False
     while not ended:

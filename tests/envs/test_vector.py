@@ -1,4 +1,4 @@
-"""Native vector environments say what as many single ones do, bit for bit."""
+"""Tests that native vector environments and single environments give identical results."""
 
 import os
 import pickle

@@ -1,4 +1,4 @@
-"""Vector environments beside Gymnasium's own, and whether both say the same."""
+"""Vector environments beside Gymnasium's own ones, and a comparison of the two."""
 
 from typing import Any, get_args
 
@@ -11,7 +11,7 @@ from magfold_env.scoring.track import TRAYS
 
 
 def kinds_of(env_id: str) -> tuple[str, ...]:
-    """Return the ways in which actions can be written."""
+    """Return the possible kinds of actions."""
     return get_args(TrayKind if env_id in TRAYS else ActionKind)
 
 
@@ -29,7 +29,7 @@ def pair(env_id: str, count: int, mode: AutoresetMode, **options: Any) -> tuple[
 
 
 def same(one: Any, other: Any) -> bool:
-    """Whether two things that vector environments say are equal, bit for bit, types included."""
+    """Return whether two results of vector environments are identical, including their types."""
     if isinstance(one, dict):
         return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
     if isinstance(one, (list, tuple)):
@@ -41,7 +41,7 @@ def same(one: Any, other: Any) -> bool:
 
 
 def play(env: VectorEnv, steps: int, seed: int = 5) -> list[Any]:
-    """Return all that an environment says to random actions; DISABLED is reset by hand."""
+    """Return all results for random actions; DISABLED environments are reset explicitly."""
     env.action_space.seed(seed)
     said: list[Any] = [env.reset(seed=seed)]
     for _ in range(steps):
@@ -53,7 +53,7 @@ def play(env: VectorEnv, steps: int, seed: int = 5) -> list[Any]:
 
 
 def alike(env_id: str, count: int, mode: AutoresetMode, steps: int, **options: Any) -> bool:
-    """Whether the native environment says what Gymnasium's does."""
+    """Return whether the native environment and Gymnasium's give the same results."""
     native, single = pair(env_id, count, mode, **options)
     assert native.observation_space == single.observation_space
     assert native.action_space == single.action_space

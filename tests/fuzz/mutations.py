@@ -1,4 +1,4 @@
-"""Whole files made a little wrong: some bytes of them, or one value somewhere in them."""
+"""Slightly damaged files, with wrong bytes or with one wrong value."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ VALUES = st.recursive(
 
 @st.composite
 def mutated(draw: st.DrawFn, whole: list[bytes], suffix: str) -> bytes:
-    """Draw a file that is next to one of the whole ones."""
+    """Draw a file that differs slightly from a valid one."""
     content = draw(st.sampled_from(whole))
     if suffix in {".json", ".yaml"} and draw(st.booleans()):
         data = json.loads(content) if suffix == ".json" else yaml.safe_load(content)
@@ -48,7 +48,7 @@ def mutated(draw: st.DrawFn, whole: list[bytes], suffix: str) -> bytes:
 
 @st.composite
 def _with_another_value(draw: st.DrawFn, data: Any) -> Any:
-    """Draw data in which one value, at any depth, is another, or is missing, or has a neighbour."""
+    """Draw data in which one value, at any depth, is changed, removed or joined by another."""
     data = copy.deepcopy(data)
     holder: Any = {"": data}
     key: Any = ""

@@ -1,4 +1,4 @@
-"""Every kind of file that a user can hand in: how it is read, and whole ones to begin with.
+"""All kinds of files that users can supply, with their readers and with valid contents.
 
 A reader may succeed or raise a `ValueError` that names the file. Anything else is a defect.
 """
@@ -47,13 +47,13 @@ class Reader:
     whole: Callable[[], list[bytes]]
     """Contents of files that are read without error."""
     signed: Callable[[bytes], bytes] = lambda content: content
-    """Makes a checksum fit again, so that what lies behind it is reached."""
+    """Corrects the checksum of a changed file, so that reading continues after its check."""
 
 
 def outcome(reader: Reader, content: bytes) -> str:
-    """Read a file; returns what it was told, empty if nothing was wrong.
+    """Read a file; return the error message, or "" if there was no error.
 
-    Raises whatever is no clear error.
+    Raises every exception that is not a clear error.
     """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"given{reader.suffix}"
@@ -90,7 +90,7 @@ words:
 
 
 def _signed(content: bytes) -> bytes:
-    """Sign a file of choices again; it hashes its content without checksum."""
+    """Correct the checksum of a file of choices, which is the hash of its other content."""
     try:
         data = json.loads(content)
         data.pop("checksum", None)
@@ -101,7 +101,7 @@ def _signed(content: bytes) -> bytes:
 
 
 def _read_state(path: Path) -> None:
-    """Read it as the state of an ensemble, which is what uses the records."""
+    """Read a file as the state of an ensemble."""
     state = path.with_name("given")
     state.mkdir()
     path.rename(state / FILE)
@@ -119,7 +119,7 @@ def _states() -> list[bytes]:
 
 
 def _read_record(path: Path) -> None:
-    """Read it as one of the records of an ensemble's state."""
+    """Read a file as one record of an ensemble's state."""
     content = path.read_bytes()
     path.write_bytes(_states()[0])
     with closing(sqlite3.connect(path)) as database, database:
@@ -191,7 +191,7 @@ RESULTS = Results.model_validate(
 
 
 def resigned(content: bytes) -> bytes:
-    """Make the checksum of a policy fit again."""
+    """Correct the checksum of a policy."""
     try:
         start = 8 + int.from_bytes(content[:8], "little")
         header = json.loads(content[8:start])

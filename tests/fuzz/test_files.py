@@ -1,4 +1,4 @@
-"""Files and values that are next to right are read, or refused in words that name them."""
+"""Tests that slightly wrong files and values are read, or cause errors that name them."""
 
 from functools import cache
 from pathlib import Path
@@ -64,7 +64,7 @@ def test_targets_of_any_kind_are_taken_or_refused(value: Any) -> None:
 BOMB = "a0: &a0 [x, x]\n" + "".join(
     f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]\n" for k in range(1, 20)
 )
-"""Lists of nine lists each, twenty deep: 1.1 kB that stands for 10¹⁸ entries."""
+"""Lists of nine lists each, twenty levels deep: 1.1 kB that represent 10¹⁸ entries."""
 
 REFUSED = "line 2, column 10: the alias *a0 is not allowed; must be what it stands for, in full"
 

@@ -1,4 +1,4 @@
-"""Wrong values of every option, key and argument there is: one line names them and what may be."""
+"""Tests of wrong values of all options, keys and arguments: one line names the allowed ones."""
 
 import math
 import re
@@ -21,7 +21,7 @@ from magfold_env.scoring.track import TRACKS
 from tests.command_line import run
 
 NO_NUMBERS = ("x?", "nan", "")
-"""Nor words, modes or files of any kind."""
+"""Texts that are not numbers, words, modes or names of files."""
 
 ARGUMENTS: Mapping[str, list[str]] = {
     **{name: ["paper/sequence-3"] for name in ("fold", "holding", "minimise", "ensemble")},
@@ -29,10 +29,10 @@ ARGUMENTS: Mapping[str, list[str]] = {
     "design": ["LR"],
     "score": ["actions.json", "--env", "MagFold/UnknownFloor-v0"],
 }
-"""What commands need, but for their options."""
+"""Required arguments of commands."""
 
 FREE = {"out", "help", "env", "minutes", "goal", "target"}
-"""Options that take any text, or of which some value above is right or another one is at fault."""
+"""Options for which a value above is allowed, or with which another option causes the error."""
 
 
 def options() -> Iterator[tuple[str, str]]:
@@ -74,7 +74,7 @@ def test_wrong_options_of_commands_are_told(command, option, value, folder, monk
 
 
 def keys(model: type[BaseModel], outer: str = "") -> Iterator[str]:
-    """Yield the dotted keys of a model and of those that it holds."""
+    """Yield the dotted keys of a model and of the models that it contains."""
     for name, field in model.model_fields.items():
         inner = field.annotation
         yield outer + name
@@ -83,7 +83,7 @@ def keys(model: type[BaseModel], outer: str = "") -> Iterator[str]:
 
 
 def nested(key: str, value: object) -> dict[str, Any]:
-    """Return a mapping of mappings in which a dotted key has a value."""
+    """Return nested mappings in which a dotted key has a value."""
     outer, _, inner = key.partition(".")
     return {outer: nested(inner, value) if inner else value}
 
@@ -112,7 +112,7 @@ def test_wrong_values_of_scenes_are_told(key: str, value: object) -> None:
 
 
 FREE_SETTINGS = {"name", "env.scene", "env.targets", "env.tasks", "start"}
-"""That take any text, or say in other words what is wrong with it."""
+"""Keys that accept any text, or whose errors are worded differently."""
 
 
 @pytest.mark.parametrize("key", [key for key in keys(TrainSettings) if key not in FREE_SETTINGS])
@@ -144,7 +144,7 @@ def test_wrong_options_of_environments_are_told(env_id: str, option: str, value:
 SCENE = mf.load_scene("paper/sequence-3")
 NO_WHOLE = ("x?", 1.5, math.nan, math.inf, -(10**6), True, None, [1])
 NO_COUNT = tuple(each for each in NO_WHOLE if each is not None)
-"""Of what may be left out."""
+"""Wrong values for optional arguments, which may be None."""
 NO_POSITIVE = ("x?", 0.0, -1.0, math.nan, math.inf, True, [1.0])
 NO_CHOICE = ("x?", 1, 1.5, ["free"], np.ones(3))
 NO_SCENE = ("paper/sequence-3", None, 5, {"sequence": "NSNS"})
@@ -152,7 +152,7 @@ NO_PATH = (5, 1.5, ["a"])
 NO_FUNCTION = ("x?", 5, [1])
 NO_ANGLES = ("x?", [math.nan] * SCENE.n, [1e300] * SCENE.n, {}, ["0.5", "a"])
 NO_SHAPE = (5.0, [0.0], [[0.0] * (SCENE.n + 1)], None)
-"""Of which the shape is told."""
+"""Values about whose shape the error reports."""
 NO_POINT = ("x?", 5.0, (1.0,), (0.0, math.nan), (True, 0.0), None)
 FILE = "fold.json"
 

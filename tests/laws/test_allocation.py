@@ -1,4 +1,4 @@
-"""The step loop allocates nothing: a call of many steps allocates what a call of none does."""
+"""Tests that the step loop allocates no memory: many steps allocate as much as none."""
 
 import importlib
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ def _counted() -> Iterator[None]:
 
 
 def advance(session: Session, until: float) -> tuple[int, int]:
-    """Integrate; returns the steps taken and the allocations made, by numba and for it."""
+    """Integrate; return the numbers of steps and of allocations, by numba and for it."""
     model, state = session._model, session._state
     steps, before = int(state.counter[ix.STEPS]), rtsys.get_allocation_stats()
     integrator.advance(model, state, session._work, session._chains.frames.record, until, 10**9)
@@ -38,7 +38,7 @@ def advance(session: Session, until: float) -> tuple[int, int]:
 
 
 def prepared(friction: float, mount: str, frame_rate: float | None = None) -> Session:
-    """A session that has nothing to do but to integrate; half of a tube's chain is out."""
+    """Return a session that only has to integrate; in a tube, half of the chain is out."""
     scene = load_scene("paper/sequence-3").replace(friction=friction, mount=mount)
     scene = scene.replace(feed={"speed": 0.1})
     session = Session(scene.draw(np.random.default_rng(1)), frame_rate)

@@ -1,4 +1,4 @@
-"""What cannot go well ends with a status that says so: no endless loop, no silent NaN."""
+"""Tests that breakdowns end with a suitable status, without endless loops or silent NaN."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ TOO_DEEP = 1e-3  # overlap, share of the side
 
 
 def hopeless_scenes() -> dict[str, mf.Scene]:
-    """Return scenes beyond all reason by name."""
+    """Return unreasonable scenes by name."""
     n = 8
     rng = np.random.default_rng(0)
     plain = mf.Scene(sequence=designed_sequence(rng, n)).draw(rng)

@@ -1,4 +1,4 @@
-"""Chains left alone: momenta that stay, films that run backwards, and rest to the last bit."""
+"""Tests of free chains: constant momenta, reversible motion, and exact rest."""
 
 import math
 
@@ -22,19 +22,19 @@ WAIT = 1000.0  # [s]
 LEAST_FRICTION = 0.2
 MANY = range(40)
 MISSED = 500.0
-"""Times what is allowed, where some scenes miss a law; docs/dynamics.md names those laws."""
+"""Factor on the tolerance of laws that some scenes miss; docs/dynamics.md names these laws."""
 
 
 class FreeSession(SteppedSession):
-    """A session whose chain can be left to itself for longer than it needs."""
+    """A session whose chain can continue to move freely after its run has ended."""
 
     def go_on(self):
-        """Forget that the run has ended, and give it its time to settle again."""
+        """Restart an ended run, with the full time to settle."""
         self.status, self.message = None, ""
         self._state.clock[ix.END] = self.time + self.scene.duration
 
     def wait(self, duration):
-        """Go on for a time [s], whatever happened before."""
+        """Continue for a time [s] in any status."""
         self.go_on()
         self._state.clock[ix.END] = math.inf
         self._go_on(keep=-1, until=self.time + duration)
@@ -51,12 +51,12 @@ class FreeSession(SteppedSession):
 
     @property
     def momenta(self):
-        """Linear momentum [kg m/s], and the angular one about the origin [kg m²/s]."""
+        """Linear momentum [kg m/s], and angular momentum about the origin [kg m²/s]."""
         return momenta(self.scene, self.angles, self.rates, self.base, self.base_velocity)
 
     @property
     def own_momenta(self):
-        """As `momenta`, the angular one about the centre of mass."""
+        """Like `momenta`, but with angular momentum about the centre of mass."""
         linear, angular = self.momenta
         masses = self.scene.masses
         places = centres(self.angles[None], self.scene.casing.side, self.base[None])[0]
@@ -80,7 +80,7 @@ def thrown(seed, tolerance, *, contact):
 def momentum_errors(seed, tolerance, *, contact):
     """Return the changes of a thrown chain's linear and angular momentum.
 
-    Relative to its mass times √(2 · energy / mass), and that times its length.
+    Relative to √(2 · energy · mass), and to this number times the chain's length.
     """
     session = thrown(seed, tolerance, contact=contact)
     scene, before = session.scene, session.momenta
@@ -117,9 +117,9 @@ def test_many_chains_keep_their_momenta(tolerance, contact, allowed, missed):
 
 
 def settled(seed, **changes):
-    """Throw a free chain without friction, and let it go on until its time is over.
+    """Throw a free chain without friction, and let it move until its time is over.
 
-    Returns the session, and what its own momenta and its energy were at first.
+    Returns the session, and the initial values of its own momenta and its energy.
     """
     rng = np.random.default_rng(seed)
     session = FreeSession(mf.Scene(friction=0.0, **changes).draw(rng))
@@ -174,9 +174,9 @@ def test_a_component_a_million_times_heavier_is_not_carried_away(heavy):
 
 
 def reversal_error(kind, seed, tolerance):
-    """Return how far a chain whose motion is turned round ends from its start [rad].
+    """Return the distance from the start after a chain's motion was reversed [rad].
 
-    Positions count in lengths of a component. Nothing is in contact and nothing rubs.
+    Positions are in lengths of a component. There is no contact and no friction.
     """
     if kind == "thrown":
         session = thrown(seed, tolerance, contact=False)
@@ -193,7 +193,7 @@ def reversal_error(kind, seed, tolerance):
 
 
 def smooth(kind, seed, tolerance):
-    """Return a chain that swings, or one that magnets bend, for as long as that is smooth."""
+    """Return a chain that swings or is bent by magnets, with a duration of smooth motion."""
     rng = np.random.default_rng([seed, 2])
     n = int(rng.integers(SMALLEST, LARGEST + 1))
     scene = mf.Scene(sequence=random_sequence(rng, n), friction=0.0).draw(rng)
@@ -227,9 +227,9 @@ def test_many_films_run_backwards_end_at_their_start(kind, tolerance):
 
 
 def creep(seed):
-    """Return how far a fold that came to rest moves in a thousand seconds [rad].
+    """Return the distance that a fold at rest moves in a thousand seconds [rad].
 
-    Positions count in lengths of a component. None if the scene never comes to rest.
+    Positions are in lengths of a component. None if the scene never comes to rest.
     """
     scene = random_scene(seed)
     scene = scene.replace(friction=np.maximum(scene.frictions, LEAST_FRICTION))

@@ -1,4 +1,4 @@
-"""Coulomb's law against closed forms; what is stuck stays where it is."""
+"""Tests of Coulomb's law against closed forms, and of sticking without creep."""
 
 import math
 
@@ -25,7 +25,7 @@ def block(**changes) -> Session:
     [(0.1, (0.3, 0.4)), (0.35, (0.3, 0.4)), (2.0, (0.3, 0.4)), ((0.1, 0.4), (0.5, 0.0))],
 )
 def test_a_sliding_block_stops_where_coulomb_says(friction, velocity):
-    """If each casing rubs by its own friction, that of casings in line adds up."""
+    """Each casing has its own friction, and the forces of casings in line add up."""
     session = block(friction=friction)
     session._state.v[2:] = velocity
     session.settle()
@@ -52,7 +52,7 @@ def test_a_pinned_block_stops_spinning_after_the_time_its_torque_takes():
 
 
 def slope(kind, share):
-    """Friction and gravity of a floor whose pull is a share of what friction holds."""
+    """Return friction and gravity of a floor on which gravity is a share of the friction limit."""
     if kind == "pull":
         return 0.35, mf.Gravity(in_plane=(share * 0.35 * 9.8, 0.0))
     normal, along = mf.Spreads(tilt=1.0).tilted(mf.Gravity(), np.array([1.0, 0.25]))

@@ -1,4 +1,4 @@
-"""Limit loads against the slow reference simulation: loads that rise until a fold gives way."""
+"""Tests of limit loads against rising loads in the slow reference simulation."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ def pull_along(found: mf.Holding, k: int) -> FloatArray:
 
 
 def compare(seed: int) -> tuple[float, float]:
-    """Return within which shares of the right loads a fold's joint and the pulled fold give way.
+    """Return the errors of the loads at which a joint and the fold give way, as shares of them.
 
-    A joint, a way and a direction are drawn, among those whose loads are not too large.
+    A joint, a side and a direction are drawn, among those whose loads are not too large.
     """
     rng = np.random.default_rng([seed, 8])
     fold = random_fold(seed)

@@ -1,4 +1,4 @@
-"""What whole folds keep: limits of gaps, joints and energy, the view from the other end, work."""
+"""Tests of whole folds: limits of gaps, joints and energy, the view from the other end, work."""
 
 from functools import partial
 
@@ -22,7 +22,7 @@ OTHER_END = (2, 3, 0, 1)
 
 
 def random_faces(seed):
-    """Return the sequence of six components with any magnets."""
+    """Return a sequence of six components with random magnets."""
     faces = np.random.default_rng(seed).choice(["N", "S"], (6, 4))
     return tuple("".join(row) for row in faces)
 

@@ -1,4 +1,4 @@
-"""The three-link pendulum: energy, order of convergence, and scipy as a second opinion."""
+"""Tests of a three-link pendulum: energy, order of convergence, and agreement with scipy."""
 
 from typing import Any
 
@@ -26,7 +26,7 @@ def swing(tolerance):
 
 
 def drift(tolerance):
-    """Largest change of the energy, relative to its range."""
+    """Return the largest change of the energy, relative to its range."""
     scene, fold = swing(tolerance)
     run: Any = fold.trajectory
     still = np.zeros((len(run.angles), 2))
@@ -63,7 +63,7 @@ def test_it_agrees_with_scipy_on_the_dense_equation():
 
 
 def reference(scene, until):
-    """Headings and rates (6,) at the end, by an eighth-order method of another family."""
+    """Return headings and rates (6,) at the end, by an eighth-order method of another family."""
 
     def slope(_, y):
         return np.concatenate([y[3:], pinned_accelerations(scene, y[:3], y[3:])])
@@ -75,7 +75,7 @@ def reference(scene, until):
 
 
 def fixed_steps(scene, until, count):
-    """Headings and rates (6,) after ``count`` equal steps of the engine's pair."""
+    """Return headings and rates (6,) after ``count`` equal steps of the engine's method."""
     session = Session(scene)
     model = session._model._replace(tolerance=0.01)  # accepts every step
     state, work = new_state(model, np.zeros(3)), new_work(model)

@@ -1,7 +1,7 @@
-"""The engine against the slow reference simulation: whole folds, by words and by trajectories.
+"""Tests of whole folds against the slow reference simulation, by words and by trajectories.
 
-The reference has sharp corners, smoothed friction and springs for stops, so times of snaps differ
-a little and final angles of misfolds by tenths of a degree.
+The reference has sharp corners, smoothed friction and springs for stops. Times of snaps therefore
+differ slightly, and final angles of misfolds differ by tenths of a degree.
 """
 
 import numpy as np

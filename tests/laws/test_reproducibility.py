@@ -1,4 +1,4 @@
-"""One scene gives one fold, bit for bit: on any thread, and in processes of any thread count."""
+"""Tests that a scene gives identical folds on any thread and for any number of threads."""
 
 import hashlib
 from concurrent.futures import ThreadPoolExecutor
@@ -16,7 +16,7 @@ SEEDS = (0, 3, 10, 16, 18, 21)
 
 
 def fingerprint(seed: int) -> str:
-    """Hash of the end of a random scene: every bit of it, and the work it took."""
+    """Return a hash of all bits of a random scene's end, and of the work."""
     fold = simulate(random_scene(seed))
     data = fold.angles.tobytes() + fold.base.tobytes()
     return hashlib.sha256(data + f"{fold.time!r} {fold.steps} {fold.message}".encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""Magnetic energies from positions alone, slow, by the sums over charges of `engine.reference`."""
+"""Slow magnetic energies from positions, by the sums over charges of `engine.reference`."""
 
 from itertools import combinations, product
 
@@ -13,7 +13,7 @@ FACE_NORMALS = np.radians([45.0, 135.0, -135.0, -45.0])
 
 
 def centres_and_headings(word, side):
-    """Centres (n, 2) [m] and headings (n,) of the chain that a word describes."""
+    """Return centres (n, 2) [m] and headings (n,) of the chain that a word describes."""
     headings = np.concatenate([[0.0], np.cumsum([TURN[letter] for letter in word])])
     steps = side * np.sqrt(2) * np.stack([np.cos(headings), np.sin(headings)], axis=1)
     hinges = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
@@ -21,40 +21,40 @@ def centres_and_headings(word, side):
 
 
 def overlaps(word, side):
-    """Whether two centres lie closer than 3 mm (for the paper's casing of 12.5 mm)."""
+    """Return whether two centres are closer than 3 mm (for the paper's casing of 12.5 mm)."""
     centres, _ = centres_and_headings(word, side)
     gaps = [np.hypot(*(a - b)) for a, b in combinations(centres, 2)]
     return min(gaps, default=np.inf) < 0.24 * side
 
 
 def words(n):
-    """Every word of n components that does not overlap, in the order S, L, R."""
+    """Return all words of n components that do not overlap, in the order S, L, R."""
     return [w for w in map("".join, product("SLR", repeat=n - 1)) if not overlaps(w, 1.0)]
 
 
 def count_of(scene):
-    """Number of nodes of a pole face."""
+    """Return the number of nodes of a pole face."""
     return scene.magnets.nodes or (3 if scene.magnets.model == "points" else 16)
 
 
 def nodes_of(scene, word):
-    """Positions, charges and heights of the nodes of each component."""
+    """Return positions, charges and heights of the nodes of each component."""
     places = centres_and_headings(word, scene.casing.side)
     return list(zip(*pole_nodes(*places, scene, count_of(scene)), strict=True))
 
 
 def pole_faces(component):
-    """Return the nodes of each of a component's eight pole faces, the outer ones first."""
+    """Return the nodes of each of a component's eight pole faces, beginning with the outer ones."""
     return list(zip(*(np.split(values, FACES) for values in component), strict=True))
 
 
 def energy(scene, word):
-    """Energy [J] of a word: each pair of components once, pairs inside a component left out."""
+    """Return the energy [J] of a word, with each pair of different components counted once."""
     return sum(pair_energy(a, b, scene) for a, b in combinations(nodes_of(scene, word), 2))
 
 
 def own_energy(scene):
-    """Energy [J] of every pole face alone: every pair of its charges once."""
+    """Return the energies [J] of single pole faces, with each pair of charges counted once."""
     mean = np.zeros(4)
     for f in range(4):
         width, height = (scene.magnets.by_face(name)[f] for name in ("width", "height"))
@@ -71,13 +71,13 @@ def own_energy(scene):
 
 
 def internal_energy(scene):
-    """Energy [J] of the pairs of different pole faces inside each component."""
+    """Return the energies [J] of pairs of different pole faces inside each component."""
     inside = [combinations(pole_faces(each), 2) for each in nodes_of(scene, "S" * (scene.n - 1))]
     return sum(pair_energy(a, b, scene) for pairs in inside for a, b in pairs)
 
 
 def conflicts(sequence, word, side):
-    """Pairs (i, j), 1-based, whose casings touch along a face with equal poles."""
+    """Return pairs (i, j), from 1, whose casings touch along a face with equal poles."""
     centres, headings = centres_and_headings(word, side)
     found = []
     for i, j in combinations(range(len(sequence)), 2):

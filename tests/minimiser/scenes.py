@@ -1,4 +1,4 @@
-"""Scenes and strategies that the energy tests share."""
+"""Scenes and strategies that tests of energies share."""
 
 from hypothesis import strategies as st
 
@@ -26,5 +26,5 @@ def sequences(shortest: int, longest: int) -> st.SearchStrategy[tuple[str, ...]]
 
 
 def scene_of(sequence: tuple[str, ...], model: str) -> Scene:
-    """Return a scene whose quadrature is fixed, so that the reference can repeat it."""
+    """Return a scene with a fixed quadrature, which the reference can repeat."""
     return Scene(sequence=sequence, magnets=(MODELS | STRENGTHS)[model])

@@ -1,4 +1,4 @@
-"""Energies of words against sums over charges, for magnets of every kind, and their symmetries."""
+"""Tests of energies of words against sums over charges, for all kinds of magnets."""
 
 from typing import Any
 
@@ -71,7 +71,7 @@ def test_internal_energy_counts_every_pair_of_charges_once(kind: str) -> None:
 
 
 def image_of(scene: mf.Scene, order: list[int], end: int) -> mf.Scene:
-    """Return a chain read from an end (1 or −1), its casings' faces in another order."""
+    """Return a chain seen from an end (1 or −1), with its casings' faces in another order."""
     assert scene.magnets is not None
     lengths = {name: np.broadcast_to(getattr(scene.magnets, name), 4)[order] for name in SIZES}
     charges = scene.magnets.charges(scene.n)[::end, order]

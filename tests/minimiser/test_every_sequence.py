@@ -1,4 +1,4 @@
-"""Every sequence of a short chain against the energies of each one."""
+"""Tests of all sequences of a short chain against the energies of each one."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Branch and bound against the full search."""
+"""Tests of branch and bound against the full search."""
 
 import numpy as np
 import pytest

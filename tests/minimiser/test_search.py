@@ -1,4 +1,4 @@
-"""Words and the minimiser against brute force over positions, and the paper's three sequences."""
+"""Tests of words and the minimiser against brute force, for the paper's sequences as well."""
 
 from functools import cache
 from typing import Literal

@@ -1,4 +1,4 @@
-"""Numbers as the parts measure them, made up, and what the parts say of them."""
+"""Invented measurements of all parts, and the statements that the parts derive from them."""
 
 from collections.abc import Sequence
 
@@ -26,7 +26,7 @@ FITTING: dict[int, Ends] = {
         "backward": {"LRLLL": 100},
     },
 }
-"""Ends that fit what the paper says, by sequence."""
+"""Outcomes that agree with the paper, by sequence."""
 
 
 def outcomes(claims: Sequence[Claim]) -> list[Outcome]:
@@ -34,7 +34,7 @@ def outcomes(claims: Sequence[Claim]) -> list[Outcome]:
 
 
 def changed(measured: Measured, name: str, where: Row, **change: object) -> Measured:
-    """The same numbers, but for those of one set's rows that have given values."""
+    """Return the same numbers, with changes in one set's rows that have given values."""
     rows: list[Row] = []
     hits = 0
     for row in measured[name]:

@@ -1,4 +1,4 @@
-"""Figures 11 to 16: what is said of errors and times follows from the numbers."""
+"""Tests that statements about Figures 11 to 16 follow from the measured errors and times."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ CASES = (motions.HALF, motions.WHOLE)
 
 
 def steps(own: float = 1e-4) -> Measured:
-    """Errors of first order that end in one word, all alike."""
+    """Return equal first-order errors that end in one word."""
     means: list[Row] = []
     for name in CASES:
         for count in (1, 5, 20):
@@ -124,7 +124,7 @@ def test_figure_15_judges_the_fall_and_what_better_methods_do() -> None:
 
 
 def times(short: float, long: float) -> Measured:
-    """Times that grow with one power of n up to 60 and another one up to 450."""
+    """Return times that grow with one power of n up to 60 and with another one up to 450."""
     rows: list[Row] = []
     for n in (1, 6, 20, 60, 200, 450):
         dense = 60.0**short * (n / 60.0) ** (short if n <= 60 else long)

@@ -1,4 +1,4 @@
-"""Table 1, and Figures 7 and 19: what is said of energies follows from the numbers."""
+"""Tests that statements about Table 1 and Figures 7 and 19 follow from the energies."""
 
 from pathlib import Path
 

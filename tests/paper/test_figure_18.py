@@ -1,4 +1,4 @@
-"""Figure 18: what is said of outcomes follows from their shares; what least movement is."""
+"""Tests of statements about outcomes in Figure 18, and of the least movement to a shape."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Which statements of energies a sequence meets, and what shipped ones are released with."""
+"""Tests of statements about energies, and of the release settings of shipped sequences."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Motions: what is compared, and how the paper's solver nears this project's where it can."""
+"""Tests of compared motions, and of how the paper's solver approaches this project's."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Runs: part by part, kept, resumed; the page they write."""
+"""Tests of runs: their parts, stored results, resumption and page."""
 
 import json
 from collections.abc import Callable
@@ -35,7 +35,7 @@ def part(name: str, measure: Callable[[bool, Progress], Measured]) -> Reproducti
 
 
 class Counted:
-    """Measures a number, and counts how often; fails if asked to."""
+    """A measurement that returns a number, counts its calls, and fails on request."""
 
     def __init__(self, number: int) -> None:
         self.number, self.calls, self.fails = number, 0, False

@@ -1,4 +1,4 @@
-"""What the text says of releases: when a statement holds."""
+"""Tests of when the paper's statements about releases hold."""
 
 import pytest
 

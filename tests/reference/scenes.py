@@ -1,4 +1,4 @@
-"""Scenes for the second simulator: among obstacles, and in feeds that turn back."""
+"""Scenes for the second simulator, with obstacles or with feeds that reverse."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SPEED = 0.1  # [m/s]
 
 
 def chain(rng: np.random.Generator, number: int) -> mf.Scene:
-    """A paper sequence, for every third number, or one designed for a word."""
+    """Return one of the paper's sequences for every third number, else one designed for a word."""
     if number % 3 == 0:
         sequence = mf.load_scene(f"paper/sequence-{rng.integers(1, 4)}").sequence
     else:
@@ -23,7 +23,7 @@ def chain(rng: np.random.Generator, number: int) -> mf.Scene:
 
 
 def among_obstacles(number: int) -> mf.Scene:
-    """Posts, a channel or a chamber, in turn, for chains fed forward, backward and free."""
+    """Return a scene with posts, a channel or a chamber, fed forward, backward or free."""
     rng = np.random.default_rng([number, 0x0B57])
     scene = chain(rng, number // 2)
     n, mount = scene.n, ("forward", "backward", "free")[number // 3 % 3]
@@ -60,7 +60,7 @@ def among_obstacles(number: int) -> mf.Scene:
 
 
 def there_and_back(number: int) -> mf.Scene:
-    """Pushed out some diagonals, pulled back and pushed again; every second has a funnel."""
+    """Return a scene that pushes, pulls and pushes again; every second one has a funnel."""
     rng = np.random.default_rng([number, 0xBAC2])
     scene = chain(rng, number)
     out = rng.uniform(1.5, scene.n - 0.5)  # [diagonals]

@@ -1,11 +1,11 @@
-"""A second, slow simulator: other coordinates of the same physics, and none of the engine's code.
+"""A second, slow simulator of the same physics, with other coordinates and without engine code.
 
-Dense mass matrix; every pole face a fixed row of Gauss nodes; joint stops, squares, obstacles and
-the tube's walls as stiff springs with so much damping that nothing bounces; floor friction smoothed
-below a small speed. One linearly implicit Euler step a time: of first order, but stiffness costs it
-nothing. It has no events, no complementarity problem and no sticking, so it shares no weakness with
-the engine; its overlaps (about 1e-3 of the side) and its creep (below ``SLOW``) are its price. The
-feed may turn back and hold components again, by the rules of docs/tube.md; its drive never slips.
+It has a dense mass matrix. Each pole face is a fixed row of Gauss nodes. Joint stops, squares,
+obstacles and the tube's walls are stiff springs, damped so much that nothing bounces. Friction is
+smoothed at low speeds. Linearly implicit Euler steps are of first order and stable with stiff
+springs. Without events, complementarity and sticking, it shares no weakness with the engine, but
+has overlaps (about 1e-3 of the side) and creep (below ``SLOW``). The feed may turn back and hold
+components again, by the rules of docs/tube.md. Its drive never slips.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ STEP, DWELL, MOVED = 1e-4, 0.06, 3e-5
 
 @dataclass(frozen=True)
 class Run:
-    """How a reference simulation went, in public order."""
+    """The results of a reference simulation, beginning with component 1."""
 
     time: np.ndarray
     angles: np.ndarray
@@ -43,7 +43,7 @@ class Run:
 
 
 def casing_nodes(scene: Scene, nodes: int = NODES) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes of a casing (m, 2) [m] and, for each letter being N, their charges [A m], (4, m)."""
+    """Return nodes of a casing (m, 2) [m] and their charges if each face is N [A·m], (4, m)."""
     magnets = scene.magnets
     assert magnets is not None
     assert magnets.even
@@ -66,7 +66,7 @@ def casing_nodes(scene: Scene, nodes: int = NODES) -> tuple[np.ndarray, np.ndarr
 
 
 def magnets_of(scene: Scene, nodes: int = NODES) -> tuple[np.ndarray, np.ndarray, float]:
-    """Nodes of a casing (m, 2) [m], every component's charges (n, m) [A m], and a height [m]."""
+    """Return nodes of a casing (m, 2) [m], all components' charges (n, m) [A·m], a height [m]."""
     if scene.magnets is None:
         return np.zeros((1, 2)), np.zeros((scene.n, 1)), 1.0
     letters = np.array([[1.0 if c == "N" else -1.0 for c in faces] for faces in scene.sequence])
@@ -75,7 +75,7 @@ def magnets_of(scene: Scene, nodes: int = NODES) -> tuple[np.ndarray, np.ndarray
 
 
 def solids_of(scene: Scene, *, walls: bool = True) -> np.ndarray:
-    """The obstacles and the tube's walls: centres, directions and half their sizes, (k, 6)."""
+    """Return centres, directions and half sizes of obstacles and the tube's walls, (k, 6)."""
     solids = [
         (*each.position, np.cos(each.heading), np.sin(each.heading), *np.divide(each.size, 2.0))
         for each in scene.obstacles
@@ -126,15 +126,15 @@ def simulate(
 
 
 class Loading:
-    """A chain at rest, with `strips` magnets or none, and loads on it that rise slowly.
+    """A chain at rest under slowly rising loads, with `strips` magnets or none.
 
-    Friction is all but sharp here, joints and casings are all but rigid.
+    The friction law is almost exact here, and joints and casings are almost rigid.
 
     Parameters
     ----------
     scene, angles, base
-        The chain, all out of its tube if it has one, and how it lies; it settles to where it does
-        not creep, with its springs pressed: then ``angles`` and ``base`` say where it is.
+        The chain, outside any tube, and its pose. It first settles until its springs balance and
+        it does not creep; ``angles`` and ``base`` are then the settled pose.
     """
 
     def __init__(self, scene: Scene, angles: np.ndarray, base: np.ndarray) -> None:
@@ -148,7 +148,7 @@ class Loading:
     def yields_between(
         self, load: np.ndarray, levels: Sequence[float], held: int = 0
     ) -> tuple[float, float]:
-        """Load the chain more and more; return the levels that it last bore, and that moved it.
+        """Raise a load; return the last level that the chain bore, and the first that moved it.
 
         Level 1 of a load is forces [N] and torques [N m] on the components, shape (n, 3). The
         component of number ``held`` is held as it lies, 0 is none.
@@ -166,7 +166,7 @@ class Loading:
         self, before: float, level: float, load: np.ndarray, held: int = 0,
         grip: float = 1.0, seconds: float = DWELL,
     ) -> None:  # fmt: skip
-        """Come from one level to another, and stay there as long."""
+        """Ramp the load from one level to another, and keep it there for as long."""
         scene, steps = self._scene, round(seconds / STEP)
         if held:
             middle = centres(self.angles, side=scene.casing.side, base=self.base)[held - 1]

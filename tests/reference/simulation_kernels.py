@@ -1,6 +1,6 @@
 """The loops of `tests.reference.simulation`, all in one file.
 
-numba's cache sees no edit in another file of what a kernel calls.
+If kernels call functions in another file, numba's cache does not detect edits of that file.
 """
 
 # They spell out what the engine does in many kernels; numbers go in one by one.
@@ -81,7 +81,7 @@ def _point_row(row, q, n, lo, d, x, y, i, px, py, nx, ny):
 
 @njit(cache=True)
 def _inside(cx, cy, c, s, a, b, px, py):
-    """Depth of a point in a box and the outward normal of its nearest face."""
+    """Return the depth of a point in a box and the outward normal of its nearest face."""
     u = c * (px - cx) + s * (py - cy)
     w = -s * (px - cx) + c * (py - cy)
     du, dw = a - abs(u), b - abs(w)
@@ -96,7 +96,7 @@ def _inside(cx, cy, c, s, a, b, px, py):
 
 @njit(cache=True)
 def _near(cx, cy, c, s, a, b, px, py, reach):
-    """Depth of a point within reach of a box, and the direction from the box's nearest point."""
+    """Return the depth of a point near a box, and the direction from the box's nearest point."""
     u = c * (px - cx) + s * (py - cy)
     w = -s * (px - cx) + c * (py - cy)
     du, dw = u - min(max(u, -a), a), w - min(max(w, -b), b)
@@ -108,7 +108,7 @@ def _near(cx, cy, c, s, a, b, px, py, reach):
 
 @njit(cache=True)
 def _rows(q, n, lo, d, side, x, y, solids, shrink, radius, rows, depth, kind):
-    """Rows of everything that touches; returns their number.
+    """Write the rows of all contacts; return their number.
 
     Squares are by the share ``shrink`` smaller, and their corners are rounded where they meet
     each other. Free ones meet the rectangles that stand, ``solids`` (k, 6): the centre, the

@@ -1,10 +1,10 @@
-"""Pole faces down to contact, slowly: the closed field of one, over a fine mesh of the other.
+"""Slow forces of pole faces down to contact: one face's exact field, summed over the other face.
 
 A fixed magnet is two more pole faces.
 
-A rectangle's field and potential are closed (`laws.exact_magnets`); unlike the engine, which has
-one width and both heights closed, both of the other's sides are summed, with double-exponential
-nodes between all places where the field is singular. Behind a face it is the limit from outside.
+The field and potential of a rectangle have closed forms (`laws.exact_magnets`). Unlike the engine,
+this module sums along both sides of the other face, with double-exponential nodes between all
+places where the field is singular. Behind a face, the field is the limit from outside.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ SPACING, REACH = 0.15, 3.4  # of double-exponential nodes
 
 
 def double_exponential():
-    """Nodes on (0, 1) and weights that are exact for functions with logarithms at the ends."""
+    """Return nodes on (0, 1) and weights for functions with logarithms at the ends."""
     u = np.arange(-REACH, REACH + SPACING / 2.0, SPACING)
     x = 1.0 / (1.0 + np.exp(-np.pi * np.sinh(u)))
     weight = np.cosh(u) / np.cosh(np.pi / 2.0 * np.sinh(u)) ** 2
@@ -23,7 +23,7 @@ def double_exponential():
 
 
 def between(cuts):
-    """Nodes and weights from the first of some sorted places (m,) to the last, cut at all."""
+    """Return nodes and weights for an interval that is split at sorted places (m,)."""
     x, weight = double_exponential()
     length = np.diff(cuts)[:, None]
     return (cuts[:-1, None] + length * x).ravel(), (length * weight).ravel()
@@ -57,7 +57,7 @@ def face_pair(offset, turn, size, source):
 
 
 def flush_force(scene):
-    """Force [N] between the hardest pulling of opposite flush faces: the unit of errors."""
+    """Return the largest force [N] between flush opposite faces, which is the unit of errors."""
     found = []
     for face, inset in enumerate(scene.magnets.by_face("inset")):
         size = [scene.magnets.by_face(name)[face] for name in ("width", "height")]
@@ -96,7 +96,7 @@ def pair(scene, places, headings):
 
 
 def between_bodies(faces, one, other, place):
-    """Sum over the faces of two bodies; the torque is about a place (2,)."""
+    """Return the sum over the faces of two bodies; the torque is about a place (2,)."""
     energy, force, torque = 0.0, np.zeros(2), 0.0
     for a in one:
         for b in other:
@@ -133,7 +133,7 @@ def faces_of_fixed(magnet):
 
 
 def in_field(scene, places, headings):
-    """Forces (n, 2) [N] on casings in the scene's field and torques (n,) about their centres [N·m].
+    """Return forces (n, 2) [N] and torques (n,) [N·m] of the scene's field on casings.
 
     An even field pulls a magnet's two poles equally, and so only turns it.
     """

@@ -1,4 +1,4 @@
-"""Assembly sheets: what stands on them, where, and the files."""
+"""Tests of assembly sheets: their contents, layout and files."""
 
 from pathlib import Path
 from typing import Any

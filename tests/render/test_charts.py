@@ -1,4 +1,4 @@
-"""Charts of ensembles and sweeps, and pictures of what a fold withstands."""
+"""Tests of charts of ensembles and sweeps, and of pictures of limit loads."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ SCENE = mf.Scene(sequence=("NSNS",) * 4)
 
 
 def swept(over: dict[str, tuple[float, ...]], *words: str) -> mf.Sweep:
-    """At point k the word k occurs twice, all others once."""
+    """Return a sweep in which word k occurs twice at point k, and all others once."""
     ensembles: list[mf.Ensemble] = []
     for k, scene in enumerate(scenes(SCENE, over)):
         runs: list[Run] = []

@@ -1,4 +1,4 @@
-"""Pictures and animations of folds: what the files are."""
+"""Tests of the files of pictures and animations of folds."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Frames: what is drawn, where, and which faces touch."""
+"""Tests of frames: their contents and layout, and contacts between faces."""
 
 import numpy as np
 import pytest

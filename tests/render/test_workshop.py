@@ -1,4 +1,4 @@
-"""Sheets to cut by: SVG and DXF, true to size in millimetres."""
+"""Tests of workshop drawings: SVG and DXF, true to size in millimetres."""
 
 import sys
 from collections.abc import Callable

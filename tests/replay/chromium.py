@@ -1,4 +1,4 @@
-"""A headless Chromium driven over a pipe: the DevTools protocol, without any further package."""
+"""A headless Chromium, controlled over a pipe by the DevTools protocol, without other packages."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ os.execv(sys.argv[3], sys.argv[3:])"
 
 
 def found() -> str | None:
-    """Return the path of a Chromium, if this machine has one."""
+    """Return the path of a Chromium, or None if this machine has none."""
     paths = (shutil.which(name) for name in NAMES)
     return next((path for path in paths if path), None)
 
 
 class Page:
-    """One tab; what it says and asks for is kept."""
+    """A browser tab that stores its events."""
 
     def __init__(self, commands: int, answers: int) -> None:
         self._commands, self._answers = commands, answers
@@ -67,13 +67,13 @@ class Page:
             self._events.append(answer)
 
     def open(self, path: Path) -> None:
-        """Load a file and wait until it stands."""
+        """Load a file and wait until it is complete."""
         self._events.clear()
         self.call("Page.navigate", url=path.as_uri())
         self.until("document.readyState === 'complete' && document.title !== ''")
 
     def value(self, expression: str) -> Any:
-        """Return what an expression is in the page."""
+        """Return the value of an expression in the page."""
         answer = self.call("Runtime.evaluate", expression=expression, returnByValue=True)
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
@@ -86,7 +86,7 @@ class Page:
             time.sleep(0.02)
 
     def complaints(self) -> list[str]:
-        """Return what was thrown or logged as an error or a warning since the page was opened."""
+        """Return all errors and warnings of the page since it was opened."""
         self.value("0")  # whatever was said before is read with the answer
         thrown = [e for e in self._events if e["method"] == "Runtime.exceptionThrown"]
         logged = [e["params"]["entry"] for e in self._events if e["method"] == "Log.entryAdded"]
@@ -95,7 +95,7 @@ class Page:
         return [json.dumps(entry) for entry in (*thrown, *wrong, *said)]
 
     def requests(self) -> list[str]:
-        """Return the addresses asked for since the page was opened, those in the page left out."""
+        """Return the addresses requested since the page was opened, except data in the page."""
         self.value("0")
         asked = [e["params"] for e in self._events if e["method"] == "Network.requestWillBeSent"]
         addresses = [params["request"]["url"] for params in asked]
@@ -132,7 +132,7 @@ class Page:
 
 @contextlib.contextmanager
 def page(profile: Path) -> Generator[Page]:
-    """Start a Chromium with an empty profile and offer a tab."""
+    """Start a Chromium with an empty profile and yield a tab."""
     path = found()
     if path is None:
         pytest.skip(f"needs a Chromium or Chrome: none of {', '.join(NAMES)} is on the PATH")

@@ -1,4 +1,4 @@
-"""The replay page in a browser: it plays, and shows the fold that it was made of."""
+"""Tests of the replay page in a browser: it plays and shows its fold."""
 
 from pathlib import Path
 
@@ -34,7 +34,7 @@ def _seek(page: chromium.Page, frame: int) -> None:
 
 
 def _drawn(page: chromium.Page) -> np.ndarray:
-    """Centres [mm] and headings [°] of the casings as they are drawn, y upwards."""
+    """Return centres [mm] and headings [°] of the drawn casings, with y upwards."""
     numbers = (text.replace("translate(", "").split(") rotate(") for text in page.value(PLACES))
     rows = [[*map(float, place.split()), float(turn.rstrip(")"))] for place, turn in numbers]
     return np.array(rows) * [1.0, -1.0, -1.0]

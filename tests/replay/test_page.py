@@ -1,4 +1,4 @@
-"""The replay page as a file: what it holds, and that it is whole by itself."""
+"""Tests of the replay page as a file: its contents, and that it needs no other file."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""What notebooks show of scenes and results."""
+"""Tests of the display of scenes and results in notebooks."""
 
 import re
 import subprocess
@@ -20,7 +20,7 @@ _SVG = "{http://www.w3.org/2000/svg}"
 
 
 def pictures(html: str) -> list[ElementTree.Element]:
-    """Return the pictures within HTML."""
+    """Return the pictures in an HTML text."""
     return [ElementTree.fromstring(each) for each in re.findall(r"<svg.*?</svg>", html, re.DOTALL)]
 
 

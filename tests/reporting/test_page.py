@@ -1,4 +1,4 @@
-"""Pages of reports, and the intervals and diagrams on them."""
+"""Tests of pages of reports, and of their intervals and diagrams."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Scenes: what is said about what is not allowed."""
+"""Tests of error messages for scenes."""
 
 from typing import Any
 

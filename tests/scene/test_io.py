@@ -1,4 +1,4 @@
-"""Scenes as files, and the scenes that are shipped."""
+"""Tests of scene files, and of the shipped scenes."""
 
 import time
 from pathlib import Path

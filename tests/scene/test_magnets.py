@@ -1,4 +1,4 @@
-"""Magnets, fixed magnets and fields of a scene."""
+"""Tests of magnets, fixed magnets and fields of a scene."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""What does not move, where it may stand, and the narrowest strip around a chain."""
+"""Tests of obstacles, of their allowed places, and of the narrowest strip around a chain."""
 
 import math
 
@@ -18,7 +18,7 @@ sizes = st.floats(1e-3, 0.05)
 
 
 def points_of(each: mf.Rectangle, count: int = 41) -> FloatArray:
-    """Points all over a rectangle, (count², 2), its edges among them."""
+    """Return points that fill a rectangle, (count², 2), including its edges."""
     share = np.linspace(-0.5, 0.5, count)
     x, y = (grid.ravel() for grid in np.meshgrid(each.size[0] * share, each.size[1] * share))
     place = (x + 1j * y) * np.exp(1j * each.heading)

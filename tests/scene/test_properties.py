@@ -1,4 +1,4 @@
-"""Properties that hold for every scene."""
+"""Tests of properties that hold for every scene."""
 
 import tempfile
 from pathlib import Path
@@ -21,7 +21,7 @@ def _each(number: st.SearchStrategy[float], n: int) -> st.SearchStrategy[Any]:
 
 @st.composite
 def magnets(draw: st.DrawFn, n: int) -> dict[str, Any]:
-    """Draw magnets of all ways to say how strong and how large they are; none overlap."""
+    """Draw magnets with all forms of strengths and sizes, without overlaps."""
 
     def faces(number: st.SearchStrategy[float]) -> st.SearchStrategy[Any]:
         return number | st.lists(number, min_size=4, max_size=4)

@@ -1,4 +1,4 @@
-"""Scenes: frozen values, changed copies and the draw."""
+"""Tests of scenes: immutability, changed copies and draws."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Networks without torch act as Stable-Baselines3's do."""
+"""Tests that networks without torch act like those of Stable-Baselines3."""
 
 from pathlib import Path
 from typing import Any
@@ -43,7 +43,7 @@ def untrained(path: Path, **changes: Any) -> PolicySettings:
 
 
 def same(path: Path, space: Any) -> None:
-    """Assert that both choose the same for random observations."""
+    """Assert that both policies choose the same actions for random observations."""
     rng = np.random.default_rng(0)
     actor, policy = Actor.read(path), policy_files.load(path).policy
     assert actor.observation_space == space

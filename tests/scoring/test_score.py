@@ -1,4 +1,4 @@
-"""What is handed in plays the environment as it is, and its result is a file that says how."""
+"""Tests of submissions, which play the unchanged environment, and of the files of their results."""
 
 import json
 import math
@@ -42,7 +42,7 @@ def test_a_policy_plays_the_environment_of_its_actions(env_id: str, kind: str, s
 
 
 def played_alone(path: Path, env_id: str, seed: int, count: int) -> tuple[list[Any], list[Any]]:
-    """Return how episodes of a single environment end, and the actions that led there."""
+    """Return the results of episodes of a single environment, and their actions."""
     actor, track = Actor.read(path), track_of(env_id, seed)
     env = track.env_of(actor.action_space)
     ends: list[Any] = []
@@ -63,7 +63,7 @@ def played_alone(path: Path, env_id: str, seed: int, count: int) -> tuple[list[A
 
 
 def ended(found: Results, kind: str) -> list[Any]:
-    """Return how the episodes of a score of some kind ended."""
+    """Return the results of the episodes of a score."""
     ((name, row),) = found.rows.items()
     assert (name, row.kind) == ("mine", kind)
     (run,) = row.runs

@@ -1,4 +1,4 @@
-"""What moves a chain and what it loses, each summed on its own, make up its energy."""
+"""Tests that a chain's work and losses, summed separately, add up to its energy."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -18,7 +18,7 @@ RATE = 20000.0  # frames a second [1/s]: friction is summed over them
 
 
 def pushed_and_pulled(seed: int, times: int, **changes: Any) -> mf.Scene:
-    """A chain that folds, in a tube that pushes it out and pulls it back so many times."""
+    """Return a scene in which a tube pushes a folding chain out and pulls it back repeatedly."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(3, 7))
     legs = [[goal, 0.1] for _ in range(times) for goal in (n - 0.8, rng.uniform(0.0, 0.8) * n)]
@@ -28,7 +28,7 @@ def pushed_and_pulled(seed: int, times: int, **changes: Any) -> mf.Scene:
 
 
 def rubbed_away(scene: mf.Scene, motion: mf.Trajectory) -> float:
-    """Work that friction took from a recorded motion [J], by Coulomb's law on the ellipsoid."""
+    """Return the work of friction on a recorded motion [J], by Coulomb's law on the ellipsoid."""
     lever = scene.casing.diagonal * motion.rates
     turning = np.stack([-lever * np.sin(motion.angles), lever * np.cos(motion.angles)], axis=-1)
     velocity = motion.base_velocity[:, None] + np.cumsum(turning, axis=1) - turning / 2.0
@@ -39,7 +39,7 @@ def rubbed_away(scene: mf.Scene, motion: mf.Trajectory) -> float:
 
 
 def total_of(session: Session) -> float:
-    """Energy of a chain, in-plane gravity's included [J]."""
+    """Return the energy of a chain, including that of in-plane gravity [J]."""
     seen = session.angles[None], session.rates[None], session.base_velocity[None]
     kinetic = mechanics.kinetic_energy(session.scene, *seen)
     weight = mechanics.weight_energy(session.scene, seen[0], session.base[None])
@@ -47,7 +47,7 @@ def total_of(session: Session) -> float:
 
 
 def imbalance(scene: mf.Scene, pushes: Sequence[tuple[float, float]] = ()) -> tuple[float, Session]:
-    """Return what is left unexplained, as a share of the energy that was turned over.
+    """Return the unexplained energy, as a share of the converted energy.
 
     ``pushes`` are speeds [m/s] and times [s] of a feed by hand, before the chain settles.
     """
@@ -78,7 +78,7 @@ def test_push_and_pull_balance(loading: str, friction: float) -> None:
 
 
 def balance_of_pushes(seed: int) -> float:
-    """Return what is left unexplained of a random chain that is pushed and pulled by hand."""
+    """Return the unexplained energy of a random chain that is pushed and pulled by hand."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(2, 10))
     poles = tuple("".join(rng.choice(list("NS"), 4)) for _ in range(n))
@@ -115,7 +115,7 @@ def test_bumped_chains_balance(mount: str, friction: float) -> None:
 
 
 def impulses(motion: mf.Trajectory) -> FloatArray:
-    """Impulse of the feed from frame to frame [N·s]."""
+    """Return the impulse of the feed between successive frames [N·s]."""
     return motion.push * np.diff(motion.time, prepend=motion.time[0] - 1.0 / RATE)
 
 

@@ -1,4 +1,4 @@
-"""`simulate_batch`: the same folds as one by one, on any number of threads."""
+"""Tests that `simulate_batch` and single simulations agree on any number of threads."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What lies under batches: copies side by side, threads that share work, banded equations."""
+"""Tests of the base of batches: array copies, shared threads, banded equations."""
 
 import os
 import threading
@@ -105,9 +105,9 @@ PATIENCE = 600.0  # [s] waited out only where a thread never comes
 
 
 def worker(pieces: int, together: int = 1):
-    """Return work that takes pieces from a counter, and who has done them.
+    """Return a job that takes pieces from a counter, and the threads that did the pieces.
 
-    Nobody goes on from a first piece before so many threads have one.
+    No thread continues after its first piece before ``together`` threads have one.
     """
     counter, doers, all_there = count(), [], threading.Barrier(together, timeout=PATIENCE)
 

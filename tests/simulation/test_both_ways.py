@@ -1,4 +1,4 @@
-"""A feed that turns back: what it draws in, holds again and lets go again."""
+"""Tests of a feed that reverses and draws in, holds and releases components again."""
 
 from typing import Any
 
@@ -14,13 +14,13 @@ DIAGONAL = mf.Casing().diagonal
 
 
 def tube(n: int, seed: int = 0, **changes: Any) -> mf.Scene:
-    """A drawn chain without magnets in a tube."""
+    """Return a scene of a drawn chain without magnets in a tube."""
     scene = mf.Scene(sequence=("NSNS",) * n, magnets=None, start_angle_spread=0.1)
     return scene.replace(mount="tube", **changes).draw(np.random.default_rng(seed))
 
 
 def there_and_back(n: int, rng: np.random.Generator) -> mf.Scene:
-    """All but the last component pushed out and pulled in again."""
+    """Return a scene that pushes all components except the last out and pulls them in again."""
     speed = float(np.exp(rng.uniform(np.log(0.01), np.log(0.3))))
     return tube(
         n,
@@ -35,7 +35,7 @@ def there_and_back(n: int, rng: np.random.Generator) -> mf.Scene:
 
 
 def comes_back_in_line(seed: int) -> bool:
-    """Check that one such chain comes back into the bore; whether it is straight then, too."""
+    """Check that such a chain returns into the bore; return whether it is straight."""
     rng = np.random.default_rng(seed)
     scene = there_and_back(int(rng.integers(2, 13)), rng)
     session = Session(scene)
@@ -125,7 +125,7 @@ def test_a_drive_slips_where_it_takes_too_much_and_jams() -> None:
 
 
 def test_the_stop_bears_what_the_drive_cannot() -> None:
-    """In-plane gravity pulls inward more than the drive bears: it falls back, and no farther."""
+    """If gravity pulls inward more strongly than the drive, the feed returns to its stop."""
     scene = tube(5, friction=0.0, feed={"force_limit": 0.05}, gravity={"in_plane": [-20.0, 0.0]})
     session = Session(scene)
     session.feed_one()

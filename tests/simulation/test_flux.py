@@ -1,4 +1,4 @@
-"""The flux density around a chain: exact references, and the laws of Maxwell and Newton."""
+"""Tests of the flux density around a chain against exact references and physical laws."""
 
 import numpy as np
 import pytest
@@ -127,7 +127,7 @@ def test_a_chain_without_magnets_has_no_field() -> None:
 
 
 def test_steel_pulls_like_a_mirror_image() -> None:
-    """The stress of the field on a mirror is the force between two magnets, twice as far apart."""
+    """The force on a mirror equals that between two magnets at twice the distance."""
     pair = mf.Scene(sequence=("N---", "-S--"), casing=mf.Casing(side=0.016))
     gap = 0.003
     pair = pair.replace(magnets={"inset": gap / 2})

@@ -1,4 +1,4 @@
-"""Energies along recorded folds: against the session's own, and against laws."""
+"""Tests of energies along recorded folds, against the session's values and physical laws."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def _scene(**changes: object) -> mf.Scene:
 
 
 def _steps(scene: mf.Scene) -> tuple[mf.Trajectory, np.ndarray]:
-    """Some states of a run, and their magnetic energies."""
+    """Return some states of a run, and their magnetic energies."""
     rows: list[tuple[object, ...]] = []
 
     def look(s: Session) -> None:

@@ -1,4 +1,4 @@
-"""What a chain meets: obstacles that are not entered, and bumps that move it."""
+"""Tests of obstacles, which chains do not enter, and of bumps, which move chains."""
 
 import math
 from typing import Any
@@ -102,7 +102,7 @@ def test_a_funnel_leads_a_chain_back_into_its_tube(direction: str) -> None:
 
 
 def train(rate: float, seed: int, count: int) -> tuple[list[float], list[float]]:
-    """Times [s] and directions [rad] of the first bumps, by Park and Miller's numbers."""
+    """Return times [s] and directions [rad] of the first bumps, by Park and Miller's generator."""
     number, unit = seed, []
     for _ in range(2 * count):
         number = 48271 * number % (2**31 - 1)

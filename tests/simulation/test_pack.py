@@ -1,4 +1,4 @@
-"""Scenes turned into arrays; typical rates are those of pendulums the strongest force drives."""
+"""Tests of the arrays made from scenes, and of their typical rates."""
 
 import math
 
@@ -17,7 +17,7 @@ faces = st.text("NS", min_size=4, max_size=4)
 
 
 def faces_of(count):
-    """Which charge each node of a casing has, `count` nodes a pole face."""
+    """Return the index of each node's charge, with `count` nodes per pole face."""
     return np.repeat(np.tile(np.arange(4), 2), count)
 
 

@@ -1,4 +1,4 @@
-"""What the feed pushes with: against drag alone, at its largest, and at its limit."""
+"""Tests of the feed's push: against drag, at its peak, and at its limit."""
 
 from typing import Any
 
@@ -38,7 +38,7 @@ def test_the_peak_is_the_largest_mean_over_whole_milliseconds(seed: int, directi
 
 
 def there_and_back(seed: int, limit: float | None) -> mf.Scene:
-    """A chain that is pulled back from far outside, where it often wedges in the mouth."""
+    """Return a scene that pulls a chain back from far outside; it often jams in the mouth."""
     legs = {"advance": ((4.2, 0.05), (1.0, 0.05))}
     feed = {"force_limit": limit, "speed": 0.05, "schedule": legs}
     scene = mf.load_scene("paper/sequence-3").replace(mount="tube", friction=0.3, feed=feed)

@@ -1,4 +1,4 @@
-"""The nodes of pole faces far from each other keep the error bound; near ones may be graded."""
+"""Tests that the nodes of far pole faces keep the error bound; near ones may be graded."""
 
 import numpy as np
 import pytest

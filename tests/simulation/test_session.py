@@ -1,4 +1,4 @@
-"""Session: how a chain starts, is fed step by step, and ends."""
+"""Tests of Session: how a chain starts, is fed step by step, and ends."""
 
 import contextlib
 import math
@@ -156,12 +156,12 @@ SEQUENCE = ("NSNN", "NSSN", "SNSS", "SSNN")
 
 
 def tube(**changes: Any) -> mf.Scene:
-    """A chain in a tube."""
+    """Return a scene of a chain in a tube."""
     return mf.Scene(sequence=SEQUENCE).replace(mount="tube", **changes)
 
 
 def hinges(session: Session) -> np.ndarray:
-    """Distances of the hinges from the axis [m], component 1's outer one first."""
+    """Return distances of the hinges from the axis [m], beginning with component 1's outer one."""
     rises = session.scene.casing.diagonal * np.sin(session.angles)
     return session.base[1] + np.concatenate([[0.0], np.cumsum(rises)])
 

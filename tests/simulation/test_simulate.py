@@ -1,4 +1,4 @@
-"""`simulate`: where the paper's sequences settle, repeatability, recording."""
+"""Tests of `simulate`: folds of the paper's sequences, repeatability, recording."""
 
 from collections import Counter
 from typing import Any

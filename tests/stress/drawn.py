@@ -1,4 +1,4 @@
-"""Scenes whose numbers hypothesis draws, so that it can shrink those that break a law."""
+"""Random scenes whose numbers hypothesis draws, so that it can shrink failing examples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Campaigns: which cases are tried, what is kept of them, and what a kill leaves."""
+"""Tests of campaigns: their cases, their stored results, and their files after a kill."""
 
 import json
 import sqlite3
@@ -23,7 +23,7 @@ BROKEN = "overlapping-0-3"
 
 @pytest.fixture
 def _checked_quickly(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Check by name alone: one case breaks a law."""
+    """Check a case by its name; one case violates a law."""
 
     def verdict(case: Case) -> Verdict:
         found = Verdict(status="folded")

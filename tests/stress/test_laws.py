@@ -1,4 +1,4 @@
-"""The laws find what is wrong: each with a fold in which it is."""
+"""Tests that each law detects a fold that violates it."""
 
 import math
 from dataclasses import replace
@@ -37,7 +37,7 @@ def limits(motion: Motion) -> set[str]:
 
 
 def inside(motion: Motion) -> set[str]:
-    """Return the laws that the states of a motion break."""
+    """Return the laws that the states of a motion violate."""
     judge, verdict = Judge(motion.scene), Verdict()
     moving = motion.rates, motion.base, motion.base_velocity
     judge.look(States(motion.angles, *moving, motion.released))

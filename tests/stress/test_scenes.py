@@ -1,4 +1,4 @@
-"""Kinds of scenes hold what their names say; hypothesis draws some, and all keep every law."""
+"""Tests that kinds of scenes have the named features, and that drawn scenes satisfy all laws."""
 
 from pathlib import Path
 

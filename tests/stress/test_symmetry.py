@@ -1,4 +1,4 @@
-"""Scenes in a mirror, turned, and from their other end are what they are called."""
+"""Tests of scenes that are mirrored, turned or seen from the other end."""
 
 from typing import Any
 
@@ -53,7 +53,7 @@ def distances(scene: mf.Scene, point: tuple[float, float]) -> np.ndarray:
 
 
 def close(one: mf.Scene, other: mf.Scene) -> bool:
-    """Whether scenes are equal but for rounding."""
+    """Return whether scenes are equal except for rounding."""
     assert {name: getattr(one, name) for name in NAMES} == {
         name: getattr(other, name) for name in NAMES
     }

@@ -1,4 +1,4 @@
-"""The O(n) recursion against dense matrices."""
+"""Tests of the O(n) recursion against dense matrices."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ SIDE = 0.0125
 
 
 def random_scene(rng, n, magnets=True, gravity=(0.0, 0.0)):
-    """A chain whose masses and inertias lie within a factor of ten."""
+    """Return a chain whose masses and inertias vary by a factor of up to ten."""
     masses = 0.0037 * 10 ** rng.uniform(-0.5, 0.5, n)
     inertias = 0.0037 * SIDE**2 / 6 * 10 ** rng.uniform(-0.5, 0.5, n)
     return mf.Scene(
@@ -30,19 +30,19 @@ def random_scene(rng, n, magnets=True, gravity=(0.0, 0.0)):
 
 
 def random_state(rng, n):
-    """Headings of a chain bent within its stops, and rates to match."""
+    """Return headings of a chain bent within its stops, and random rates."""
     joints = rng.uniform(-np.pi / 2, np.pi / 2, n)
     return np.cumsum(joints), rng.normal(0.0, 30.0, n)
 
 
 def assert_agree(found, expected, rates):
-    """To 1e-12 of the largest one; if all vanish (n = 1, no load) to rounding."""
+    """Check agreement to 1e-12 of the largest value, or to rounding if all vanish (n = 1)."""
     slack = 1e-12 * np.abs(expected).max() + 1e-16 * np.square(rates).max()
     np.testing.assert_allclose(found, expected, rtol=0, atol=slack)
 
 
 def in_steps(scene, angles, rates):
-    """Accelerations by the kernels that a step calls."""
+    """Return accelerations by the kernels that a step calls."""
     model = pack(scene.replace(mount="pinned"))._replace(contact=False, frictional=False)
     out, still = np.zeros(scene.n + 2), [0.0, 0.0]
     q, v = np.append(angles, still), np.append(rates, still)
@@ -68,7 +68,7 @@ def test_accelerations_solve_equation_39(lengths, magnets, gravity):
 
 
 def in_engine(rng, n):
-    """Model, scratch space and random coordinates (n + 2,) of a chain with its pose placed."""
+    """Return model, scratch space and random coordinates (n + 2,) of a chain with its pose set."""
     scene = random_scene(rng, n, magnets=False)
     model = pack(scene)._replace(contact=False, frictional=False)
     work = new_work(model)
@@ -78,7 +78,7 @@ def in_engine(rng, n):
 
 
 def solved(rng, model, work, lock, base):
-    """Generalised forces (n + 2,) drawn at random, and what accelerations they cause."""
+    """Return random generalised forces (n + 2,) and the accelerations that they cause."""
     force = rng.normal(0.0, 1.0, model.n + 2) * np.append(np.full(model.n, SIDE), [1.0, 1.0])
     out = np.empty(model.n + 2)
     articulated.factor(0, model.bodies, work.pose, lock, work.chain)

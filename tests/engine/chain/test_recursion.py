@@ -1,4 +1,4 @@
-"""The chains in vector lanes, and the fused recursion."""
+"""Tests of chains in vector lanes, and of the fused recursion."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def random_states(rng, chains, n):
 
 
 def random_bodies(rng, n):
-    """Bodies that differ from one another in everything."""
+    """Return bodies that differ in all properties."""
     scales = 10 ** rng.uniform(-0.5, 0.5, (4, n))
     return Bodies(*(scales * np.array([[0.0037], [1e-7], [0.0088], [0.0177]])))
 
@@ -45,7 +45,7 @@ def test_the_scalar_kernel_and_the_lanes_agree(seed, n):
 
 @pytest.mark.parametrize("inertia", [1e-10, 1e-16, 0.0])
 def test_accuracy_does_not_fade_with_the_inertia(inertia):
-    """Down to point masses on rods, M α = Q holds to rounding."""
+    """M α = Q holds to rounding, even for point masses on rods."""
     rng = np.random.default_rng(3)
     n = 20
     bodies = Bodies(*(np.full(n, x) for x in (0.0037, inertia, 0.0088, 0.0176)))

@@ -1,4 +1,4 @@
-"""Kernels read tuples by pointer, call each other, and are compiled once."""
+"""Tests that kernels read tuples by pointer, call each other, and are compiled once."""
 
 import copy
 import gc
@@ -18,7 +18,7 @@ by_address = pytest.mark.skipif(not POINTERS, reason="tuples are passed on field
 
 @by_pointer
 class Inner(NamedTuple):
-    """A tuple within another."""
+    """A tuple inside another tuple."""
 
     scale: float
     numbers: IntArray
@@ -26,7 +26,7 @@ class Inner(NamedTuple):
 
 @by_pointer
 class Outer(NamedTuple):
-    """One field of every kind."""
+    """A tuple with one field of every kind."""
 
     on: bool
     size: int

@@ -1,4 +1,4 @@
-"""Word of long compilations, of kernels of this package only."""
+"""Tests of notices about long compilations of this package's kernels."""
 
 import logging
 import signal
@@ -27,7 +27,7 @@ def clock(monkeypatch):
 
 
 def compile_for(seconds: float, listener: CompileNotice, clock: SimpleNamespace) -> None:
-    """Compile a function in parts: it calls two others that take half the time each."""
+    """Compile a function that calls two others, each of which takes half the time."""
     solve = event_of(a_function("solve"))
     listener.on_start(solve)
     for _ in range(2):

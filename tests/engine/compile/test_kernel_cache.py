@@ -1,4 +1,4 @@
-"""What is kept of kernels on disk: under the right names, none for ever, and no harm if damaged."""
+"""Tests of the kernel cache on disk: its names, its age limit, and damaged files."""
 
 import os
 import shutil
@@ -74,7 +74,7 @@ def test_an_edit_of_what_a_kernel_is_made_from_is_seen(old, new, seen):
 
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
-    """A package of the same name with what compiles, and a few small kernels."""
+    """Return a package of the same name with the compiling modules and a few small kernels."""
     package = tmp_path / "sources" / "magfold_env"
     shutil.copytree(kernel_cache.FOLDER / "engine" / "compile", package / "engine" / "compile")
     for name, source in {"engine/__init__": "", "__init__": "", "small": SMALL}.items():
@@ -97,7 +97,7 @@ def run(copy: Path, before: str = "") -> list[float]:
 
 
 def kept(copy: Path) -> dict[Path, bytes]:
-    """Files of machine code, and their contents."""
+    """Return the files of machine code and their contents."""
     files = (copy.parent.parent / "cache").rglob("*.nbc")
     return {path: path.read_bytes() for path in files}
 

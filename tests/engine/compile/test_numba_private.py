@@ -1,4 +1,4 @@
-"""Without what numba promises to nobody: one warning, and the same bits."""
+"""Tests without numba's private interface: one warning, and identical results."""
 
 from pathlib import Path
 
@@ -51,7 +51,7 @@ print([float(each).hex() for each in (*numbers, *outer.row, *sine, *cosine)])
 
 
 def run(change: str, cache: Path) -> tuple[str, list[str]]:
-    """Run kernels in a process of their own; returns what it prints, and numba's warnings."""
+    """Run kernels in a separate process; return its output and numba's warnings."""
     done = python("-c", change + KERNELS, check=False, NUMBA_CACHE_DIR=str(cache))
     assert done.returncode == 0, done.stderr
     return done.stdout, [line for line in done.stderr.splitlines() if "Warning: numba" in line]
@@ -59,7 +59,7 @@ def run(change: str, cache: Path) -> tuple[str, list[str]]:
 
 @pytest.fixture(scope="module")
 def expected(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """What the kernels print with numba as it is."""
+    """Return the output of the kernels with unchanged numba."""
     printed, warned = run("", tmp_path_factory.mktemp("cache"))
     assert not warned
     return printed

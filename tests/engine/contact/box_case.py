@@ -28,7 +28,7 @@ layouts = st.sampled_from(
 
 
 class Boxes:
-    """A chain of which `lo` components are held in a tube, and the gaps between its boxes."""
+    """A chain with `lo` components held in a tube, and the gaps between its boxes."""
 
     def __init__(self, n, lo=0, *, tube=False, obstacles=()):
         scene = Scene(
@@ -44,7 +44,7 @@ class Boxes:
         boxes.place_boxes(boxes.first_box(self.lo), self.model, self.work.pose, self.work)
 
     def polygon(self, box, q):
-        """Core of a box from the coordinates alone."""
+        """Return the core of a box, computed from the coordinates."""
         if box >= self.n:
             place, size, heading = self.solid(box)
             return reference.rectangle(place, heading, *(np.array(size) / 2 - self.radius(box)))
@@ -57,7 +57,7 @@ class Boxes:
         return reference.square(q[-2:] - along.sum(axis=0) + 0.5 * along[0], q[box], CORE)
 
     def solid(self, box):
-        """Place, size and heading of what does not move: walls, then obstacles."""
+        """Return place, size and heading of walls, then of obstacles."""
         length, wall, tube = 2 * self.n * SIDE * np.sqrt(2), self.scene.feed.wall, []
         if self.scene.mount == "tube":
             middle = (self.scene.bore + wall) / 2
@@ -66,7 +66,7 @@ class Boxes:
         return [*tube, *others][box - self.n]
 
     def radius(self, box):
-        """Of a box's corners: an obstacle's are as the casings', as far as it is large enough."""
+        """Return the radius of a box's corners; small obstacles have smaller ones than casings."""
         if box < self.n:
             return RADIUS
         return min(RADIUS, min(self.solid(box)[1]) / 4)
@@ -75,12 +75,12 @@ class Boxes:
         return self.radius(box) + self.radius(other)
 
     def gap(self, box, other, q):
-        """Gap of two boxes whose cores do not overlap."""
+        """Return the gap of two boxes whose cores do not overlap."""
         distance = reference.distance(self.polygon(box, q), self.polygon(other, q))
         return distance - self.radii(box, other)
 
     def row_gap(self, box, other, k, q):
-        """Gap of corner k of `other` from `box`; corners as the engine numbers them."""
+        """Return the gap of corner k (in the engine's order) of `other` from `box`."""
         self.place(q)
         work = self.work
         corner = np.array(boxes.corner(work, other, k))
@@ -98,7 +98,7 @@ class Boxes:
 
 
 def pairs(case):
-    """All the pairs that the engine looks at."""
+    """Return all pairs that the engine checks."""
     for i in range(boxes.first_box(case.lo), case.n):
         for j in range(*boxes.partners(case.model, case.lo, i)):
             yield i, j

@@ -1,4 +1,4 @@
-"""Whether a chain that moves on as one body may still meet a solid: bounds against motions."""
+"""Tests of bounds on whether a rigidly moving chain may meet a solid, against motions."""
 
 import numpy as np
 import pytest
@@ -37,13 +37,13 @@ def may_meet(scene, headings, rate, velocity):
 
 
 def meets(scene, headings, turns, bases):
-    """Return in which poses of one rigid motion the chain overlaps the post."""
+    """Return the poses of a rigid motion in which the chain overlaps the post."""
     angles = headings + turns[:, None]
     return depths(scene, angles, bases, np.full(len(turns), scene.n)).solids.max(axis=1) > 0.0
 
 
 def assert_foreseen(motions):
-    """Check the engine's answers against motions. Those that begin inside the post are left out."""
+    """Check the engine's answers against motions that begin outside the post."""
     found = [(may_meet(*chain), bool(met.any())) for chain, met in motions if not met[0]]
     assert all(answer for answer, met in found if met)
     # An engine that always answers "yes" would pass the check above.

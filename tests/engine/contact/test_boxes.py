@@ -1,4 +1,4 @@
-"""Squares: which can meet, the gap between rounded boxes, and its derivatives."""
+"""Tests of squares: which ones can meet, the gaps between rounded boxes, and their derivatives."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from tests.engine.contact.box_case import RADIUS, ROCKS, SIDE, Boxes, layouts, p
 
 
 def end_separation(joints):
-    """Separation of the first and the last square of unit side, over sharp corners."""
+    """Return the separation of the first and the last square, with unit sides and sharp corners."""
     headings = np.concatenate([[0.0], np.cumsum(joints)])
     places = reference.centres(np.append(headings, [0.0, 0.0]), 1.0)
     return reference.separation(

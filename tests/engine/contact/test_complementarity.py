@@ -1,4 +1,4 @@
-"""Multipliers and their optimality conditions."""
+"""Tests of multipliers and their optimality conditions."""
 
 import numpy as np
 from hypothesis import given
@@ -17,7 +17,7 @@ def workspace(n=8):
 
 
 def load(work, rows, bias, equality=()):
-    """Pose the problem w = G Gᵀ λ + b for the rows G (m, k)."""
+    """Set up the problem w = G Gᵀ λ + b for the rows G (m, k)."""
     m = len(rows)
     work.rows.delassus[:m, :m] = rows @ rows.T
     work.rows.bias[:m] = bias
@@ -29,7 +29,7 @@ def load(work, rows, bias, equality=()):
 
 
 def draw_rows(rng, most):
-    """Rows of any rank; some repeat others, exactly, scaled or as sums."""
+    """Draw rows of any rank; some are copies, multiples or sums of others."""
     rows = rng.normal(size=(rng.integers(1, most + 1), rng.integers(1, 9)))
     copies = rows[rng.integers(len(rows), size=rng.integers(0, 4))]
     sums = rows[:1] + rows[-1:]

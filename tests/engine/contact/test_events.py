@@ -1,4 +1,4 @@
-"""Which joints stay at their stops after an impact, and how fast gaps may close."""
+"""Tests of joints that stay at their stops after an impact, and of how fast gaps may close."""
 
 import math
 
@@ -17,7 +17,7 @@ PULL = 1e4  # [rad/s²], what magnets pull a joint shut with
 
 
 def hopping(rate, joint=1, tolerance=1e-3):
-    """A free chain whose joint ``joint`` leaves its left stop at a rate, and is pulled back."""
+    """Return a free chain; joint ``joint`` leaves its left stop at a rate and is pulled back."""
     scene = Scene(sequence=("NNNN",) * 3, magnets=None)
     scene = scene.replace(solver={"tolerance": tolerance})
     model = pack(scene)
@@ -32,13 +32,13 @@ def hopping(rate, joint=1, tolerance=1e-3):
 
 
 def momentum(model, state, work):
-    """Linear momentum [kg m/s]."""
+    """Return the linear momentum [kg m/s]."""
     find_velocities(0, model, state, work)
     return np.array([model.bodies.mass @ work.centres.vx, model.bodies.mass @ work.centres.vy])
 
 
 def energy(model, state, work):
-    """Kinetic energy [J]."""
+    """Return the kinetic energy [J]."""
     momentum(model, state, work)
     moving = model.bodies.mass @ (work.centres.vx**2 + work.centres.vy**2)
     return 0.5 * (moving + model.bodies.inertia @ state.v[: model.n] ** 2)

@@ -1,4 +1,4 @@
-"""Random impacts: the engine's velocities after them against an independent projection."""
+"""Tests of velocities after random impacts against an independent projection."""
 
 import numpy as np
 import pytest
@@ -21,9 +21,9 @@ from tests.engine import reference
 def nearest_admissible(
     mass: FloatArray, jacobian: FloatArray, velocity: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Return the velocity with J v ≥ 0 that is nearest in the metric of a mass matrix, and a doubt.
+    """Return the nearest velocity with J v ≥ 0 in the metric of a mass matrix, and its uncertainty.
 
-    The doubt is how far the optimality conditions are violated, relative to the speed before.
+    The uncertainty is the violation of the optimality conditions, relative to the speed before.
     """
     # With M = L Lᵀ the distance is Euclidean in Lᵀ v, and the dual a non-negative least squares.
     lower = np.linalg.cholesky(mass)
@@ -50,7 +50,7 @@ CERTAIN = 1e-13  # doubt up to which the independent projection counts
 class Impact:
     """A random chain with stops and contacts, whose velocities may violate them.
 
-    Odd seeds are folded shapes with most joints at their stops, even ones any shape.
+    Odd seeds give folded shapes with most joints at their stops; even seeds give any shape.
     """
 
     def __init__(self, seed: int) -> None:
@@ -100,12 +100,12 @@ class Impact:
 
     @property
     def jacobian(self) -> FloatArray:
-        """Rows of the stops and the contacts, as the projection left them."""
+        """Return the rows of the stops and contacts after the projection."""
         return self.work.rows.jacobian[self.rows, self.free]
 
     @property
     def mass(self) -> FloatArray:
-        """Mass matrix."""
+        """Return the mass matrix."""
         scene = self.scene
         matrix = reference.mass_matrix(
             self.state.q, scene.casing.side, scene.masses, scene.inertias
@@ -114,10 +114,10 @@ class Impact:
 
 
 def impact_error(seed: int) -> float | None:
-    """Return by how much the velocity after a random impact violates the law.
+    """Return the error of the velocity after a random impact.
 
     The distance from the independent projection in the metric of the mass matrix, relative to
-    the speed before. None if the independent projection is in doubt.
+    the speed before. None if the independent projection is uncertain.
     """
     impact = Impact(seed)
     before, after, mass = impact.before[impact.free], impact.project(), impact.mass

@@ -1,4 +1,4 @@
-"""Rows of contacts and stops: which there are, and that they are their gaps' derivatives."""
+"""Tests of rows of contacts and stops: which exist, and that they are derivatives of gaps."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def test_every_touching_corner_becomes_a_row(seed):
 
 
 def row_of(case, box, other, k, q, v):
-    """Jacobian and bias of a contact row at the coordinates and velocities."""
+    """Return the Jacobian and bias of a contact row at the coordinates and velocities."""
     case.place(q)
     work, model, lo = case.work, case.model, case.lo
     articulated.centre_motion(lo, model.bodies, work.pose, v, work.centres)
@@ -46,7 +46,7 @@ def turns_a_corner(case, box, other, k, q):
 
 
 def region(case, box, other, k, q):
-    """Whether the corner turns around one, and if it is inside the box, behind which side."""
+    """Return whether the box's nearest point is a corner, and the normal if `other` is inside."""
     case.place(q)
     *normal, distance, turns = boxes.corner_offset(case.work, box, other, k)
     return turns, tuple(normal) if distance < 0.0 else None

@@ -1,4 +1,4 @@
-"""No touch is missed between two looks: the sweep against a fine sampling of the same motion."""
+"""Tests that the sweep misses no contact within a step, against fine sampling of the motion."""
 
 import math
 
@@ -18,7 +18,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class Moving:
-    """A chain, some solids and a motion of it, all drawn."""
+    """A random chain, random solids and a random motion of the chain."""
 
     def __init__(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
@@ -49,7 +49,7 @@ class Moving:
         return out
 
     def margin(self, t: float) -> float:
-        """How far the nearest squares and joints are apart, negative if they are not."""
+        """Return the smallest margin of squares and joints, which is negative for overlaps."""
         q = self.coordinates(t)
         return float(events.margin(self.model, self.state, q, self.work))
 

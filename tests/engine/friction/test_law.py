@@ -1,4 +1,4 @@
-"""Friction with the floor: its rows, the sliding law, and what it holds."""
+"""Tests of floor friction: its rows, the sliding law, and sticking."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ class Floor:
         self.n = n
 
     def move(self, v):
-        """Give the chain velocities and fill the scratch space with what follows from them."""
+        """Set the chain's velocities and fill the scratch space with values derived from them."""
         bodies, work = self.model.bodies, self.work
         self.state.v[:] = v
         place_all(0, self.model, self.state.q, work.pose)
@@ -49,7 +49,7 @@ class Floor:
         return out
 
     def ellipsoid(self):
-        """Jacobian (n, 3, n + 2) of (vx, vy, c ω)."""
+        """Return the Jacobian (n, 3, n + 2) of (vx, vy, c ω)."""
         rows = np.zeros((self.n, 3, self.n + 2))
         rows[:, :2] = reference.velocity_map(self.state.q, SIDE)
         rows[np.arange(self.n), 2, np.arange(self.n)] = self.model.friction_radius

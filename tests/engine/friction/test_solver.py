@@ -1,4 +1,4 @@
-"""Friction that holds or is overcome: its conditions, another solver, and hard random scenes."""
+"""Tests of the friction solver: conditions, another solver, and difficult random scenes."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class Problem:
-    """Rows G of contacts and equalities, then of balls, with w = G (Gᵀ λ + start)."""
+    """Rows G of contacts and equalities, then of friction balls, with w = G (Gᵀ λ + start)."""
 
     def __init__(self, rows, start, normals, grip, equality=()):
         count = len(rows)
@@ -37,12 +37,12 @@ class Problem:
 
     @property
     def motion(self):
-        """What the multipliers do; unlike them it is unique."""
+        """Return the effect of the multipliers, which is unique in contrast to them."""
         return self.start + self.rows.T @ self.work.rows.multiplier[: len(self.rows)]
 
 
 def draw(rng, most_normals=14, most_balls=15):
-    """Any rank; some rows repeat others, some grips hold nothing and some everything."""
+    """Draw rows of any rank with some copies; some friction limits are zero or very large."""
     normals, balls = int(rng.integers(0, most_normals + 1)), int(rng.integers(1, most_balls + 1))
     rows = rng.normal(size=(normals + 3 * balls, rng.integers(1, 15)))
     for r in range(1, normals):
@@ -58,7 +58,7 @@ def draw(rng, most_normals=14, most_balls=15):
 
 
 def assert_optimal(work, normals, count, radius, tolerance=1e-9):
-    """Check the conditions of the convex problem, in which ``radius`` is that of each three."""
+    """Check the conditions of the convex problem; ``radius`` contains the balls' limits."""
     lam = work.rows.multiplier[:count]
     w = work.rows.delassus[:count, :count] @ lam + work.rows.bias[:count]
     allowed = tolerance * np.abs(work.rows.bias[:count]).max()
@@ -72,7 +72,7 @@ def assert_optimal(work, normals, count, radius, tolerance=1e-9):
 
 
 def assert_coulomb(force, slip, radius, allowed):
-    """Check the friction (balls, 3) of each ball, opposed to its slip or without any."""
+    """Check that each ball's friction (balls, 3) opposes its slip, or that it does not slip."""
     size = np.linalg.norm(force, axis=1)
     assert (size <= radius * (1 + 1e-12)).all()
     inside = size < radius * (1 - 1e-9)

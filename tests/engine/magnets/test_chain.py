@@ -1,4 +1,4 @@
-"""Magnets of a jointed chain: looked up, summed and kept, against sums over all nodes."""
+"""Tests of magnets of a chain, from tables, sums and caches, against sums over all nodes."""
 
 import numpy as np
 import pytest
@@ -24,14 +24,14 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class Chain:
-    """A chain under the kernels of the dynamics."""
+    """A chain that the kernels of the dynamics evaluate."""
 
     def __init__(self, scene):
         self.model = pack(scene)
         self.work = new_work(self.model)
 
     def forces(self, joints, lo=0):
-        """Generalised forces (n + 2,) for joint angles (n,), the first being the heading."""
+        """Return generalised forces (n + 2,) for the first heading and the joint angles, (n,)."""
         model, work = self.model, self.work
         q = np.append(np.cumsum(joints), [0.0, 0.0])
         first = tube.place_all(lo, model, q, work.pose)
@@ -48,14 +48,14 @@ class Chain:
 
 
 def open_joints(rng, n):
-    """Joint angles anywhere short of the stops, some of them near."""
+    """Draw joint angles within the stops, some close to them."""
     joints = rng.uniform(-1.5, 1.5, n)
     near = rng.random(n) < 0.4
     return np.where(near, rng.choice([-1.0, 1.0], n) * (np.pi / 2 - 0.05 * rng.random(n)), joints)
 
 
 def worst_error(scene, joints):
-    """Largest error of a joint's torque over the side, in flush forces, against fine sums."""
+    """Return the largest error of joint torques against fine sums, in flush forces times sides."""
     q = np.append(np.cumsum(joints), [0.0, 0.0])
     casings = Casings(scene.replace(magnets={"accuracy": 1e-7}))
     force, torque = casings.forces(reference.centres(q, SIDE), q[:-2])
@@ -111,7 +111,7 @@ def slope(chain, joints, turn):
 
 
 def crosses(scene, before, after):
-    """Whether a blend begins or ends between two shapes."""
+    """Return whether a blend begins or ends between two shapes."""
     casings = Casings(scene)
     headings = [np.cumsum(joints) for joints in (before, after)]
     places = [reference.centres(np.append(turned, [0.0, 0.0]), SIDE) for turned in headings]

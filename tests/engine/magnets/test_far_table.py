@@ -1,4 +1,4 @@
-"""Casings three joints apart or more: looked up, against sums over many nodes."""
+"""Tests of tables for casings at least three joints apart, against sums over many nodes."""
 
 import math
 from functools import cache
@@ -29,7 +29,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class Pair(Casings):
-    """Two casings under the kernels of the dynamics."""
+    """Two casings that the kernels of the dynamics evaluate."""
 
     def __init__(self, scene):
         self.scene = scene
@@ -38,7 +38,7 @@ class Pair(Casings):
         assert self.model.magnets.tables.far.end > 0.0
 
     def acts(self, places, headings, *, with_energy=True, kept=False):
-        """Force on each (2, 2), torques (2,) and energy."""
+        """Return the forces (2, 2), torques (2,) and energy."""
         pose, nodes, model = self.pose(places, headings), self.work.nodes, self.model
         if not kept:
             invalidate_cache(nodes)
@@ -66,7 +66,7 @@ def pair_of(geometry, faces=("NSNS", "NNSS")):
 
 
 def touching(rng, *, flush=False):
-    """Places and headings of two casings that touch, or nearly."""
+    """Draw places and headings of two casings that touch or almost touch."""
     bearing, headings = rng.uniform(-np.pi, np.pi), rng.uniform(-np.pi, np.pi, 2)
     if flush:
         headings[1] = headings[0] + np.pi / 2 * rng.integers(4) + rng.choice([0.0, 1e-3, 0.02])
@@ -81,14 +81,14 @@ def touching(rng, *, flush=False):
 
 
 def away(rng):
-    """Places and headings of two casings anywhere that the table covers, and a little beyond."""
+    """Draw places and headings of two casings within the table's range or slightly beyond."""
     bearing, headings = rng.uniform(-np.pi, np.pi), rng.uniform(-np.pi, np.pi, 2)
     reach = SIDE * math.sqrt(2) * rng.uniform(1.0, 9.0)
     return reach * np.array([[0.0, 0.0], [np.cos(bearing), np.sin(bearing)]]), headings
 
 
 def errors(pair, places, headings):
-    """Largest errors of the forces, of the torques over the side and of the energy over it."""
+    """Return the largest errors of forces, and of torques and the energy over the side."""
     exact = reference.magnet_forces(places, headings, pair.scene, EXACT)
     sizes = np.array([1.0, SIDE, SIDE]) * exact_magnets.flush_force(pair.scene)
     found = zip(pair.acts(places, headings), exact, sizes, strict=True)

@@ -1,4 +1,4 @@
-"""The laws between two nodes of pole faces, and the step that blends two sums."""
+"""Tests of the laws between two nodes of pole faces, and of the step that blends two sums."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Long chains: segments that act on each other as one, against sums over all pairs."""
+"""Tests of segments of long chains that interact as one, against sums over all pairs."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class Long(Casings):
-    """Casings of a long chain under the engine's sums, of all pairs one by one without ``far``."""
+    """A long chain that the engine evaluates; without ``far``, it sums all pairs one by one."""
 
     def __init__(self, sequence, far=True, **magnets):
         self.scene = Scene(sequence=sequence, magnets=Magnets(**magnets))
@@ -27,7 +27,7 @@ class Long(Casings):
         self.model = self.model._replace(magnets=rule)
 
     def pairs(self, places, headings):
-        """How many pairs of single casings are listed."""
+        """Return the number of listed pairs of single casings."""
         self.forces(places, headings)
         rule, parts, counts = self.model.magnets, self.nodes.segments, [1]
         multipole_tree.begin(0, places[:, 0].copy(), places[:, 1].copy(), parts)
@@ -43,12 +43,12 @@ def posed(headings):
 
 
 def aligned_sequence(n):
-    """Front faces N, back faces S: moments all along the headings."""
+    """Return a sequence with N in front and S behind, so that moments are along the headings."""
     return ("NSSN",) * n
 
 
 def bent(rng, n):
-    """A chain that wanders: joints of up to 0.6 rad."""
+    """Draw a curved chain with joint angles up to 0.6 rad."""
     return np.cumsum(rng.uniform(-0.6, 0.6, n))
 
 

@@ -1,4 +1,4 @@
-"""Expansions of far casings: their moments, their order, and their gradient."""
+"""Tests of expansions of far casings: their moments, order and gradient."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class Cloud:
-    """Lines of charge of one height, without net charge, anywhere within a casing's size."""
+    """Random lines of charge of equal height within a casing, without net charge."""
 
     def __init__(self, rng, count=7, height=0.006):
         self.z = SIZE * (rng.uniform(-1, 1, count) + 1j * rng.uniform(-1, 1, count)) / np.sqrt(2)
@@ -28,7 +28,7 @@ class Cloud:
 
 
 def exact_energy(a, b, offset, turn=0.0):
-    """Energy of a, its centre `offset` from b's and turned, by the law between equal lines."""
+    """Return the energy of a, turned and at an `offset` from b, by the law between equal lines."""
     r = np.abs(offset + a.z[:, None] * np.exp(1j * turn) - b.z[None, :])
     h = a.height
     law = 2 / h**2 * (h * np.arcsinh(h / r) - np.sqrt(r**2 + h**2) + r)
@@ -36,7 +36,7 @@ def exact_energy(a, b, offset, turn=0.0):
 
 
 def expand(order, a, b, offset, turn=0.0):
-    """Energy, force on a and its torque."""
+    """Return the energy, and the force and torque on a."""
     rows = new_nodes(None, 2).segments
     rows.body[:] = a.moments(), b.moments()
     multipoles.turn_moments(order, 0, np.cos(turn), np.sin(turn), rows)

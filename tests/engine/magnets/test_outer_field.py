@@ -1,4 +1,4 @@
-"""Fields from outside: an even one and a fixed magnet, against exact references and laws."""
+"""Tests of a uniform field and a fixed magnet against exact references and laws."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class InField(Casings):
-    """What a field from outside does to casings."""
+    """Casings in an external field, which alone exerts forces on them."""
 
     def forces(self, places, headings):
         super().forces(places, headings)  # turns the casings and spreads their charges
@@ -41,7 +41,7 @@ def in_field(sequence, field, **changes):
 
 
 def around(rng, least, most):
-    """Place a casing anywhere outside the magnet, the gap between a bounding circle and it."""
+    """Place a casing outside the magnet, with a gap between the magnet and a bounding circle."""
     bearing, heading = rng.uniform(-np.pi, np.pi, 2)
     distance = np.hypot(0.010, 0.004) + SIDE / np.sqrt(2) + rng.uniform(least, most)
     place = np.array(MAGNET["position"]) + distance * np.array([np.cos(bearing), np.sin(bearing)])
@@ -49,7 +49,7 @@ def around(rng, least, most):
 
 
 def facing(rng, gap=5e-4, poles=(0.0,)):
-    """Place a casing in front of one of the magnet's poles (0 or π), or slid along it."""
+    """Place a casing in front of one of the magnet's poles (0 or π), or shifted along it."""
     heading = MAGNET["heading"] + rng.choice(poles)
     along = np.array([np.cos(heading), np.sin(heading)])
     aside = rng.uniform(-0.012, 0.012) * np.array([-along[1], along[0]])

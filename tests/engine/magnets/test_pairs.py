@@ -1,4 +1,4 @@
-"""Magnets: the gradient of the energy, Newton's third law and the sum over nodes."""
+"""Tests of magnets: the gradient of the energy, Newton's third law and sums over nodes."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class Casings:
-    """Casings anywhere in the plane, not joined to each other, under the engine's kernels."""
+    """Separate casings anywhere in the plane, which the engine's kernels evaluate."""
 
     first = 0  # what comes before it is left out
 
@@ -57,7 +57,7 @@ class Casings:
         return pairs.energy(0, self.model.magnets, self.model.charge, pose, self.nodes)
 
     def face_distances(self, places, headings):
-        """Distances of all pairs of pole faces' centres; 0 within a casing."""
+        """Return the distances of the centres of all pairs of pole faces; 0 within a casing."""
         rule = self.model.magnets
         turn = np.exp(1j * headings)[:, None]
         faces = (places[:, :1] + 1j * places[:, 1:]) + turn * (rule.face_x + 1j * rule.face_y)
@@ -66,13 +66,13 @@ class Casings:
         return between * np.abs(faces[:, None] - faces[None, :])
 
     def blended(self, places, headings):
-        """How many pairs of pole faces of different casings lie between two levels."""
+        """Return the number of pairs of different casings' pole faces between two levels."""
         near = self.face_distances(places, headings)
         radii = self.model.magnets.level_radius[1:]
         return sum(int(((near > r) & (near < pairs.BLEND * r)).sum()) // 2 for r in radii)
 
     def crosses_an_edge(self, first, second):
-        """Whether a blend, only twice differentiable at its ends, begins or ends on the way."""
+        """Return whether a blend begins or ends here; it is only twice differentiable there."""
         rule = self.model.magnets
         levels = np.outer(rule.level_radius[1:], [1.0, pairs.BLEND]).ravel()
         ranks = 2 * rule.depth + np.outer(rule.rank_radius[1:], [1.0, laws.SPREAD]).ravel()
@@ -100,7 +100,7 @@ def scene_of(rng, n, model):
 
 
 def scatter(rng, n, gap):
-    """Casings that do not overlap, each within a few gaps of the one before."""
+    """Draw casings that do not overlap, each within a few gaps of the previous one."""
     places, headings = [np.zeros(2)], [rng.uniform(-np.pi, np.pi)]
     while len(places) < n:
         heading, bearing = rng.uniform(-np.pi, np.pi, 2)
@@ -118,16 +118,16 @@ def scatter(rng, n, gap):
 
 
 def error(scene, found, exact):
-    """Largest error of a force, or of a torque over the side, in flush forces."""
+    """Return the largest error of a force, or of a torque over the side, in flush forces."""
     force = np.hypot(*(found[0] - exact[0]).T).max()
     torque = np.abs(found[1] - exact[1]).max() / SIDE
     return max(force, torque) / exact_magnets.flush_force(scene)
 
 
 def gradient(casings, places, headings, step=4e-6):
-    """Energy's derivatives by each casing's x, y [N] and heading [N·m]; None across an edge.
+    """Return the energy's derivatives by x, y [N] and heading [N·m]; None across an edge.
 
-    A step is so long in metres, and a hundred times that in radians.
+    A step is ``step`` in metres, and a hundred times this number in radians.
     """
     n = headings.size
     found = np.zeros((3, n))

@@ -1,4 +1,4 @@
-"""Pole faces down to contact: closed forms, the bound, the limit from outside, and whole folds."""
+"""Tests of pole faces down to contact: closed forms, the bound, the limit, and whole folds."""
 
 from typing import Any
 
@@ -43,7 +43,7 @@ def test_a_face_acts_on_a_line_as_quadrature_says(d, heights):
 
 
 def unequal(rng):
-    """Return two casings with magnets of any sizes, strengths and insets, some left out."""
+    """Return two casings with random sizes, strengths and insets of magnets, and empty faces."""
     while True:
         magnets: dict[str, Any] = {
             "width": tuple(rng.uniform(0.003, 0.008, 4)),
@@ -60,7 +60,7 @@ def unequal(rng):
 
 
 def side_by_side(rng):
-    """Place a casing in touch with another, or up to 20 mm away, turned and slid at will."""
+    """Place a casing in contact with another or up to 20 mm away, turned and shifted at random."""
     near = rng.choice([0.0, 10 ** rng.uniform(-7.0, -1.7)])
     gap = near if rng.random() < 0.7 else rng.uniform(0.0, 0.02)
     slight = rng.uniform(-1.0, 1.0) * 10 ** rng.uniform(-5.0, 0.0)
@@ -93,7 +93,7 @@ def blocks(bound, sequence=("N---", "S---")):
 
 
 def facing(gap, aside=0.0, turn=0.0):
-    """Place a casing before the front-left face of another, a gap [m] away."""
+    """Place a casing in front of another one's front-left face, at a gap [m]."""
     places = np.array([[0.0, 0.0], [aside, 0.01 + gap]])
     return places, np.pi / 4 + np.array([0.0, np.pi + turn])
 

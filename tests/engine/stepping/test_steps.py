@@ -1,4 +1,4 @@
-"""Steps: limits inside and after each, error estimates, the slow scheme, and work caps."""
+"""Tests of steps: limits, error estimates, the scheme for slow motion, and work caps."""
 
 import numpy as np
 import pytest
@@ -73,7 +73,7 @@ SLIDING = mf.Scene(
 
 
 def growth(stages: int, z: np.ndarray) -> np.ndarray:
-    """What a step makes of y' = λ y at y = 1, z = h λ."""
+    """Return the result of a step for y' = λ y from y = 1, with z = h λ."""
     scheme = chebyshev.SCHEME[stages]
     before, last = np.ones_like(z), 1.0 + scheme[1, 3] * z
     for a, b, c, d in scheme[2 : stages + 1]:

@@ -1,4 +1,4 @@
-"""What sets a baseline can be played, and scores what is stored."""
+"""Tests that a baseline's plan can be played and reaches the stored score."""
 
 from functools import partial
 from typing import Any

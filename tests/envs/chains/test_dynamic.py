@@ -1,4 +1,4 @@
-"""What is drawn for many chains at once is what `Scene.draw` and `pack` make of each."""
+"""Tests that batched draws equal the results of `Scene.draw` and `pack` for each chain."""
 
 from typing import Any
 
@@ -62,7 +62,7 @@ def test_draws_are_those_of_the_scene(case: dict[str, Any]) -> None:
 
 
 def test_what_chains_share_is_what_packing_a_drawn_scene_gives() -> None:
-    """Only the arrays and numbers that chains have of their own depend on what is drawn."""
+    """Only arrays and numbers that are separate for each chain depend on the draws."""
     drawn = DynamicChains([mf.load_scene("tube-feed").replace(spreads=EVERY, obstacles=WALLS)], 1)
     (template,), (model,) = drawn.templates, drawn.engine.models
     other = pack(template.draw(np.random.default_rng(5)))

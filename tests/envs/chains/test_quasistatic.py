@@ -37,7 +37,7 @@ def test_a_chain_built_beforehand_folds_as_the_minimiser_says(direction: str, n:
 
 
 def by_hand(scene: mf.Scene, order: list[int]) -> str:
-    """Fold by `mf.energy` alone: components that are still in the tube have no magnets."""
+    """Fold by `mf.energy`, without magnets of components that are in the tube."""
     letters = ["S"] * (scene.n - 1)
     for count in range(2, scene.n + 1):
         out = set(order[:count])

@@ -1,4 +1,4 @@
-"""Folding by keyboard, with keys that a script presses."""
+"""Tests of folding by keyboard, with keys from a script."""
 
 import signal
 import threading

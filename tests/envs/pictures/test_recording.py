@@ -1,4 +1,4 @@
-"""Pages of episodes: they play what happened in the environment."""
+"""Tests that pages of episodes play the motion in the environment."""
 
 import copy
 import json
@@ -19,7 +19,7 @@ MOVING = [each for each in VARIANTS if "quasistatic" not in str(each.id)]
 
 
 def page_of(env: Any, folder: Path) -> dict[str, Any]:
-    """Return what the page of an episode is told."""
+    """Return the data of an episode's page."""
     env.to_html(folder / "episode.html")
     text = (folder / "episode.html").read_text(encoding="utf-8")
     return json.loads(text.split('id="fold">')[1].split("</script>")[0])

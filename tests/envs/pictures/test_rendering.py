@@ -1,4 +1,4 @@
-"""Pictures, windows and text of every environment."""
+"""Tests of pictures, windows and text of every environment."""
 
 import copy
 import pickle

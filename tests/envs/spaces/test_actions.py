@@ -1,4 +1,4 @@
-"""What actions stand for, and how they are written."""
+"""Tests of the meaning of actions, and of how they are encoded."""
 
 from typing import Any
 
@@ -148,7 +148,7 @@ def test_a_wrong_catalogue_is_named(catalogue: list[str]) -> None:
 
 
 def speed_of(table: SpeedTable, action: Any) -> float:
-    """Return the speed that an action asks for."""
+    """Return the speed that an action requests."""
     return float(table.read_one(action)[0][0])
 
 
@@ -187,7 +187,7 @@ def test_a_feed_that_hardly_moves_stands_still() -> None:
 
 
 CORNERS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
-"""Where front-left, back-left, back-right and front-right are: along the chain, and to the left."""
+"""Directions of the four faces: along the chain, and to the left."""
 
 
 @pytest.mark.parametrize("lie", range(8))

@@ -20,7 +20,7 @@ DIGESTS = {
     "MagFold/Lumen-v0": "c96c81ccc79e3770", "MagFold/Tray-v0": "5ff542abca81ab81",
     "MagFold/Anchor-v0": "0de0647fd8c3cca6",
 }  # fmt: skip
-"""Of what the seeds of version 3 lead to. Others need another version."""
+"""Hashes of the draws of version 3. Different draws need another version."""
 
 
 def test_the_draws_of_a_version_stay_what_they_are() -> None:
@@ -38,7 +38,7 @@ def test_the_draws_of_a_version_stay_what_they_are() -> None:
 
 
 def written(value: Any) -> str:
-    """Return what is drawn as text, numbers to twelve digits."""
+    """Return the drawn values as text, with numbers to twelve digits."""
     if isinstance(value, dict):
         return " ".join(f"{key} {written(each)}" for key, each in sorted(value.items()))
     if isinstance(value, (list, tuple)):
