@@ -24,7 +24,7 @@ _UNUSABLE = (ValueError, TypeError, LookupError, AttributeError, OverflowError, 
 
 
 class CheckpointError(ValueError):
-    """A file that is damaged or belongs to another run, or a folder that another run uses."""
+    """An error about a damaged file, a file of another run, or a folder that another run uses."""
 
 
 @contextmanager

@@ -287,9 +287,9 @@ def loaded(
     """Return which components have their magnets in m states, component 1 first, shape (m, n).
 
     All components have magnets unless the scene loads them at the mouth. In that case, a component
-    has magnets if its leading hinge would be outside the tube with all components between the two
-    in line. The states are given by headings (m, n) [rad], outer hinges of component 1 (m, 2) [m]
-    and numbers of components out of the tube (m,).
+    has magnets if its leading hinge would be outside the tube after all components between it and
+    the tube were straightened. ``angles`` are headings (m, n) [rad], ``base`` contains the outer
+    hinges of component 1 (m, 2) [m], and ``released`` counts components out of the tube (m,).
     """
     n, diagonal = scene.n, scene.casing.diagonal
     if scene.mount != "tube" or scene.feed.loading == "preloaded":

@@ -1,10 +1,10 @@
 """Limit loads: the loads that a fold at rest withstands before it gives way.
 
-Every component is a free body in balance. Its forces are those of magnets, the field and gravity at
-its pose, of hinges, of joint stops and contacts, which can only push, and of floor friction, which
-lies within an ellipsoid. By the lower-bound theorem of limit analysis, a convex program finds the
-largest load that such forces can balance. A fold gives way if and only if the load is larger,
-because friction is associated (`magfold_env.engine.friction.law`) and contacts are frictionless.
+Every component is a free body in balance. Magnets, the field and gravity act on it at its pose.
+Hinges push and pull, joint stops and contacts only push, and floor friction lies within an
+ellipsoid. By the lower-bound theorem of limit analysis, a convex program finds the largest load
+that such forces can balance. A fold gives way if and only if the load is larger, because friction
+is associated (`magfold_env.engine.friction.law`) and contacts are frictionless.
 """
 
 from __future__ import annotations
@@ -455,7 +455,7 @@ def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
     boxes.place_boxes(0, large, work.pose, work)
     count = int(jacobian.collect_contacts(0, large, work, 0, jacobian.TOUCH * large.side))
     if count < 0:
-        raise ValueError("fold: touches itself in more places than there is room for")
+        raise ValueError("fold: has more contacts than the engine can store")
     found: list[FloatArray] = []
     for box, other, corner in work.rows.id[:count, :3].tolist():
         ux, uy, distance, _ = boxes.corner_offset(work, box, other, corner)

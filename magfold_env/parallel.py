@@ -33,7 +33,7 @@ _WAVE = 2.0
 
 @dataclass(frozen=True)
 class Workers:
-    """The number and the kind of workers; other values than allowed raise a SceneError."""
+    """The number and the kind of workers. Values that are not allowed raise a SceneError."""
 
     count: int | None = None
     """Number of parallel workers; None uses all cores, or all CPUs of a cluster."""

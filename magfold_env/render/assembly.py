@@ -42,7 +42,7 @@ _FAINTEST = 6.0  # smallest size of a casing's number [pt]
 _UPRIGHT = math.pi / 4  # component 1's heading [rad]; casings of a full fold are then upright
 
 Block = tuple[float, Callable[[Any, float], None]]
-"""Height of a part of a sheet [mm], and the function that draws it on an axis below a height."""
+"""Height of a part of a sheet [mm], and the function that draws it below a given height."""
 
 
 class Outcome(NamedTuple):

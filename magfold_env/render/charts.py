@@ -50,7 +50,7 @@ def draw_ensemble(ensemble: Ensemble, path: str | Path) -> None:
 
 
 def bar_chart(charts: Mapping[str, Sequence[Bar]]) -> Any:
-    """Return a figure with one panel per title; the bars must come most frequent first."""
+    """Return a figure with one panel per title; bars must be in order of falling frequency."""
     width = _WIDTH if len(charts) > 1 else _ALONE
     figure, axes = plotting.panels(len(charts), "", width, _HEIGHT, shared=False)
     figure.get_layout_engine().set(h_pad=0.12)

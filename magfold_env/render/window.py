@@ -1,6 +1,6 @@
 """A window that shows pictures and reads keys.
 
-pygame is imported only when a window opens. ``SDL_VIDEODRIVER=dummy`` makes a display needless.
+pygame is imported only when a window opens. With ``SDL_VIDEODRIVER=dummy``, it needs no display.
 """
 
 import os
@@ -61,7 +61,7 @@ class Window:
             _pygame().display.quit()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state without the open window; a copy opens its own one."""
+        """Return the state without the open window; a copy opens its own window."""
         return {**vars(self), "_surface": None}
 
 

@@ -1,7 +1,7 @@
 """The replay page: one HTML file that plays a recorded fold in any browser.
 
-The page needs neither a network nor an extra. It is `page.html` with `page.css`, the scripts and
-the fold, as JSON, inserted.
+The page needs neither a network nor an extra. It consists of `page.html`, into which `page.css`,
+the scripts and the fold as JSON are inserted.
 """
 
 import html

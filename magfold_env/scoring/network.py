@@ -84,7 +84,7 @@ class Actor:
                 entries = np.tanh(entries) if tanh else np.maximum(entries, 0.0)
             entries = entries @ weight + bias
         if not np.isfinite(entries).all():
-            raise ValueError("weights: are too large; what the network makes of them is not finite")
+            raise ValueError("weights: are too large; the outputs of the network are not finite")
         return self._chosen(entries), state
 
     def _remembered(

@@ -29,6 +29,8 @@ class Player:
         The form of observations for the policy.
     env : magfold_env.envs.chain_env.ChainEnv
         A single environment like the played ones, with the spaces of the policy.
+    count : int
+        Number of episodes.
     sampled : bool
         Whether to draw actions as in training; otherwise the most probable ones are chosen.
     """
@@ -74,8 +76,7 @@ class Player:
     def plan(self, env: Any) -> Plan:
         """Return a plan that plays the first rows of episodes.
 
-        All running episodes must have taken the same number of steps. `env` is a single environment
-        that accepts the policy's actions.
+        All running episodes must have taken the same number of steps. `env` accepts the actions.
         """
         table, first = env.world.actions, slice(self.count)
 

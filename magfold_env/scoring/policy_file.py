@@ -223,7 +223,7 @@ class PolicyFile:
     """Arrays of weights by name, each with the keys ``dtype``, ``shape`` and ``data``."""
 
     def weights(self, shapes: Mapping[str, Sequence[int]]) -> dict[str, NDArray[np.float32]]:
-        """Return the weights with the given names and shapes; raise a ValueError if they differ."""
+        """Return finite weights with the given names and shapes, or raise a ValueError."""
         found: dict[str, NDArray[np.float32]] = {}
         for name, each in shapes.items():
             shape, tensor = list(each), self.tensors.get(name, {})
@@ -251,7 +251,7 @@ def write(
 
 
 def is_zip(path: Path) -> bool:
-    """Return whether an existing file is a zip file, in which Stable-Baselines3 saves models."""
+    """Return whether an existing file is a zip file, the format of Stable-Baselines3's models."""
     if not path.is_file():
         raise ValueError(f"{path}: no such file; must be a policy (.safetensors)")
     with path.open("rb") as file:
@@ -283,7 +283,7 @@ def read(path: str | Path) -> PolicyFile:
             raise ValueError(f"format: {told['format']!r} is not {FORMAT!r}")
         text = told["settings"]
         if told["sha256"] != _digest(text, data):
-            raise ValueError("sha256: the weights or settings are not what was saved")
+            raise ValueError("sha256: the weights or settings differ from those saved")
         given = json.loads(text)
     except _DAMAGED as error:
         raise ValueError(f"{path}: is not a policy, or is damaged: {error}") from None

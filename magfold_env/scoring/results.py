@@ -46,8 +46,7 @@ class Run(FrozenModel):
     """A character per episode: 1 for a success, 0 otherwise."""
     score: tuple[float, ...] = ()
     energy: tuple[float | None, ...] = ()
-    """Energies at the end [J]; their last digits show whether two motions are identical. None
-    stands for a failed simulation."""
+    """Energies at the end [J], which are equal for identical motions; None for failures."""
     details: dict[str, tuple[Any, ...]] = Field(default_factory=dict)
     """Further columns of a view."""
 
@@ -97,7 +96,7 @@ class Results(FrozenModel):
     env: dict[str, Any] = Field(default_factory=dict)
     """Settings that differ from the environment's defaults."""
     confidence: float = 0.95
-    """Level of all intervals."""
+    """Confidence level of all intervals."""
     draws: int
     """Version of the draws, see `magfold_env.envs.tasks.draws`."""
     seed: int | None = None

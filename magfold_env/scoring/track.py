@@ -62,7 +62,7 @@ class Track:
 
     @cached_property
     def env(self) -> CameraTrackEnv:
-        """A single environment that is not stepped."""
+        """A single environment, which is never stepped."""
         return self._made()
 
     def env_of(self, actions: Space[Any]) -> CameraTrackEnv:
