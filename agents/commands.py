@@ -27,9 +27,7 @@ Assignments = Annotated[
 def run_command(main: Callable[..., None]) -> None:
     """Run a command whose help and messages look like those of `magfold`."""
     threading.excepthook = _leave_to_the_command
-    command = options.application()
-    command.command()(main)
-    command()
+    options.application_of(main)()
 
 
 def _leave_to_the_command(ended: threading.ExceptHookArgs) -> None:
@@ -39,17 +37,12 @@ def _leave_to_the_command(ended: threading.ExceptHookArgs) -> None:
 
 
 @contextmanager
-def reported_errors(extras: str = "") -> Generator[None]:
-    """Report a wrong value, file error or missing module in one line; end with exit code 2.
-
-    `extras` names the package's extras that may provide a missing module.
-    """
-    with options.errors_in_one_line():
-        try:
-            yield
-        except ModuleNotFoundError as error:
-            remedy = f"; install it, {pip_install(extras)}" if extras else ""
-            raise ImportError(f"{error}{remedy}") from None
+def needing(extras: str) -> Generator[None]:
+    """Name the package's extras that may provide a missing module."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise ImportError(f"{error}; install it, {pip_install(extras)}") from None
 
 
 def progress_bar() -> progress.Progress:

@@ -31,22 +31,21 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
     png: options.Png = None,
 ) -> None:
     """Release a chain many times and show the probability of every word and status."""
-    with options.errors_in_one_line():
-        check_pictures(out, png)
-        changed = changed_scene(
-            load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread
+    check_pictures(out, png)
+    changed = changed_scene(
+        load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread
+    )
+    with options.progress_of(runs) as tell:
+        made = releases.ensemble(
+            changed,
+            runs,
+            seed,
+            workers=workers,
+            backend=cast("Any", backend),
+            state=None if out is None else out / "state",
+            progress=lambda made, _: tell(made),
         )
-        with options.progress_of(runs) as tell:
-            made = releases.ensemble(
-                changed,
-                runs,
-                seed,
-                workers=workers,
-                backend=cast("Any", backend),
-                state=None if out is None else out / "state",
-                progress=lambda made, _: tell(made),
-            )
-        show(made)
+    show(made)
     draw = options.drawing("draw_ensemble", made)
     options.save(
         (out and out / "ensemble.json", made.to_json),

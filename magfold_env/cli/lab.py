@@ -30,7 +30,7 @@ def lab(
 
     The laboratory is one self-contained file. In a checkout, it is compiled on first use.
     """
-    with options.errors_in_one_line((RuntimeError, ValueError, OSError, ImportError)):
+    with options.errors_in_one_line((RuntimeError,)):
         if out is not None:
             options.check_folder("--out", out)
         link = "" if scene is None else link_of(load_scene(scene))

@@ -29,18 +29,17 @@ def minimise(
     json: options.Json = None,
 ) -> None:
     """Rank the states of a chain by magnetic energy, and search it component by component."""
-    with options.errors_in_one_line():
-        options.check_outputs({"--png": png, "--json": json})
-        loaded = load_scene(scene)
-        with options.progress_of(1.0) as tell:
-            tell(0.0, "searching")
-            # The options are text; the minimiser checks them.
-            found = minimiser.minimise(
-                loaded, cast("Any", mode), top, cast("Any", among),
-                progress=lambda done: tell(done, "searching"),
-            )  # fmt: skip
-            tell(1.0, "component by component")
-            feeds = _feeds(loaded)
+    options.check_outputs({"--png": png, "--json": json})
+    loaded = load_scene(scene)
+    with options.progress_of(1.0) as tell:
+        tell(0.0, "searching")
+        # The options are text; the minimiser checks them.
+        found = minimiser.minimise(
+            loaded, cast("Any", mode), top, cast("Any", among),
+            progress=lambda done: tell(done, "searching"),
+        )  # fmt: skip
+        tell(1.0, "component by component")
+        feeds = _feeds(loaded)
     decisions = [decisions_table(found)] if found.decisions else []
     options.show(states_table(found), *decisions, one_by_one_table(feeds))
     options.save(

@@ -20,6 +20,7 @@ from rich.markup import escape
 from rich.measure import Measurement
 from rich.status import Status
 from rich.table import Table
+from typer.core import TyperCommand, TyperGroup
 
 from magfold_env.engine.compile import jit
 from magfold_env.files import pip_install
@@ -74,11 +75,34 @@ WIDEST = 10_000  # of any table
 LONGEST = 4_000  # of a message; beyond, it quotes more than anyone reads
 
 
+class _InOneLine:
+    """A command that reports a user's errors, and Ctrl-C, in one line."""
+
+    def invoke(self, ctx: Any) -> Any:
+        parent: Any = super()
+        with errors_in_one_line():
+            return parent.invoke(ctx)
+
+
+class _Command(_InOneLine, TyperCommand): ...
+
+
+class _Group(_InOneLine, TyperGroup): ...
+
+
 def application(**settings: Any) -> typer.Typer:
     """Return a command line, yet without commands."""
     return typer.Typer(
-        add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False, **settings
-    )
+        cls=_Group, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+        **settings,
+    )  # fmt: skip
+
+
+def application_of(main: Callable[..., None]) -> typer.Typer:
+    """Return a command line that consists of one command."""
+    made = application()
+    made.command(cls=_Command)(main)
+    return made
 
 
 @cache
@@ -198,7 +222,7 @@ def say_written(*paths: Path | None) -> None:
 
 def save(*files: tuple[Path | None, Callable[[Path], object]]) -> None:
     """Write each file that was asked for, in a folder that is made if need be; tell which."""
-    with errors_in_one_line(), busy("writing"):
+    with busy("writing"):
         for path, write in files:
             if path is not None:
                 path.parent.mkdir(parents=True, exist_ok=True)

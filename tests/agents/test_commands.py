@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import pytest
 import typer
 
-from agents.commands import reported_errors, run_command, text_table
+from agents.commands import needing, run_command, text_table
 from magfold_env.cli import options
 from tests.command_line import python
 
@@ -49,13 +49,13 @@ def test_imports_without_the_extra_end_with_it(module: str, tmp_path: Path) -> N
 
 def command(wrong: Annotated[str, typer.Option(help="What is wrong.")] = "") -> None:
     """Do nothing."""
-    with reported_errors(extras="minari"):
+    with needing("minari"):
         if wrong == "module":
             raise ModuleNotFoundError("No module named 'minari'")
-        if wrong == "folder":
-            raise NotADirectoryError("out: is not a folder")
-        if wrong:
-            raise ValueError(f"{wrong}: is not allowed\nnor is {wrong!r}")
+    if wrong == "folder":
+        raise NotADirectoryError("out: is not a folder")
+    if wrong:
+        raise ValueError(f"{wrong}: is not allowed\nnor is {wrong!r}")
 
 
 def call(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> Any:

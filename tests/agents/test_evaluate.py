@@ -131,6 +131,8 @@ TRACK = "; magfold score plays the policies of "
     ("evaluate", ["ppo-tube-feed", *SHORT], "ppo-tube-feed-0: policy: its spaces"),
     ("ablate", ["ppo-tube-feed", *SHORT], "ppo-tube-feed-0: policy: its spaces"),
     ("evaluate", ["--output", "{path}"], "--output: '{path}' is not allowed"),
+    ("ablate", ["random", "--output", "{path}"], "--output: '{path}' is not allowed"),
+    ("generalise", ["--output", "{path}"], "--output: '{path}' is not allowed"),
     ("generalise", ["--set", "learner.algorithm=dqn"], "its algorithm must be one of"),
     ("generalise", ["--components=3", "--folds=2", "--against={path}"], "{path}: target: "),
 ])  # fmt: skip

@@ -8,6 +8,7 @@ from typing import Any
 import typer
 from rich.progress import track
 
+from magfold_env.cli import options
 from magfold_env.envs.anchor import AnchorEnv
 from magfold_env.envs.baselines.baseline import (
     Baseline,
@@ -78,4 +79,4 @@ def _store(track: Any) -> TaskStore:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    options.application_of(main)()
