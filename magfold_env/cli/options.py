@@ -9,9 +9,10 @@ from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 from rich import progress
@@ -24,7 +25,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from magfold_env.engine.compile import jit
 from magfold_env.files import pip_install
-from magfold_env.scene import SceneError
+from magfold_env.scene import Problem, SceneError
 from magfold_env.scene.errors import shortened
 
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
@@ -76,12 +77,20 @@ LONGEST = 4_000  # of a message; beyond, it quotes more than anyone reads
 
 
 class _InOneLine:
-    """A command that reports a user's errors, and Ctrl-C, in one line."""
+    """A command that reports a user's errors, and Ctrl-C, in one line, and refuses empty values."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        with errors_in_one_line():
+            for before, each in pairwise(("", *args)):
+                option, equals, value = each.partition("=")
+                # Python takes an empty path for the current folder.
+                if not each or (option.startswith("--") and equals and not value):
+                    raise SceneError([Problem(option or before, "", "must not be empty")])
+            return cast("Any", super()).parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        parent: Any = super()
         with errors_in_one_line():
-            return parent.invoke(ctx)
+            return cast("Any", super()).invoke(ctx)
 
 
 class _Command(_InOneLine, TyperCommand): ...
