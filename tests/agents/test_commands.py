@@ -29,6 +29,26 @@ def test_commands_without_their_extra_tell_it_in_one_line(missing: str, tmp_path
     assert done.stderr == f"error: agents need Stable-Baselines3: {REMEDY}\n"
 
 
+# Import of what every command needs, in which Ctrl-C arrives.
+SLOW_IMPORT = """
+import sys
+
+class Interrupts:
+    def find_spec(self, name, *_):
+        if name == "agents.commands":
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Interrupts())
+"""
+
+
+def test_ctrl_c_in_imports_ends_commands_quietly(tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(SLOW_IMPORT)
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    done = python("-m", "agents.train", "ppo-tube-feed", check=False, PYTHONPATH=path)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
+
+
 @pytest.mark.medium
 def test_a_command_names_an_extra_of_its_own(tmp_path: Path) -> None:
     done = without("optuna", tmp_path, "-m", "agents.tune", "ppo-tube-feed")
