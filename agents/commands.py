@@ -11,16 +11,30 @@ from rich import box, console, progress, table
 from magfold_env.cli import options
 from magfold_env.files import pip_install
 
+
+def _once(param: typer.CallbackParam, texts: list[str] | None) -> list[str] | None:
+    """Refuse a key that an option sets twice."""
+    options.refuse_repeated(param.opts[0], texts or [])
+    return texts
+
+
 EnvConfig = Annotated[str, typer.Option(help="Training settings that define the environment.")]
 EnvChanges = Annotated[
     list[str] | None,
-    typer.Option(help="Change to an environment setting, KEY=VALUE, such as targets=n8."),
+    typer.Option(
+        callback=_once, help="Change to an environment setting, KEY=VALUE, such as targets=n8."
+    ),
 ]
 Draws = Annotated[int, typer.Option(min=1, help="Episodes per target.")]
 Processes = Annotated[int, typer.Option(min=1, help="Number of parallel processes.")]
 Assignments = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Any other setting, e.g. learner.gamma=0.9."),
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        callback=_once,
+        help="Any other setting, e.g. learner.gamma=0.9.",
+    ),
 ]
 
 

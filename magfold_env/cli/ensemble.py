@@ -81,12 +81,8 @@ def changed_scene(
     """
     if mode is not None:
         scene = releases.release(scene, cast("Any", mode))
-    widths: dict[str, float] = {}
-    for text in spreads or []:
-        name, width = _named_width(text)
-        if name in widths:
-            raise SceneError([Problem("--spread", text, f"must not name {name} a second time")])
-        widths[name] = width
+    options.refuse_repeated("--spread", spreads or [])
+    widths = dict(map(_named_width, spreads or []))
     feed = {"direction": direction, "speed": speed}
     asked = {"mount": mount, "friction": friction, "feed": _given(feed) or None}
     changes = _given(asked)
@@ -127,8 +123,8 @@ def cells(found: Share) -> tuple[str, str, str]:
     return str(found.successes), f"{found.rate:.1%}", f"{found.low:.1%} to {found.high:.1%}"
 
 
-def _given(options: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in options.items() if value is not None}
+def _given(values: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in values.items() if value is not None}
 
 
 def _named_width(text: str) -> tuple[str, float]:

@@ -5,7 +5,7 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
@@ -158,6 +158,14 @@ def errors_in_one_line(
         for line in lines if several else ("; ".join(lines),):
             typer.echo(f"error: {shortened(line, LONGEST)}", err=True)
         raise typer.Exit(code) from None
+
+
+def refuse_repeated(option: str, texts: Sequence[str]) -> None:
+    """Refuse texts KEY=VALUE, two of which have the same key."""
+    keys = [text.partition("=")[0].strip() for text in texts]
+    for k, key in enumerate(keys):
+        if key in keys[:k]:
+            raise SceneError([Problem(option, texts[k], f"must not name {key} a second time")])
 
 
 def check_outputs(paths: Mapping[str, Path | None]) -> None:

@@ -75,11 +75,10 @@ def grid_of(texts: list[str]) -> dict[str, list[float]]:
 
     Values of a range have twelve digits.
     """
+    options.refuse_repeated("--over", texts)
     grid: dict[str, list[float]] = {}
     for text in texts:
         key, _, values = text.partition("=")
-        if key in grid:
-            raise SceneError([Problem("--over", text, f"must not name {key} a second time")])
         try:
             grid[key] = _range(values) if ":" in values else list(map(float, values.split(",")))
         except ValueError as error:
