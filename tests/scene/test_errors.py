@@ -52,6 +52,10 @@ WRONG: list[tuple[dict[str, Any], str, str]] = [
     ({"magnets": {"pole_charge": []}}, "magnets.pole_charge", f"{FACES_OR}, or a row of four for"),
     ({"magnets": {"remanence": [FOUR] * 2}}, "magnets.remanence",
      "must be one number, or four, or 3 rows of four, one for each component"),
+    ({"magnets": {"remanence": "N42"}}, "magnets.remanence", "must be a number in T"),
+    ({"magnets": {"width": [0.006] * 3 + ["6 mm"]}}, "magnets.width[3]", "must be a number in m"),
+    ({"feed": {"schedule": {"time": [[1.0, "5 mm/s"]]}}}, "feed.schedule.time[0][1]",
+     "must be a number in m/s"),
     ({"magnets": {"remanence": 1300}}, "magnets.remanence", "at most 10 T; 1300 mT are 1.3"),
     ({"magnets": {"pole_charge": [FOUR, THREE, FOUR]}}, "magnets.pole_charge[1]", "four numbers"),
     ({"magnets": {"pole_charge": [FOUR, [1, 0, 1, 1], FOUR]}}, "magnets.pole_charge[1][1]",
@@ -129,3 +133,10 @@ def test_every_problem_has_its_own_line_and_a_misspelt_key_its_right_one() -> No
     assert friction.endswith("duration; did you mean friction?")
     with pytest.raises(mf.SceneError, match=r"^sequence: None is not allowed; must be given"):
         mf.Scene(**{})
+
+
+def test_a_class_without_a_source_has_no_units() -> None:
+    space: dict[str, Any] = {"mf": mf, "__name__": "nowhere"}
+    exec("class Own(mf.Magnets): pass", space)
+    with pytest.raises(mf.SceneError, match=r"width: '6 mm' is not allowed; must be a number$"):
+        space["Own"](width="6 mm")
