@@ -62,14 +62,10 @@ def play(
             f"--components: {components} is not allowed; must be {length} for {target!r}"
         )
     env = TubeFeedEnv(
-        scene,
-        render_mode="human",
-        components=length,
-        targets=None if target is None else [target],
-        fidelity=cast("Any", fidelity),
+        scene, render_mode="human", components=length, baseline=None,
+        targets=None if target is None else [target], fidelity=cast("Any", fidelity),
         randomisation=cast("Any", randomisation),
-        baseline=None,
-    )
+    )  # fmt: skip
     options.need_display()
     game = Game(env, seed, target)
     try:

@@ -37,14 +37,9 @@ def ensemble(  # noqa: PLR0913 - one parameter an option
     )
     with options.progress_of(runs) as tell:
         made = releases.ensemble(
-            changed,
-            runs,
-            seed,
-            workers=workers,
-            backend=cast("Any", backend),
-            state=None if out is None else out / "state",
-            progress=lambda made, _: tell(made),
-        )
+            changed, runs, seed, workers=workers, backend=cast("Any", backend),
+            state=None if out is None else out / "state", progress=lambda made, _: tell(made),
+        )  # fmt: skip
     show(made)
     draw = options.drawing("draw_ensemble", made)
     options.save(

@@ -45,13 +45,9 @@ def score(
     with options.progress_bar() as bar:
         task = bar.add_task("")
         found = scored(
-            file,
-            env,
-            seed,
-            episodes,
-            minutes,
+            file, env, seed, episodes, minutes,
             lambda played, wanted: bar.update(task, completed=played, total=wanted),
-        )
+        )  # fmt: skip
     ((name, row),) = found.rows.items()
     rate, low, high = (100 * each for each in row.success)
     seconds, (run,) = found.provenance["seconds"], row.runs

@@ -51,15 +51,9 @@ def sweep(  # noqa: PLR0913 - one parameter an option
     total = runs * math.prod(map(len, grid.values()))
     with options.progress_of(total) as tell:
         made = sweeps.sweep(
-            changed,
-            grid,
-            runs,
-            seed,
-            workers=workers,
-            backend=cast("Any", backend),
-            state=None if out is None else out / "state",
-            progress=lambda made, _: tell(made),
-        )
+            changed, grid, runs, seed, workers=workers, backend=cast("Any", backend),
+            state=None if out is None else out / "state", progress=lambda made, _: tell(made),
+        )  # fmt: skip
     show(made, chosen)
     draw = options.drawing("draw_sweep", made, outcome=chosen)
     options.save(
