@@ -27,7 +27,6 @@ from agents.commands import (
     EnvConfig,
     Processes,
     progress_bar,
-    reported_errors,
     run_command,
 )
 from agents.evaluation import episodes, intervals, policies
@@ -290,15 +289,14 @@ def main(
     """Choose a sequence and speeds for every target; an interrupted search continues."""
     path = output or Path("runs/baselines") / f"{search}.json"
     calls = targets = 0
-    with reported_errors():
-        settings = env_settings(config, env or [])
-        total = len(episodes.make_env(settings).targets)
-        found = choose(search, settings, path, budget, goal, seed, processes)
-        with progress_bar() as bar:
-            task = bar.add_task(search, total=total, note="")
-            for _, chosen in found:
-                calls, targets = calls + chosen.calls, targets + 1
-                bar.update(task, advance=1, note=f"{calls / targets:.0f} calls per target")
+    settings = env_settings(config, env or [])
+    total = len(episodes.make_env(settings).targets)
+    found = choose(search, settings, path, budget, goal, seed, processes)
+    with progress_bar() as bar:
+        task = bar.add_task(search, total=total, note="")
+        for _, chosen in found:
+            calls, targets = calls + chosen.calls, targets + 1
+            bar.update(task, advance=1, note=f"{calls / targets:.0f} calls per target")
     typer.echo(f"{calls} physics calls for {targets} targets; choices written to {path}")
 
 

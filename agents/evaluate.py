@@ -13,7 +13,6 @@ from agents.commands import (
     EnvConfig,
     Processes,
     progress_bar,
-    reported_errors,
     run_command,
     text_table,
 )
@@ -106,14 +105,13 @@ def main(
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/evaluation"),
 ) -> None:
     """Compare random actions, the energy minimiser's designs, searches and trained policies."""
-    with reported_errors():
-        options.check_folder("--output", output)
-        settings = env_settings(config, env or [])
-        methods = episodes.parse_methods(agents or [])
-        for policy in (each for method in methods for each in method.policies):
-            episodes.check(policy, settings)
-        episodes.warm_up(settings)
-        compare(methods, settings, draws, processes, output, built)
+    options.check_folder("--output", output)
+    settings = env_settings(config, env or [])
+    methods = episodes.parse_methods(agents or [])
+    for policy in (each for method in methods for each in method.policies):
+        episodes.check(policy, settings)
+    episodes.warm_up(settings)
+    compare(methods, settings, draws, processes, output, built)
 
 
 if __name__ == "__main__":

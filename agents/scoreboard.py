@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from agents.admission.players import FORWARD, ORACLE, RANDOM
-from agents.commands import reported_errors, run_command
+from agents.commands import run_command
 from agents.evaluation.intervals import Estimate
 from magfold_env.files import write_text
 from magfold_env.scene import Problem, SceneError
@@ -111,8 +111,7 @@ def main(
     output: Annotated[Path, typer.Option(help="Page to write.")] = PAGE,
 ) -> None:
     """Write the scoreboard from the result files."""
-    with reported_errors():
-        write_text(output, page(scores))
+    write_text(output, page(scores))
     typer.echo(f"written: {output}")
 
 

@@ -12,7 +12,6 @@ import typer
 
 from agents.ablate import SEEING
 from agents.admission.players import TRAINED
-from agents.commands import reported_errors
 from agents.evaluation.policies import policies_dir
 from agents.evaluation.shipped import Card, CardError, Training
 from agents.settings import load_settings
@@ -106,8 +105,7 @@ def policies_command(
     folder: Folder = None,
 ) -> None:
     """Write the policies of training runs and a card."""
-    with reported_errors():
-        card = ship_policies(name, runs, folder or policies_dir())
+    card = ship_policies(name, runs, folder or policies_dir())
     typer.echo(f"{name}: {len(card.policies)} policies", err=True)
 
 
@@ -122,9 +120,8 @@ def results_command(
 ) -> None:
     """Add results to the card."""
     path = (folder or policies_dir()) / f"{name}.json"
-    with reported_errors():
-        card = with_results(Card.read(path), files)
-        card.write(path)
+    card = with_results(Card.read(path), files)
+    card.write(path)
     typer.echo(f"{name}: {', '.join(each.view for each in card.results)}", err=True)
 
 

@@ -18,7 +18,7 @@ from filelock import FileLock
 from pydantic import Field, model_validator
 
 from agents import settings as train_settings
-from agents.commands import Assignments, reported_errors, run_command, text_table
+from agents.commands import Assignments, needing, run_command, text_table
 from agents.settings import SettingsError
 from agents.training import envs, run
 from agents.training.folder import RunInfo
@@ -274,7 +274,7 @@ def main(
     ] = None,
 ) -> None:
     """Train with settings drawn from ranges and print the best; an interrupted search continues."""
-    with reported_errors(extras="tune"):
+    with needing("tune"):
         import optuna  # noqa: F401, PLC0415  # pyright: ignore[reportUnusedImport] (an extra, reported first)
 
         search = load_search(config, assignments or (), trials)

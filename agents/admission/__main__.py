@@ -27,7 +27,7 @@ from agents.admission.players import (
     AdmissionTrack,
     own_track,
 )
-from agents.commands import Processes, progress_bar, reported_errors, run_command
+from agents.commands import Processes, progress_bar, run_command
 from agents.evaluation import report
 from agents.evaluation.episodes import Table
 from agents.open_loops.search import Ranked, Search, rounds
@@ -140,30 +140,29 @@ def main(  # noqa: PLR0913 - one parameter per option
     searched, raced = Search(*search), Search(*race)
     seeing, unseeing = policy or [], blind or []
     given = {TRAINED: seeing, DRAWN: seeing, FROZEN: seeing, BLIND: unseeing}
-    with reported_errors():
-        track = own_track(env_id, tasks)
-        if raced.candidates > searched.candidates:
-            raise ValueError(
-                f"--race: {raced.candidates} open loops are not allowed; "
-                f"must be among the {searched.candidates} of --search"
-            )
-        for effort in (searched, raced):
-            rounds(*effort)
-        for path in (*seeing, *unseeing):
-            saved = players.own_policy(path)
-            Player(saved.policy, saved.shown, track.env_of(saved.policy.action_space))
-        # Compile the engine before several processes need it.
-        track.pool.follow(np.array(track.numbers[:1]), [0], [track.open_loops.fastest])
-        key = {
-            "id": env_id,
-            "scene": track.world.scene.model_dump(mode="json"),
-            "tasks": [track.env.tasks[number].model_dump(mode="json") for number in track.numbers],
-            "draws": EVALUATION_VERSION,
-            "physics": physics_digest(),
-        }
-        with progress_bar() as bar:
-            table = Table(bar, processes, folder, key)
-            ends, found = measure(track, table, (searched, raced), episodes, given)
+    track = own_track(env_id, tasks)
+    if raced.candidates > searched.candidates:
+        raise ValueError(
+            f"--race: {raced.candidates} open loops are not allowed; "
+            f"must be among the {searched.candidates} of --search"
+        )
+    for effort in (searched, raced):
+        rounds(*effort)
+    for path in (*seeing, *unseeing):
+        saved = players.own_policy(path)
+        Player(saved.policy, saved.shown, track.env_of(saved.policy.action_space))
+    # Compile the engine before several processes need it.
+    track.pool.follow(np.array(track.numbers[:1]), [0], [track.open_loops.fastest])
+    key = {
+        "id": env_id,
+        "scene": track.world.scene.model_dump(mode="json"),
+        "tasks": [track.env.tasks[number].model_dump(mode="json") for number in track.numbers],
+        "draws": EVALUATION_VERSION,
+        "physics": physics_digest(),
+    }
+    with progress_bar() as bar:
+        table = Table(bar, processes, folder, key)
+        ends, found = measure(track, table, (searched, raced), episodes, given)
     verdict = rule.judge(ends)
     rows = {
         name: row.model_copy(

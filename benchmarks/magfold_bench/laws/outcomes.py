@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from magfold_env.fold import Fold
 from magfold_env.scene import Scene
-from magfold_env.simulation.pack import hinge_offsets
+from magfold_env.simulation.pack import inner_offsets, reversed_inside
 
 Floats = npt.NDArray[np.float64]
 
@@ -53,6 +53,15 @@ def moved_starts(
             move *= np.arange(size) == rng.integers(size)
         for moved in (move, -move):
             yield moved_start(scene, moved)
+
+
+def hinge_offsets(scene: Scene) -> Floats:
+    """Return the initial offsets of hinges to the left of the tube's axis [m], (n + 1,).
+
+    The scene must have a tube and be concrete. Component 1's outer hinge comes first.
+    """
+    offsets = inner_offsets(scene)
+    return offsets[::-1] if reversed_inside(scene) else offsets
 
 
 def moved_start(scene: Scene, move: Floats) -> Scene:

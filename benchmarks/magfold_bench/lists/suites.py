@@ -12,6 +12,7 @@ import yaml
 from rich.progress import Progress
 
 from magfold_env.checkpoint import Checkpoint
+from magfold_env.cli import options
 from magfold_env.designer import SPEEDS, Design, default_scene, design, suites
 from magfold_env.ensembles.releases import ensemble, release
 from magfold_env.files import configs_dir, physics_digest
@@ -144,4 +145,4 @@ def _plain(witness: suites.Witness) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    options.application_of(main)()

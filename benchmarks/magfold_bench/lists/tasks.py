@@ -11,6 +11,7 @@ from rich.progress import track
 from magfold_bench.lists.feed_tasks import find_chambers, find_two_folds
 from magfold_bench.lists.refold_tasks import OTHER_DRAWS, find_refolds
 from magfold_bench.lists.tray_tasks import find_pulls, find_trays
+from magfold_env.cli import options
 from magfold_env.envs.tasks.feed_tasks import Task
 from magfold_env.files import configs_dir, write_text
 
@@ -116,4 +117,4 @@ def _line(found: Found) -> str:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    options.application_of(main)()

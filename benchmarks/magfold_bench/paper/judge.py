@@ -14,6 +14,7 @@ from magfold_bench.laws.experiment import MODES, SEQUENCES, by_hand
 from magfold_bench.paper.figure_18 import NEARLY, movement
 from magfold_bench.paper.statements import CHAINS, ENERGIES, HOLDS, RELEASES, Released, clear
 from magfold_bench.tables import Row
+from magfold_env.cli import options
 from magfold_env.designer.suites import load_suite
 from magfold_env.ensembles.releases import Ensemble, ensemble
 from magfold_env.minimiser import Mode, minimise
@@ -158,4 +159,4 @@ def main(show: Annotated[Literal["shipped", "chains"], typer.Argument()] = "ship
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    options.application_of(main)()

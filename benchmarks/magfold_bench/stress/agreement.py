@@ -27,6 +27,7 @@ from magfold_bench.laws.random_scenes import random_scene
 from magfold_bench.stress.kinds import KINDS, Source
 from magfold_bench.tables import Table, rich_table
 from magfold_env.checkpoint import Checkpoint
+from magfold_env.cli import options
 from magfold_env.files import physics_digest
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.parallel import Workers, finished
@@ -143,4 +144,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    options.application_of(main)()

@@ -12,13 +12,12 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from magfold_bench.laws.along_folds import SteppedSession
-from magfold_bench.laws.outcomes import SAME_WITHIN, moved_starts
+from magfold_bench.laws.outcomes import SAME_WITHIN, hinge_offsets, moved_starts
 from magfold_bench.stress.verdict import Verdict
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import FixedMagnet, Rectangle, Scene
 from magfold_env.scene.base import FrozenModel
 from magfold_env.shapes import FloatArray, centres, headings
-from magfold_env.simulation.pack import hinge_offsets
 from magfold_env.simulation.simulate import simulate
 
 MIRRORED = (3, 2, 1, 0)  # faces: front-left <-> front-right, back-left <-> back-right
