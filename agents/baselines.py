@@ -45,7 +45,7 @@ USUAL_SPEED = 0.2
 
 
 class SpentError(Exception):
-    """No call is left in the budget; the exception ends a search at any point."""
+    """Raised when no call is left in the budget, which ends a search at any point."""
 
 
 class Tally(NamedTuple):
@@ -145,7 +145,7 @@ def speeds_to_try(env: FoldEnv[Any]) -> list[float]:
 
 
 def minimiser_design(goal: float, calls: Calls, rng: np.random.Generator) -> None:
-    """Race the speeds for the sequence whose target has the largest gap to the next energy."""
+    """Race the speeds for the sequence with the largest energy gap above the target."""
     scene: Any = calls.env.scene
     every = _all_deepest(scene) if scene.n <= LONGEST_OF_ALL else {}
     sequence = every.get(calls.target) or _deepest(scene, calls.target)

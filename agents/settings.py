@@ -301,8 +301,8 @@ class ImitationSettings(Group, frozen=True):
     learning_rate: Positive = 1e-3
     """Learning rate of the first pass; it falls towards zero in equal steps from pass to pass."""
     random: Annotated[float, Field(ge=0, lt=1)] = 0.1
-    """Fraction of the episodes' actions in which a random value replaces one random entry; it is
-    not imitated."""
+    """Fraction of the episodes' actions in which one random entry gets a random value; this value
+    is not imitated."""
 
 
 class TrainSettings(Group, frozen=True):

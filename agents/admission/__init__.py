@@ -1,1 +1,1 @@
-"""The admission rule (``python -m agents.admission``): a test of whether a task needs physics."""
+"""The admission rule (``python -m agents.admission``): whether a task needs its physics."""

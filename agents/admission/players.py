@@ -4,8 +4,8 @@
 search and no training uses. Baselines of tasks are in `magfold_env.envs.baselines`, and open loops
 are in `agents.open_loops`. The oracle knows an episode's hidden physics but neither its start nor
 its noise. It races open loops on copies of the episode with another start and other noise, then
-plays the best. The raced open loops are the best of the task's search; with trays, half of them are
-replaced by open loops chosen for the strengths of the episode's magnets.
+plays the winner. It races the best open loops of the task's search; with trays, it replaces half of
+them by open loops chosen for the strengths of the episode's magnets.
 """
 
 from collections.abc import Sequence
@@ -61,7 +61,7 @@ class AdmissionTrack(Track):
         return RolloutPool(self.episodes(WIDTH), self.open_loops)
 
     def drawn(self, episode: int) -> tuple[Scene, Any]:
-        """Return the scene and the task of an episode, with everything that is drawn in them."""
+        """Return the scene and the task of an episode, with all that is drawn."""
         numbers, seeds = self.draws(episode, episode + 1)
         self.env.reset(seed=seeds[0], options={"task": int(numbers[0])})
         return self.open_loops.drawn()

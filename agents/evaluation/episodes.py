@@ -286,7 +286,7 @@ def spread_over(
 ) -> Iterator[Result]:
     """Yield the results of a function for a list of arguments, in order.
 
-    Several processes share the work and are reused later; one process is the current one.
+    Several `processes` share the work and are reused later; 1 means the current process.
     """
     parallel: Any = joblib.Parallel(processes, return_as="generator")
     yield from without_warning(parallel(joblib.delayed(function)(*job) for job in jobs))

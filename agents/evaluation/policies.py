@@ -41,7 +41,7 @@ class OpenLoop(NamedTuple):
 
     @classmethod
     def of_actions(cls, env: FoldEnv[Any], actions: Sequence[Any]) -> "OpenLoop":
-        """Return the choice of actions: one for the chain, or one per component, 1 first."""
+        """Return the choice that actions make, one for the chain or one per component from 1 on."""
         read = [env.actions.decode(action) for action in actions]
         if env.actions.components > 1:
             sequence, speed = read[0]
@@ -137,7 +137,7 @@ def trained(saved: policy_files.SavedPolicy, no_motion: bool = False) -> Policy:
 
 
 def at_speed(policy: Policy, speed: float | None) -> Policy:
-    """Return a policy that feeds a policy's magnets at one speed [m/s], or, if None, at random."""
+    """Return a policy that feeds a policy's magnets at one speed [m/s], or at random if None."""
 
     def begin(
         env: FoldEnv[Any], numbers: Sequence[int], rngs: Sequence[np.random.Generator]

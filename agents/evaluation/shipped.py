@@ -131,7 +131,7 @@ def load_shipped(
     Raises
     ------
     ValueError
-        If there is no such policy, or its file is damaged; if not exactly one set fits an
+        If there is no such policy, if its file is damaged, or if none or several sets fit an
         environment.
     """
     files = shipped_files(name if isinstance(name, str) else _fitting(name.unwrapped))

@@ -33,7 +33,7 @@ from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words
 
 KNOWN = 4000
-"""Number of orders whose energies are compared, with the strengths of an episode."""
+"""Number of orders whose energies are compared for the strengths of an episode."""
 
 Fed = tuple[tuple[int, int], ...]
 """Components, by their places on the tray, and orientations, in the order in which they are fed."""
@@ -100,7 +100,7 @@ class Orders:
         return in_order(np.array(fed), np.array(speeds))
 
     def drawn(self) -> tuple[Scene, TrayTask]:
-        """Return the scene and the task of the environment's episode, with their draws."""
+        """Return the scene and the task of the environment's episode, with all that is drawn."""
         episodes: Any = self._env.episodes
         task: Any = self._env.task
         strengths = tuple(map(tuple, episodes.strengths[0].tolist()))
@@ -171,7 +171,7 @@ class Orders:
         return self._listed[number]
 
     def _key(self, order: FeedOrder, number: int) -> Any:
-        """Return the poles and speeds, which distinguish orders if equal patterns are alike."""
+        """Return the poles and speeds, which tell orders apart if equal patterns are alike."""
         part, lie = np.array(order.fed).T
         return tuple(LYING[self._world.patterns[number, part], lie].tolist()), order.speeds
 

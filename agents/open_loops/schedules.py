@@ -103,7 +103,7 @@ class Schedules:
         return Following([each.way for each in found])
 
     def drawn(self) -> tuple[Scene, FeedTask]:
-        """Return the scene and the task of the environment's episode, with their draws."""
+        """Return the scene and the task of the environment's episode, with all that is drawn."""
         task: Any = self._env.task
         return self._env.to_scene(), task
 

@@ -42,8 +42,8 @@ STANDS = LONGEST_PAUSE + 1, 75
 """Range of the standstill after a first fold, in steps; it exceeds any pause between pulses."""
 
 LEAST = 0.02
-"""Smallest length of the chain that stays outside the tube when it is drawn in, or inside when it
-is let out again before it is drawn in further [diagonals]."""
+"""Smallest length of the chain that stays outside the tube while it is drawn in, or that stays
+inside while it is let out again before it is drawn in further [diagonals]."""
 
 SLIPS = 0.9
 """Share of the drive's largest pull above which the drive may slip."""
@@ -57,7 +57,7 @@ class Redoing(NamedTuple):
 
     first: Schedule
     again: Schedule
-    """The open loop after drawing in."""
+    """The open loop that follows once joints have been drawn in."""
     wrong: float
     """Angle in the wrong direction above which a joint is drawn in [rad]."""
     at_last: float
@@ -96,7 +96,7 @@ class DrawingBack:
         """Number of times that each row has drawn joints in."""
 
     def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:
-        """Return the speeds of some rows for the next step [m/s]."""
+        """Return the speeds of the given rows for the next step [m/s]."""
         diagonal = episodes.world.scene.casing.diagonal
         gone = episodes.chains.advances()
         self._judge(episodes, rows, gone / diagonal)
@@ -152,7 +152,7 @@ class DrawingBackTwice:
         self._goal: Floats = np.full(len(found), np.nan)
 
     def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:
-        """Return the speeds of some rows for the next step [m/s]."""
+        """Return the speeds of the given rows for the next step [m/s]."""
         stage = episodes.stage[rows]
         speeds = np.where(stage == BACK, self._drawn_in(episodes, rows), 0.0)
         for number, fold in self._folds.items():

@@ -114,7 +114,7 @@ class RunFolder:
 
     @property
     def key(self) -> dict[str, Any]:
-        """Everything that must be unchanged when a run is resumed, which leaves out its length."""
+        """Everything that must be unchanged when a run is resumed; only the length may change."""
         return {
             "settings": self.settings.model_dump(mode="json", exclude=_LENGTHS),
             "physics": physics_digest(),

@@ -52,7 +52,7 @@ class Chain(NamedTuple):
     """Components from the tray and the way they are fed."""
 
     fed: tuple[tuple[int, int], ...]
-    """Components and orientations, in the order of feed."""
+    """Components and orientations, in the order in which they are fed."""
     speed: float
     """Feed speed of all components [m/s]."""
 

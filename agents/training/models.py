@@ -130,8 +130,8 @@ def network(
 ) -> tuple[Any, dict[str, Any]]:
     """Return the class of a policy, and the options of its features and its memory.
 
-    `dictionary` says whether observations are a dictionary; `backward`, whether the last component
-    leaves the tube first.
+    `dictionary` says whether observations are a dictionary; `backward` says whether the last
+    component leaves the tube first.
     """
     name = f"{'MultiInput' if dictionary else 'Mlp'}{'' if lstm is None else 'Lstm'}Policy"
     kind: Any = CLASSES[algorithm].policy_aliases[name]

@@ -1,7 +1,7 @@
 """The best open loops of every task, which one search finds for many runs.
 
-The search takes long. It is stored beside the runs in ``open-loops-ID-KEY``, for all runs with the
-same imitation, scene, tasks and actions. If the search is interrupted, the next run continues it.
+The search takes a long time. It is stored beside the runs in ``open-loops-ID-KEY``, for all runs
+with the same imitation, scene, tasks and actions. The next run continues an interrupted search.
 """
 
 import hashlib

@@ -92,7 +92,7 @@ def stress(
         typer.Option(help="Judge only the scene in this file, as --seed draws it."),
     ] = None,
 ) -> None:
-    """Try to break the simulation with random and extreme scenes; exit with 1 if a law breaks."""
+    """Try to break simulations with random and extreme scenes; exit with 1 if one breaks a law."""
     from magfold_bench.stress import campaign, laws, report  # noqa: PLC0415 - for this command only
 
     with options.errors_in_one_line():

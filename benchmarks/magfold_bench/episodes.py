@@ -3,7 +3,7 @@
 Episodes are simulated at the default tolerance until the chains have settled. Magnets are random,
 and speeds are log-uniform over their whole range. In a round, all contestants play the same
 episodes, one after another or in parallel. Every round has new episodes, because some take a
-hundred times as long as others. On one core, processor time counts; on threads, the wall clock.
+hundred times as long as others. One core is timed by processor time, threads by a wall clock.
 """
 
 import time

@@ -30,7 +30,7 @@ DEFAULT = Solver().tolerance
 
 
 FIRST, LATER = "first use", "later use"
-LIMITS = {FIRST: 60.0, LATER: 3.0}  # [s]
+LIMITS = {FIRST: 60.0, LATER: 3.0}  # largest processor times [s]
 LATER_USES = 5
 
 _FOLD = (

@@ -34,7 +34,7 @@ def watched_kernels() -> Generator[Callable[[], float]]:
     """Yield a function that returns the total time [s] of Python's calls to kernels so far.
 
     The time includes kernels that these kernels call, and the cost of a call before the kernel
-    begins. All kernels must be compiled before, because the compiler cannot use watched ones.
+    begins. All kernels must be compiled beforehand, because the compiler cannot use watched ones.
     """
     inside = 0.0
 

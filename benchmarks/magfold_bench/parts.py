@@ -68,7 +68,7 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
 
 
 def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
-    """Measure and print the parts of a benchmark in `only`, or all, and write their results.
+    """Measure and print a benchmark's parts named in `only`, or all, and write their results.
 
     CSV, JSON and PNG files are written into the folder ``out``, unless it is None.
     """

@@ -1,11 +1,11 @@
-"""Time to compute a chain's accelerations with this engine, the paper's equation 39 and peers.
+"""Time for a chain's accelerations by this engine, the paper's equation 39 and other engines.
 
 The chain is pinned, and gravity and motors in its hinges act on it. Every contender is built for
 one problem and first returns its accelerations once, which are compared before anything is timed.
 Each timed call does many evaluations, so the cost of the call itself is negligible. The contenders
 take turns, so that ratios compare measurements close in time. Two rows include more work:
 Pinocchio's algorithm works in three dimensions and is called from Python; the cost of a call at n =
-1, with almost nothing to compute, has a separate row and is subtracted from its other times.
+1, with almost nothing to compute, has its own row and is subtracted from Pinocchio's other times.
 MuJoCo's row is a whole step in three dimensions, with positions, velocities and constraints.
 """
 

@@ -152,7 +152,7 @@ class Judge:
 
 
 def _apart(ways: Floats, still: float) -> npt.NDArray[np.intp]:
-    """Choose states about ``still`` [m] apart, and the last; ``ways`` [m] lie between states."""
+    """Choose states about ``still`` [m] apart, and the last; ``ways`` [m] separate the states."""
     passed = np.cumsum(np.concatenate([[0.0], ways])) // still
     return np.union1d(np.flatnonzero(np.diff(passed, prepend=-1.0)), [len(ways)])
 

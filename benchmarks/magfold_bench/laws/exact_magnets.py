@@ -3,8 +3,8 @@
 A pole face is a uniformly charged rectangle, whose field, ∫ r/|r|³ dA, has a closed form: its
 components are sums over the corners of an arcsinh, an arcsinh and an arctangent. The field of one
 face is summed over the other face with Gauss-Legendre nodes along both its sides. The engine
-instead integrates across the plane in closed form and sums over nodes of both faces. The nearer two
-faces, the more nodes they get, so that errors approach rounding. Faces may differ in size, charge.
+instead integrates across the plane in closed form and sums over nodes of both faces. Nearer faces
+get more nodes, so that errors approach rounding errors. Faces may differ in size and charge.
 """
 
 from collections.abc import Iterator

@@ -52,7 +52,7 @@ def velocity_verlet(model: Model, work: Work, y: Array, until: float, steps: int
 def implicit_midpoint(model: Model, work: Work, y: Array, until: float, steps: int) -> int:
     """Advance by the implicit midpoint rule, which is time-reversible.
 
-    Its equation is solved by fixed-point iteration, which starts from the last accelerations.
+    Its equation is solved by fixed-point iteration, starting from the last step's accelerations.
     """
     m = y.size // 2
     q, v = y[:m], y[m:]

@@ -112,7 +112,7 @@ def order_in_feed(scene: Scene) -> npt.NDArray[np.intp]:
 def beyond_bore(
     scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.int64]
 ) -> Floats:
-    """Return how far held casings extend beyond the tube's inner wall at most [m], (m,).
+    """Return the largest distance of a held casing's corner beyond the tube's inner wall [m], (m,).
 
     The arguments are those of `depths`. Corners are treated as sharp.
     """

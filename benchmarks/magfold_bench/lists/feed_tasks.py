@@ -117,7 +117,7 @@ def find_chambers(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[F
 
 
 def takes_several_speeds(came: Any) -> bool:
-    """Return whether a word needs several speeds; ``came`` (draws, speeds) tells when it occurs."""
+    """Return whether a word needs several speeds; ``came`` (draws, speeds) marks runs with it."""
     return bool(came.any(axis=1).sum() >= LEAST and came.sum(axis=0).max() <= MOST)
 
 

@@ -27,7 +27,7 @@ KINDS: dict[str, Kind] = {"bars": "", "strong": "-strong"}
 
 
 def measure(quick: bool, progress: Progress) -> Measured:
-    """Release chains as often as the paper: with the given magnets, and with strong ones.
+    """Release chains as often as the paper does, with the given magnets and with strong ones.
 
     Releases take only seconds, so ``quick`` does not reduce their number.
     """

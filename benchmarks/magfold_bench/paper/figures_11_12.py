@@ -23,7 +23,7 @@ from magfold_env.shapes import BoolArray
 from magfold_env.simulation.pack import pack_magnets
 
 SMALL = 0.1
-"""Distances below this share of that between the paper's simulation and its film are small."""
+"""Distances below this share of the paper's distance between simulation and film are small."""
 
 
 ERROR, EARLY = "error [rad²]", "before the first snap: "

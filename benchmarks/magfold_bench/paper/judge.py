@@ -107,7 +107,7 @@ def degrees(name: str, point: Point) -> Row:
 
 
 def folded(point: Point, n: int) -> float:
-    """Return how often longer free chains with one stable fold each fold into it, on average."""
+    """Return how often longer free chains fold on average; each has only one stable fold."""
     suite = load_suite(f"n{n}")
     found = [suite.words[word]["unique"].sequence for word in suite.words]
     scene = scene_at(Point(point.ratio, SHIPPED.speed), "free")

@@ -57,7 +57,7 @@ class Motion:
         return angles_to_word(self.joints[-1])
 
     def snaps(self) -> dict[int, float]:
-        """Return when each joint that snapped, numbered from 1, first did so [s], in that order."""
+        """Return the times [s] at which joints, numbered from 1, first snapped, in this order."""
         there = np.abs(self.joints) >= SNAP
         first = {k + 1: float(self.time[there[:, k].argmax()]) for k in range(there.shape[1])}
         reached = {k: at for k, at in first.items() if there[:, k - 1].any()}

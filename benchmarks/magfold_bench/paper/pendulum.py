@@ -1,4 +1,4 @@
-"""Figures 15 and 16: how integrators change a pendulum's energy, and how long it takes."""
+"""Figures 15 and 16: how integrators change a pendulum's energy, and how long they take."""
 
 import math
 from collections.abc import Callable

@@ -15,8 +15,8 @@ from magfold_env.minimiser import Mode
 HOLDS = 0.5
 """Degree above which a statement holds."""
 RARE = 0.1
-"""Smallest share of releases with an outcome that, in the paper, occurs, and largest share with an
-outcome that does not occur."""
+"""Smallest share of releases for an outcome that occurs in the paper, and largest share for an
+outcome that does not occur there."""
 
 _BOTH: tuple[Mode, Mode] = ("free", "forward")
 _EVERY: tuple[Mode, ...] = (*_BOTH, "backward")
@@ -72,7 +72,7 @@ def _share(rate: float, whole: float) -> float:
 
 
 def prefers(mode: Mode, name: str) -> Callable[[Released], float]:
-    """Return a function: the degree to which a state is more frequent than other full folds."""
+    """Return a function for the degree to which a state is more frequent than other full folds."""
 
     def degree(made: Released) -> float:
         often = made.rate(mode, name)
@@ -105,7 +105,7 @@ def _rarer(made: Released) -> float:
 
 
 def _only_stable(*exceptions: str) -> Callable[[Released], float]:
-    """Return a function: the degree to which all full folds are stable states or exceptions."""
+    """Return a function for the degree to which full folds are stable states or exceptions."""
 
     def degree(made: Released) -> float:
         allowed = made.stable | {made.names.get(name, "") for name in exceptions}

@@ -124,7 +124,7 @@ def end_of(scene: Scene) -> End:
 
 
 def turned_end(scene: Scene) -> End:
-    """Return how a scene ends that is turned as a whole, including the chain."""
+    """Return how a scene ends if everything is turned, including the chain."""
     session = SteppedSession(turned(scene, TURN), stride=AT_ONCE)
     session.turn(TURN)
     session.settle()
