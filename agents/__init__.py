@@ -18,7 +18,7 @@ def _report(kind: type[BaseException], *error: Any) -> None:
 if _IS_COMMAND:
     sys.excepthook = _report
 
-# `magfold_env.files.pip_install` cannot make this text: its own dependencies may be missing.
+# `magfold_env.files.pip_install` cannot write this text: its own dependencies may be missing.
 if not all(map(find_spec, ("sb3_contrib", "stable_baselines3", "tensorboard", "torch"))):
     _message = "agents need Stable-Baselines3: install the extra, pip install -e '.[agents]'"
     if _IS_COMMAND:

@@ -1,9 +1,9 @@
 """Ablation of a trained policy: ``python -m agents.ablate POLICY``.
 
-The policy plays tube feed unchanged and with parts of it removed, as ``docs/evaluation.md``
+The policy plays ``TubeFeed`` unchanged and with parts of it removed, as ``docs/evaluation.md``
 describes, always on the same targets and draws. Intervals are 95 % bootstrap intervals over
 training seeds and targets together; intervals of differences are paired by seed, target and draws.
-Calling the command again continues an interrupted run or prints a finished table again.
+If it is called again, the command continues an interrupted run or prints a finished table.
 """
 
 from pathlib import Path

@@ -59,7 +59,7 @@ def compare(
 ) -> report.Played:
     """Evaluate methods, show tables of the results, and write numbers and a page to `folder`.
 
-    The comparison includes random actions and, unless some target has none, the energy minimiser's
+    The comparison includes random actions and, if every target has one, the energy minimiser's
     designs. The given methods come first. If `built`, each choice is also folded as a chain built
     beforehand. The other arguments are those of `evaluate`.
     """

@@ -1,9 +1,9 @@
 """Loss of success on words excluded from training: ``python -m agents.generalise CONFIG``.
 
-All fully folded words are divided into folds. For each fold, a policy is trained on the words of
-the other folds; it then plays the held-out words of its own fold and the words of the others, which
-it has seen. For comparison, another method with separate choices for every word may play all words.
-Calling the command again continues an interrupted run.
+All fully folded words are divided into the folds of a cross-validation. For each fold, a policy is
+trained on the words of the other folds; it then plays the held-out words of its own fold and the
+words of the others, which it has seen. For comparison, another method with separate choices for
+every word may play all words. If it is called again, the command continues an interrupted run.
 """
 
 from collections.abc import Mapping, Sequence
@@ -62,7 +62,8 @@ def summary(
 ) -> dict[str, intervals.Estimate]:
     """Summarise success by word; intervals are from the bootstrap over words.
 
-    Each word is held out once. The policies of all other folds saw it; their rates are averaged.
+    Each word is held out once. The policies of all other folds have seen it; their rates are
+    averaged.
     """
     words = list(held)
     rates = np.array([list(held.values())])

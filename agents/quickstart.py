@@ -24,7 +24,7 @@ def main(
 ) -> None:
     """Train a policy briefly and compare it with random actions and the energy minimiser.
 
-    The policy also plays with motion hidden; the difference shows the benefit of seeing the chain.
+    The policy also plays with motion hidden; the difference shows the benefit of observing motion.
     """
     settings = load_settings(CONFIG, minutes=minutes)
     policy = train(settings, output, resume=False)

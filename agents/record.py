@@ -1,6 +1,6 @@
 """Record episodes as a dataset in Minari's format: ``python -m agents.record ENV``.
 
-The dataset is for learners that have no environment. An episode's metadata contain its final info
+The dataset is for learners without an environment. An episode's metadata contain its final info
 (target, success and score) and its seed, with which the environment repeats the episode bit for
 bit. All draws use training seeds, which no reported result uses.
 """

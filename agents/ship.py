@@ -57,7 +57,7 @@ def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
 
 
 def with_results(card: Card, files: list[Path]) -> Card:
-    """Return a card with new results; results of commands without a new file stay.
+    """Return a card with new results; results of commands without a new file are kept.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def with_results(card: Card, files: list[Path]) -> Card:
 
 
 def _own(card: Card, results: Results) -> Results:
-    """Return results as a card stores them: of single episodes, only its policies' success."""
+    """Return results as a card stores them: of episodes, only the success of its policies."""
     rows = {name: row.model_copy(update={"runs": ()}) for name, row in results.rows.items()}
     if results.view == "evaluation":
         digests = [each.sha256 for each in card.policies]

@@ -2,8 +2,8 @@
 
 Players (`agents.admission.players`) play the same draws, which no search and no training uses, and
 the rule (`agents.admission.rule`) sets the required differences. Lines of the rule that need
-trained policies are measured only if such policies are given. Calling the command again continues
-an interrupted run; with other policies or more episodes, it plays those that are missing.
+trained policies are measured only if such policies are given. If it is called again, the command
+continues an interrupted run; with other policies or more episodes, it plays what is missing.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -41,7 +41,7 @@ BLOCK = 50
 """Number of episodes in a job, if they are short."""
 
 Ranking = dict[int, list[Ranked]]
-"""The candidates of every task, by its number, the best first."""
+"""The candidates of every task, by the task's number, the best first."""
 
 
 def measure(
@@ -54,8 +54,8 @@ def measure(
     """Play the episodes that the table's folder does not contain yet.
 
     Returns every player's success and score, (runs, episodes, 2), and the ranked candidates for
-    open loops. `efforts` are the effort of the search for open loops and that of the oracle's race;
-    `given` maps names of players to the paths of their policies.
+    open loops. `efforts` contains the efforts of the search for open loops and of the oracle's
+    race; `given` maps each player's name to the paths of its policies.
     """
     searched, raced = efforts
 

@@ -1,4 +1,4 @@
-"""Commands of `python -m magfold_bench`: each benchmark, the whole suite, `stress` and `paper`."""
+"""Commands of `python -m magfold_bench`: one per benchmark, the suite, `stress` and `paper`."""
 
 # Annotations must not be postponed: an option's help below depends on the command.
 
@@ -34,10 +34,10 @@ def suite(
         typer.Option(help="Folder of the suite's report; runs/bench-quick or -full by default."),
     ] = None,
 ) -> None:
-    """Measure this machine and this version with all benchmarks, or with one by name.
+    """Measure this machine and this version with all benchmarks, or with a named one.
 
-    One page, report.html, shows the results of all benchmarks; tables and diagrams are beside it.
-    An interrupted run continues if the same folder is given.
+    The page report.html shows the results of all benchmarks; tables and diagrams are beside it.
+    To continue an interrupted run, give the same folder.
     """
     if context.invoked_subcommand is not None:
         if quick or full or out is not None:
@@ -90,7 +90,7 @@ def stress(
         typer.Option(help="Judge only the scene in this file, as --seed draws it."),
     ] = None,
 ) -> None:
-    """Try to break the simulation with random and extreme scenes; exit code 1 if a law fails."""
+    """Try to break simulations with random and extreme scenes; exit with 1 if one breaks a law."""
     from magfold_bench.stress import campaign, laws, report  # noqa: PLC0415 - for this command only
 
     options.check_folder("--out", out)
