@@ -51,7 +51,7 @@ class Setting(NamedTuple):
         return default and (self.method, self.step) == (Solver().method, Solver().tolerance)
 
     def as_tight(self, other: Setting) -> bool:
-        """Whether the other setting has the same method and this one is no looser in any value."""
+        """Return whether this setting has the other's method and is no looser in any value."""
         finer = (self.accuracy or 0.0) <= (other.accuracy or 0.0)
         return self.method == other.method and self.step <= other.step and finer
 
@@ -70,7 +70,7 @@ class Setting(NamedTuple):
 
 
 def has_accuracy(scene: Scene) -> bool:
-    """Whether the magnets have an accuracy: point magnets have fixed nodes, pendula no magnets."""
+    """Return whether magnets have an accuracy; point magnets have fixed nodes instead."""
     return scene.magnets is not None and scene.magnets.model == "strips"
 
 

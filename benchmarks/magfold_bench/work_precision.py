@@ -132,7 +132,7 @@ class Reference(NamedTuple):
         return self.known > CLOSE
 
     def error_on_the_way(self, run: Fold) -> float:
-        """Largest difference in a joint's angle at any time [rad], or its uncertainty if larger."""
+        """Return a joint's largest difference at any time [rad], or its uncertainty if larger."""
         return max(runs.difference(run, self.fold), self.known, NUDGE)
 
 

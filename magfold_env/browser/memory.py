@@ -229,7 +229,7 @@ class Block:
 
 
 def _arrays(packed: Any, name: str, word: int) -> Iterator[tuple[int, str, NDArray[Any]]]:
-    """Yield the place of each address in a NamedTuple that begins at ``word``, name and array."""
+    """Yield a NamedTuple's arrays and names, with their addresses' places from ``word`` on."""
     for field, value in zip(packed._fields, packed, strict=True):
         if isinstance(value, np.ndarray):
             yield word, f"{name}.{field}", value

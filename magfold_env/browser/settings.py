@@ -85,7 +85,7 @@ class Settings(NamedTuple):
 
 @inlined
 def is_flipped(settings: Settings) -> bool:
-    """Whether the engine counts from component n, the end that a forward feed holds."""
+    """Return whether the engine counts from component n, the end that a forward feed holds."""
     return settings.choice[MOUNT] == TUBE and settings.choice[FORWARD] == 1
 
 

@@ -210,7 +210,7 @@ def keep(search: Search) -> None:
 
 @kernel
 def is_stable(search: Search) -> int:
-    """Whether the current word is folded and no like poles touch."""
+    """Return whether the current word is folded and no like poles touch."""
     table = PairTable(search.coupling, search.coupling.shape[0] // 2, search.charge, True)
     for k in range(1, search.x.size):
         if _TURNS[search.tried[k - 1] - 1] == 0:

@@ -16,7 +16,7 @@ from magfold_env.simulation.far_table import fill, filter_rows
 
 @by_pointer
 class FarKit(NamedTuple):
-    """The data from which the table of casings farther apart is computed."""
+    """The data from which the table for casings that are farther apart is computed."""
 
     magnets: Magnets
     far: Array  # distances at which few nodes suffice [m]
@@ -59,7 +59,7 @@ def make_far_table(kit: FarKit, tables: Tables) -> None:
 
 @kernel
 def turn(values: Array, out: Array) -> None:
-    """Swap the last two axes of values (…·turns, turns)."""
+    """Swap the last two axes of values, which have the shape (…·turns, turns)."""
     turns = values.shape[1]
     for d in range(values.shape[0] // turns):
         for b in range(turns):

@@ -89,13 +89,13 @@ and numbers. The kernels return a number or nothing."""
 
 @jit.kernel
 def sine(x: float) -> float:
-    """Sine of an angle [rad]."""
+    """Return the sine of an angle [rad]."""
     return elementary.sincos(x)[0]
 
 
 @jit.kernel
 def cosine(x: float) -> float:
-    """Cosine of an angle [rad]."""
+    """Return the cosine of an angle [rad]."""
     return elementary.sincos(x)[1]
 
 
@@ -118,7 +118,7 @@ def fused(a: float, b: float, c: float) -> float:
 
 @jit.kernel
 def arctangent(y: float, x: float) -> float:
-    """Angle of the vector (x, y) [rad]."""
+    """Return the angle of the vector (x, y) [rad]."""
     return elementary.direction(x, y)
 
 
@@ -135,7 +135,7 @@ _LEAST, _MOST = -708.0, 709.0  # the result is 0 or infinite beyond
 
 @jit.kernel
 def exponential(x: float) -> float:
-    """Exponential function, to within one unit in the last place; results below e⁻⁷⁰⁸ become 0."""
+    """Return eˣ to within one unit in the last place; results below e⁻⁷⁰⁸ become 0."""
     if not x > _LEAST:
         return 0.0 if x <= _LEAST else x
     if x > _MOST:

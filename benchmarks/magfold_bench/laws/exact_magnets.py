@@ -162,10 +162,10 @@ def rectangle_pull(
 def rectangle_field(
     x: Array, y: Array, z: Array, width: Array, height: Array
 ) -> tuple[Array, Array]:
-    """In-plane components of ∫ r/|r|³ dA over the rectangle |x| ≤ width/2, |z| ≤ height/2, y = 0.
+    """Return the in-plane components of ∫ r/|r|³ dA over a rectangle in the plane y = 0.
 
-    The integral is 4π times the field of a face with unit charge per area. The arguments [m] have
-    shapes that broadcast together.
+    The rectangle is |x| ≤ width/2, |z| ≤ height/2. The integral is 4π times the field of a face
+    with unit charge per area. The arguments [m] have shapes that broadcast together.
     """
     along, through = 0.0, 0.0
     for i in (-1.0, 1.0):

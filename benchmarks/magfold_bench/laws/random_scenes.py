@@ -44,7 +44,7 @@ def random_scene(seed: int) -> Scene:
 
 
 def is_designed(seed: int) -> bool:
-    """Whether the scene for a seed has a sequence that is designed to fold."""
+    """Return whether the scene for a seed has a sequence that is designed to fold."""
     return seed % 2 == 0
 
 

@@ -102,7 +102,7 @@ def words_in_turn(
 
 
 def _is_folded(episodes: Any, rows: Ints) -> Bools:
-    """Whether every joint of each chain is at a right angle."""
+    """Return whether every joint of each chain is at a right angle."""
     joints = np.diff(episodes.arrays.angles[rows], axis=1)
     return np.all(np.abs(np.abs(joints) - 0.5 * np.pi) <= SUCCESS_TOLERANCE, axis=1)
 

@@ -52,7 +52,7 @@ FULL: tuple[dict[int, tuple[Mesh, ...]], int] = ({6: FINE, 60: FINE[:2]}, 3)
 
 
 def installed() -> bool:
-    """Whether magpylib is installed; the extra ``peers`` contains it."""
+    """Return whether magpylib is installed; the extra ``peers`` contains it."""
     return find_spec("magpylib") is not None
 
 

@@ -39,7 +39,7 @@ def random_scene(rng: np.random.Generator, n: int) -> Scene:
 
 
 def random_pair(rng: np.random.Generator, side: float) -> tuple[Array, Array]:
-    """Centres (2, 2) [m] and headings (2,) [rad] of two casings that touch or are close.
+    """Return centres (2, 2) [m] and headings (2,) [rad] of two casings that touch or are close.
 
     A third of the pairs lie flush, some of them displaced along each other; a third touch at any
     angle; the others have a log-uniform gap.
@@ -65,7 +65,7 @@ def random_pair(rng: np.random.Generator, side: float) -> tuple[Array, Array]:
 
 
 def random_shape(rng: np.random.Generator, n: int, side: float) -> Array:
-    """Headings (n,) [rad] of a chain without overlap: folded, nearly folded or nearly straight."""
+    """Draw headings (n,) [rad] of a chain without overlap, from folded to nearly straight."""
     while True:
         share = rng.choice(FOLDED_SHARES)
         headings = joint_headings(word_to_angles(rng.choice(folded_words(n))) * share)
@@ -74,12 +74,12 @@ def random_shape(rng: np.random.Generator, n: int, side: float) -> Array:
 
 
 def unfolded(n: int) -> Array:
-    """Headings (n,) [rad] of a chain with a small zigzag, like a chain before it folds."""
+    """Return headings (n,) [rad] of a chain with a small zigzag, like a chain before it folds."""
     return 0.03 * np.tile([1.0, -1.0], n)[:n]
 
 
 def folded(n: int) -> Array:
-    """Headings (n,) [rad] of a chain of any length folded into a compact block.
+    """Return headings (n,) [rad] of a chain of any length that is folded into a compact block.
 
     The chain forms staircases of about √n casings each, up and down by turns, side by side. Every
     joint is at its left or right stop, and no casings overlap.
@@ -116,7 +116,7 @@ class Sample:
         return len(self.scenes)
 
     def errors(self, loads: Loads) -> Array:
-        """Largest error in every state (states,), in units of the force between two flush faces.
+        """Return the largest error in each state (states,), in units of the force of flush faces.
 
         Both the errors of forces and those of torques, divided by the side, count.
         """

@@ -236,7 +236,7 @@ def force_rows() -> list[Row]:
 
 
 def _magnet_force(face: Callable[[float], float], gap: float, thickness: float) -> float:
-    """Force between two magnets [N], given the force between faces as a function of the gap [m].
+    """Return the force between two magnets [N], given that between faces by their gap [m].
 
     Each magnet has two faces of opposite sign, a thickness [m] apart.
     """

@@ -60,7 +60,7 @@ class Statement(NamedTuple):
 
 
 def on_the_way(word: str, goal: str, outer: Collection[int]) -> bool:
-    """Whether a word is the goal, except that some outer joints, numbered from 1, are straight."""
+    """Return whether a word is the goal except for some straight outer joints, numbered from 1."""
     straight = [joint for joint, letter in enumerate(word, start=1) if letter == "S"]
     turned = all(a in (b, "S") for a, b in zip(word, goal, strict=True))
     return bool(straight) and turned and set(straight) <= set(outer)

@@ -74,7 +74,7 @@ def check(scene: Scene) -> Verdict:
 
 
 def identical(one: Fold, other: Fold) -> bool:
-    """Whether two folds are equal, bit for bit."""
+    """Return whether two folds are equal, bit for bit."""
     return all(
         np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True)
         for name in ("angles", "base", "energy", "time", "steps", "evaluations")
@@ -82,7 +82,7 @@ def identical(one: Fold, other: Fold) -> bool:
 
 
 def is_finite(fold: Fold) -> bool:
-    """Whether all numbers at the end are finite."""
+    """Return whether all numbers at the end are finite."""
     values = np.concatenate([fold.angles, fold.base, [fold.energy, fold.time]])
     return bool(np.isfinite(values).all())
 
@@ -104,7 +104,7 @@ def check_refusal(scene: Scene, fold: Fold, verdict: Verdict) -> None:
 
 
 def poles_meet(scene: Scene) -> bool:
-    """Whether poles may pass through each other, where forces are unbounded.
+    """Return whether poles may pass through each other, where forces are unbounded.
 
     Only contact keeps poles apart, and the paper's solver has no contact.
     """

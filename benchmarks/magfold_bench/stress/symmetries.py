@@ -100,7 +100,7 @@ def reason_set_aside(scene: Scene, here: End, different: Mapping[str, End]) -> s
 def is_decided_by_error(
     scene: Scene, here: End, different: Mapping[str, End], tighter: float
 ) -> bool:
-    """Whether views agree at a tighter tolerance, or change much between tolerances."""
+    """Return whether views agree at a tighter tolerance, or change much between tolerances."""
     solver = scene.solver
     tight = scene.replace(
         solver={
@@ -131,7 +131,7 @@ def turned_end(scene: Scene) -> End:
 
 
 def alike(one: End, other: End) -> bool:
-    """Whether two chains end alike."""
+    """Return whether two chains end alike."""
     return one.status is other.status and _apart(one.joints, other.joints) <= SAME_WITHIN
 
 
