@@ -136,7 +136,7 @@ class Found(NamedTuple):
     bound: float | None = None
     """Proven upper bound of the score; None if unknown."""
     certificate: str = ""
-    """The reason if there is no choice."""
+    """The reason, if there is no choice."""
 
 
 @dataclass(frozen=True)

@@ -161,7 +161,7 @@ class Design(Shown):
     """The chain with the resulting sequence and speed, ready for `simulate`; None if there is no
     sequence."""
     reached: bool
-    """Whether the objective is met. The target is the only ground state or, for `unique`, the only
+    """Whether the objective is met: the target is the only ground state or, for `unique`, the only
     stable word; for `probability`, the share of successes reaches the goal."""
     score: float | None
     """The gap [J], or the tolerance or share of successes, depending on the objective."""

@@ -278,7 +278,7 @@ class Chains:
             return
         record = reference(self.frames.record)
         while len(rows) > 0:
-            # In batches, because Python can be interrupted only between two calls.
+            # Chains run in batches, because Python can be interrupted only between two calls.
             some, rows = rows[:AT_ONCE], rows[AT_ONCE:]
             arguments = (
                 self._codes, *self._references, record, self._until, some, self.outcomes,

@@ -51,7 +51,7 @@ def field(scene: Scene, angles: npt.ArrayLike, points: npt.ArrayLike) -> Array:
     node, weight = magnets.level_node[0], magnets.level_weight[0]
     if magnets.strips:
         node, weight = graded_rule(NODES)
-    # The plane as complex numbers.
+    # Points of the plane are complex numbers.
     centre = np.ascontiguousarray(magnets.face_x + 1j * magnets.face_y)
     along = magnets.face_tx + 1j * magnets.face_ty
     turn = work.pose.cos + 1j * work.pose.sin

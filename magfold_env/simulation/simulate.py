@@ -218,7 +218,7 @@ def checked(key: str, values: npt.ArrayLike, scene: Scene, *, stacked: bool = Fa
     n = scene.n
     try:
         given: Any = np.asarray(values)
-        # NumPy would drop imaginary parts and read texts.
+        # NumPy would drop imaginary parts and parse texts as numbers.
         array = given.astype(np.float64, casting="unsafe" if given.dtype == object else "same_kind")
     except (TypeError, ValueError, OverflowError):
         raise SceneError([Problem(key, values, f"must be {n} numbers")]) from None

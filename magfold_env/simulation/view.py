@@ -153,7 +153,7 @@ class ChainState:
     """Headings [rad] and their rates [rad/s], shape (n,)."""
     base: NDArray[np.float64]
     base_velocity: NDArray[np.float64]
-    """Outer hinge of component 1 [m], mouth of the tube at the origin, and its velocity [m/s],
+    """Outer hinge of component 1 [m], with the tube's mouth at the origin, and its velocity [m/s],
     shape (2,)."""
 
     @property

@@ -169,7 +169,7 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
     stops, rows = work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]
     near = NEAR * jacobian.TOUCH * model.side
     for r in range(rows):
-        # Rows that pressed at the end of the step; the other contacts may separate.
+        # These rows pressed at the end of the step; the other contacts may separate.
         work.rows.passive[r] = int(work.rows.multiplier[r] > 0.0)
     off = math.inf
     for correction in range(CORRECTIONS + 1):

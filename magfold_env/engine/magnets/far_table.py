@@ -171,7 +171,7 @@ def _fold(
         for k in range(PLACES):
             product[f, k] = charge[i, f] * charge[j, (e // quarter - k + PLACES) % FACES]
     for k in range(SPLINES):
-        # Unsigned, because a signed index might count from the end, which prevents vector loads.
+        # A signed index might count from the end, which would prevent vector loads.
         row = np.uint64(a + k)
         for m in range(SPLINES):
             c0, c1 = np.uint64(column[0] + m), np.uint64(column[1] + m)
@@ -207,7 +207,7 @@ def stiffen(
         math.sqrt(face_tx[0] * face_tx[0] + face_ty[0] * face_ty[0]),
     )
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    # In the frame of i.
+    # The relative pose in the frame of i.
     ci, si, cj, sj = pose.cos[i], pose.sin[i], pose.cos[j], pose.sin[j]
     ex, ey = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
     dx, dy = ci * ex + si * ey, ci * ey - si * ex

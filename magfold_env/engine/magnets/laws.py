@@ -58,7 +58,7 @@ def node_law(
     a = math.sqrt(sum2)
     if even:
         total = r + math.sqrt(r2 + sum2)
-        # One division instead of two, because divisions take most of the time.
+        # This needs one division instead of two; divisions take most of the time.
         both = 1.0 / (r * total)
         inverse, inverse_r = both * r, both * total
         # A − ρ, and asinh(a/ρ) by log(1 + z), without loss of digits at large distances.

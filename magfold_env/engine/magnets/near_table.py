@@ -142,7 +142,7 @@ def multiply(charge: Array, i: int, j: int, out: Array) -> None:
 def weigh(table: Array, row: int, begin: int, product: Array, part: Array) -> float:
     """Return the sum of a row's entries times the products of charges."""
     for p in range(FACES):
-        # Unsigned, because a signed index might count from the end, which prevents vector loads.
+        # A signed index might count from the end, which would prevent vector loads.
         e = np.uint64(begin + p)
         part[p] = (product[p] * table[row, e] + product[p + 4] * table[row, e + np.uint64(4)]) + (
             product[p + 8] * table[row, e + np.uint64(8)]

@@ -115,7 +115,7 @@ def signature(work: Work) -> int:
     found = work.rows.counts[ix.CONTACTS]
     for r in range(work.rows.counts[ix.CONTACTS]):
         for k in range(2 if r < work.rows.counts[ix.JOINT_STOPS] else 3):
-            # Truncated, so that the next product does not overflow.
+            # The hash is truncated, so that the next product does not overflow.
             found = (31 * found + work.rows.id[r, k]) & LOW_BITS
     return found
 

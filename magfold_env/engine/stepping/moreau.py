@@ -140,7 +140,7 @@ def attempt_step(
         if bent > SHARE * model.tolerance and shorter_helps:
             h *= 0.5
             continue
-        # Changes by forces grow with the square of a step's length, changes by impacts linearly.
+        # Changes by forces grow with the square of a step's length, those by impacts linearly.
         shorter = CAUTION * math.sqrt(SHARE * model.tolerance / max(moved, TINY))
         if moved > SHARE * model.tolerance and h > finest:
             h = max(min(max(shorter, 0.1), 0.8) * h, finest)
@@ -303,10 +303,10 @@ def constrain(
             law.friction_rows(lo, model, work.pose, work, count, i)
             count += 3
     dynamics.respond(lo, model, work, count)
-    # Friction is a force, so with it the unknowns are accelerations over the step, not velocities.
+    # Friction is a force, so the unknowns are then accelerations over the step, not velocities.
     unit = h if count > rows else 1.0
     for r in range(count):
-        # Conditions on gaps hold in this pose, conditions on friction at the step's end.
+        # Conditions on gaps hold in this pose, and those on friction hold at the step's end.
         rest = work.rows.bias[r] if r < rows else left * work.rows.bias[r]
         work.rows.bias[r] = (rest + dynamics.rate_of(lo, work, r, v)) / unit
         work.rows.equality[r] = 0

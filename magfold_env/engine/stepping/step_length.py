@@ -24,8 +24,8 @@ EASY = 1e-4  # an error that allows the largest growth
 CAUTION = 0.8  # times the longest step that the error allows
 LARGEST_GROWTH = 5.0
 LEAST_GROWTH = 0.2  # after an accepted step, regardless of the attempts before
-# Step lengths times friction's rate: beyond STIFF stability limits an explicit step; up to MILD an
-# explicit step is cheaper.
+# Step lengths times friction's rate: beyond STIFF, stability limits an explicit step; up to MILD,
+# an explicit step is cheaper.
 STIFF, MILD = 2.5, 2.0
 OTHERS = 4  # number of explicit steps after a Chebyshev step that was no better
 
