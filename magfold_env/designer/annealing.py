@@ -1,13 +1,13 @@
 """Design by energy for chains of any length: annealing against the relevant rivals.
 
 A long chain has too many words to compare the target with all of them, and few are close in energy.
-Annealing therefore compares it with some words, at first those that differ in one letter. The exact
-search for ground states then finds the real rivals for the resulting sequence, and annealing
+Annealing therefore compares it with only some words, at first those that differ in one letter. The
+exact search for ground states then finds the real rivals for the resulting sequence, and annealing
 continues with these until the search finds no new rivals.
 
 Annealing can be restricted to sequences whose only stable word is the target. Where joint k of the
 target is L, the faces that touch when it is L must have opposite poles, and the faces that touch
-when it is R must have equal poles; every other fully folded word then has a conflict. The faces at
+when it is R must have like poles; every other fully folded word then has a conflict. The faces at
 the target's other contacts must have opposite poles as well. Each condition is an equation between
 the signs of two faces. Together they divide the faces into groups in which one sign determines all
 others.
@@ -47,8 +47,8 @@ class Annealed(NamedTuple):
 
     sequence: tuple[str, ...]
     score: float
-    """Score of the worst rival: its exact energy above the target [J], or the least tolerance
-    known."""
+    """Score of the worst rival: its exact energy above the target [J], or its least known
+    tolerance."""
 
 
 def anneal_sequence(

@@ -48,7 +48,7 @@ class Rivals:
         return np.einsum("a,mab,b->m", signs, self.excess, signs)
 
     def tolerances(self, signs: Array) -> Array:
-        """Return the tolerated error of single magnets for each rival, shape (rivals,).
+        """Return the tolerated error of individual magnets for each rival, shape (rivals,).
 
         If the strengths of all faces vary independently with this relative standard deviation, the
         standard deviation of the rival's energy above the target equals that energy to first order:
@@ -56,7 +56,7 @@ class Rivals:
         """
         slopes = 2.0 * signs * (self.excess @ signs)
         size = np.sqrt(np.square(slopes).sum(axis=1))
-        # If a rival's energy above the target is 0 for all strengths, so is its slope.
+        # If a rival's energy above the target is 0 for all strengths, its slope is 0 too.
         return self.energies(signs) / np.maximum(size, np.finfo(np.float64).tiny)
 
 
@@ -78,16 +78,16 @@ class Evidence:
     energy: float
     """Energy of the target [J]."""
     gap: float
-    """Energy of the lowest other word above the target [J]; negative if that word is below."""
+    """Energy of `rival` relative to the target's [J]; negative if `rival` is lower."""
     rival: str
-    """The lowest other word."""
+    """The lowest-energy word other than the target."""
     tolerance: float
-    """Tolerated error of single magnets: the relative standard deviation of all faces' independent
-    strengths at which the standard deviation of a rival's energy above the target equals that
-    energy, to first order. The value is the least among the rivals with the lowest energies and
-    those that differ in one letter; it is negative if any rival is below the target."""
+    """Tolerated error of individual magnets: the relative standard deviation of all faces'
+    independent strengths at which the standard deviation of a rival's energy above the target
+    equals that energy, to first order. The value is the least among the rivals of lowest energy and
+    those that differ in one letter; it is negative if a rival is below the target."""
     stable: bool
-    """Whether the target is fully folded and no equal poles touch."""
+    """Whether the target is fully folded and no like poles touch."""
     only_stable: bool
     """Whether no other word is stable."""
 

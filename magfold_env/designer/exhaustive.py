@@ -25,7 +25,7 @@ from magfold_env.shapes import folded_words, overlaps, parse_word
 Flags = NDArray[np.bool_]
 
 TOLERANCE = 1e-9
-"""Relative difference below which gaps, such as symmetric sequences', count as equal."""
+"""Relative difference below which gaps, such as those of symmetric sequences, count as equal."""
 
 _BLOCK = 1 << 18  # number of sequences per batch
 
@@ -33,7 +33,7 @@ _BLOCK = 1 << 18  # number of sequences per batch
 def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, tuple[str, ...] | None]:
     """Find the sequence with the largest energy gap for each target, among all sequences.
 
-    The gap of a sequence is the energy of the best other word without overlap minus the target's.
+    A sequence's gap is the lowest energy of any other word without overlap, minus the target's.
 
     Parameters
     ----------
@@ -46,8 +46,8 @@ def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, tuple[
     Returns
     -------
     dict
-        A sequence for each target, in the order given: the alphabetically first of those with equal
-        gaps, or None if no sequence has the target as its only ground state.
+        A sequence for each target, in the order given: the alphabetically first one of those with
+        equal gaps, or None if no sequence has the target as its only ground state.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, tuple[
 
 
 def _first_of_largest(scores: Array, tie: float) -> int | None:
-    """Return the number of the first sequence with the largest score; None if none exceeds a tie.
+    """Return the number of the first sequence with the largest score; None unless it exceeds a tie.
 
     Scores that differ by rounding count as equal, so that rounding does not decide the result.
     """
@@ -102,7 +102,7 @@ class Exhaustive:
         form = energies.quadratic_forms(scene, from_words([target]))
         own = best_words(form, (target,), every.tie).energy
         self.gaps: Array = np.where(every.word == row, every.gap, every.energy - own)
-        """Energy of the best rival above the target [J], for every sequence."""
+        """Energy of the lowest rival above the target [J], for every sequence."""
 
     def only_stable(self) -> Flags:
         """Return which sequences have the target as their only stable word."""
@@ -125,8 +125,8 @@ class Exhaustive:
     def tolerances(self) -> Array:
         """Return the worst rival's tolerance, or −inf where the target is not the ground state.
 
-        If some rival's tolerance is below that of the best sequence so far, it replaces the worst
-        rival's value, because the sequence cannot be the best.
+        If some rival's tolerance is below that of the best sequence so far, it may be returned
+        instead of the worst rival's, because the sequence cannot be the best.
         """
         found = np.full(self.gaps.size, -np.inf)
         numbers = np.flatnonzero(self.gaps > self.tie)
@@ -170,7 +170,7 @@ class Exhaustive:
         return chosen
 
 
-@lru_cache(maxsize=1)  # hundreds of megabytes and some seconds for all targets of a kind of chain
+@lru_cache(maxsize=1)  # hundreds of MB and several seconds for all targets of a kind of chain
 def _every_ground_state(magnets: scenes.Magnets | None, side: float, n: int) -> EverySequence:
     casing = scenes.Casing(side=side)
     return every_ground_state(scenes.Scene(sequence=("NNNN",) * n, casing=casing, magnets=magnets))

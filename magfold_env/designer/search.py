@@ -1,6 +1,6 @@
 """The function `design`, which finds magnets and a feed speed for a target shape.
 
-The search first selects sequences by energy; for the objective `probability` it releases them.
+The search first selects sequences by energy; for `probability`, it then releases chains with them.
 """
 
 from collections import Counter
@@ -67,7 +67,7 @@ def design(  # noqa: PLR0913 - all that a search depends on, and its workers
         scene's spreads. The others use only energies: `ground` finds any sequence whose only ground
         state is the target; `unique` finds a sequence whose only stable word is the target, with
         the largest gap; `gap` finds the sequence with the largest energy gap to the next word;
-        `sensitivity` finds the sequence that tolerates the largest error of single magnets.
+        `sensitivity` finds the sequence that tolerates the largest error of individual magnets.
     search
         `exhaustive` compares all sequences of up to six components and proves its result;
         `annealing` works for any length. With the objective `probability`, both propose sequences,
@@ -84,7 +84,7 @@ def design(  # noqa: PLR0913 - all that a search depends on, and its workers
         Largest number of releases: except for the first, `cross-entropy` begins no generation that
         would exceed it.
     goal
-        Probability that suffices. The search itself requires a value halfway between this and 1,
+        A probability that suffices. The search itself requires a value halfway between this and 1,
         because selected choices do slightly worse in other releases.
     runs
         Number of releases, not used in the search, that assess the result. May be 0.
@@ -103,8 +103,8 @@ def design(  # noqa: PLR0913 - all that a search depends on, and its workers
     ValueError
         If the target is not a word, or the scene has an external field.
     CheckpointError
-        If the contents of `state` are damaged or belong to another search or physics, or if another
-        process uses the folder.
+        If the contents of `state` are damaged or belong to another search or another version of the
+        physics, or if another process uses the folder.
     """
     errors.refuse(errors.unless_function("progress", progress))
     task = task_for(
@@ -136,7 +136,7 @@ class Found(NamedTuple):
     bound: float | None = None
     """Proven upper bound of the score; None if unknown."""
     certificate: str = ""
-    """The reason if there is no choice."""
+    """The reason, if there is no choice."""
 
 
 @dataclass(frozen=True)
@@ -177,7 +177,7 @@ class _Run:
         return evaluations[0]
 
     def assessed(self, found: Found) -> Design:
-        """Collect the evidence for a choice: energies, and releases new to the search."""
+        """Collect the evidence for a choice: energies, and releases that the search did not use."""
         task, score = self.task, found.score
         scene = weighed = probability = None
         reached = False
@@ -209,7 +209,7 @@ class _Run:
 def _raced(
     task: Task, releases: trials.Trials, few: list[tuple[str, ...]], many: list[tuple[str, ...]]
 ) -> list[trials.Evaluation]:
-    """Try ``few`` sequences at one speed, then ``many`` more and more speeds until one succeeds."""
+    """Try ``few`` sequences at one speed, then ``many`` more at more speeds, until one succeeds."""
     speeds = task.speeds or (None,)
     stages = [(few, 1), *(([*few, *many], count) for count in range(1, len(speeds) + 1))]
     evaluations: list[trials.Evaluation] = []

@@ -15,7 +15,7 @@ chain with the sequence settles as the target when it is released in one of the 
 
 
 class Witness(base.FrozenModel):
-    """A sequence that makes a target, or a proof that there is none."""
+    """A sequence for a target, or a proof that there is none."""
 
     sequence: tuple[str, ...] | None = None
     """The components, component 1 first; None if no sequence was found."""
@@ -24,7 +24,7 @@ class Witness(base.FrozenModel):
     gap: float | None = None
     """For `ground`: energy gap to the next word [J]."""
     successes: Annotated[int, Field(ge=0)] | None = None
-    """For the modes of release: number of `releases` that settled as the target."""
+    """For the modes of release: number of `releases` in which the chain settled as the target."""
     releases: Annotated[int, Field(ge=1)] | None = None
     """Number of releases, none of which the search used."""
     certificate: str = ""
@@ -37,7 +37,7 @@ class Witness(base.FrozenModel):
 
     @property
     def probability(self) -> Share | None:
-        """Share of releases that settled as the target; None if no chain was released."""
+        """Share of releases in which the chain settled as the target; None without releases."""
         if self.successes is None or self.releases is None:
             return None
         return share(self.successes, self.releases)

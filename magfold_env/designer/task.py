@@ -1,4 +1,4 @@
-"""The checked arguments of a design, its choices and its result."""
+"""The checked arguments of a design search, its choices and its result."""
 
 import json
 from collections.abc import Sequence
@@ -59,7 +59,7 @@ class Task:
     budget: int
     """Budget of releases for the search."""
     goal: float
-    """Probability that suffices."""
+    """A probability that suffices."""
     runs: int
     """Number of releases that assess the result."""
 
@@ -161,8 +161,8 @@ class Design(Shown):
     """The chain with the resulting sequence and speed, ready for `simulate`; None if there is no
     sequence."""
     reached: bool
-    """Whether the objective is met. By energy, the target must be the only ground state, and for
-    `unique` the only stable word; for `probability`, the share of successes must reach the goal."""
+    """Whether the objective is met: the target is the only ground state or, for `unique`, the only
+    stable word; for `probability`, the share of successes reaches the goal."""
     score: float | None
     """The gap [J], or the tolerance or share of successes, depending on the objective."""
     bound: float | None
@@ -170,7 +170,7 @@ class Design(Shown):
     evidence: Evidence | None
     """The evidence by energy."""
     probability: Share | None
-    """Share of separate releases that settled as the target; None without such releases."""
+    """Share of separate releases that reached the target; None without such releases."""
     releases_seed: int
     """Seed of the separate releases, which ``ensemble(design.scene, runs, design.releases_seed)``
     repeats."""
@@ -190,7 +190,7 @@ class Design(Shown):
         return f"<Design of {self.target}, {self.mode}: {found}{speed}{share}>"
 
     def facts(self) -> dict[str, str]:
-        """Return the design and the evidence for it as texts by their names."""
+        """Return the design and the evidence for it as texts, keyed by their names."""
         rows = {"sequence": " ".join(self.sequence)}
         if self.speed is not None:
             speeds = self.speed if isinstance(self.speed, tuple) else (self.speed,)

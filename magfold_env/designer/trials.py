@@ -1,4 +1,4 @@
-"""Searches among choices by releases of the chain, which are expensive, each with its own draws.
+"""Searches among choices by expensive releases of the chain, each with its own draws.
 
 `successive_halving` tries many choices a few times and the best ones more often. `cross_entropy`
 uses only results of releases, not energies. It draws choices from a distribution that is
@@ -31,7 +31,7 @@ abandons a release. Chains that fold take at most a third of these steps; others
 the scene's limit, which takes 200 times as long as a fold."""
 
 RUNGS: tuple[tuple[int, int | None], ...] = ((1, None), (4, 12), (12, 4))
-"""Number of releases per choice, and of choices that get this many; None means all."""
+"""Numbers of releases per choice, each with the number of choices that get it; None means all."""
 
 FINAL = 40
 """Number of releases per finalist of the last rung; finalists are tried until one succeeds."""
@@ -137,12 +137,12 @@ def cross_entropy(
 ) -> list[Evaluation]:
     """Search for the choice that folds into the target most often.
 
-    The search begins around ``first`` or, without it, with all choices equally likely. It stays
+    The search begins around ``first`` or, without it, with all choices equally likely. Speeds stay
     between the slowest and the fastest of ``speeds`` [m/s], which is empty without a tube. Relative
     signs within each of the ``groups`` of faces stay as in ``first``; None makes each face a group.
-    Generations after the first must stay within the ``budget`` of releases, which includes earlier
-    releases. A share of successes of ``goal`` ends the search. Returns the best choices, ranked by
-    `successive_halving`.
+    Generations after the first must stay within the ``budget`` of releases, in which earlier
+    releases count too. A share of successes of ``goal`` ends the search. Returns the best choices,
+    ranked by `successive_halving`.
     """
     current = _around(first, faces, speeds, groups)
     best: list[Evaluation] = []
@@ -249,7 +249,7 @@ class Trials:
 
 
 def hurried(scene: Scene) -> Scene:
-    """Return a scene with a limit of steps that abandons rattling chains."""
+    """Return a scene with a step limit at which rattling chains are abandoned."""
     # Step sizes of a fifth-order method grow with the fifth root of the tolerance.
     steps = round(PACE * scene.n * (1e-3 / scene.solver.tolerance) ** 0.2)
     most = min(max(steps, 1), scene.solver.max_steps_per_second)

@@ -1,6 +1,6 @@
-"""Cholesky's method for small dense matrices, by rows, vectorised without reordering sums.
+"""Cholesky's method for small dense matrices, row by row, vectorised without reordering sums.
 
-A = UᵀU. Each row immediately updates the rest of A, so that no loop adds into a single number.
+A equals UᵀU. Each row immediately updates the rest of A, so no loop adds into a single number.
 """
 
 import math
@@ -24,7 +24,7 @@ def load(size: int, source: Array, taken: IntArray, diagonal: Array, matrix: Arr
 
 @inlined
 def finish_row(k: int, size: int, matrix: Array, inverse: Array) -> bool:
-    """Divide row k by the root of its pivot; if this is not positive, clear it and return False."""
+    """Divide row k by the root of its pivot, or clear it; return whether the pivot was positive."""
     row, pivot = matrix[k], matrix[k, k]
     positive = pivot > 0.0
     inverse[k] = 1.0 / math.sqrt(pivot) if positive else 0.0
@@ -35,13 +35,13 @@ def finish_row(k: int, size: int, matrix: Array, inverse: Array) -> bool:
 
 @kernel
 def factorise(size: int, matrix: Array, inverse: Array) -> bool:
-    """Replace the upper triangle of the leading ``size`` rows by U; True if A is positive definite.
+    """Replace the upper triangle of ``size`` rows by U; return whether A is positive definite.
 
-    A row whose pivot is not positive is left out, as if its unknown were zero. Reciprocals of the
-    diagonal are left in ``inverse``, 0 where a row is left out.
+    A row whose pivot is not positive is left out, as if its unknown were zero. ``inverse`` gets the
+    reciprocals of the diagonal, and 0 for rows that are left out.
     """
     definite = True
-    # Two rows at a time: the loops are short.
+    # Two rows are handled at a time, because the loops are short.
     for k in range(0, size - 1, 2):
         one, other = matrix[k], matrix[k + 1]
         definite = finish_row(k, size, matrix, inverse) and definite
@@ -59,7 +59,7 @@ def factorise(size: int, matrix: Array, inverse: Array) -> bool:
 
 @kernel
 def solve(size: int, matrix: Array, inverse: Array, x: Array) -> None:
-    """Replace ``x`` by the solution of A y = x."""
+    """Replace ``x`` with the solution of A y = x."""
     for k in range(size):
         x[k] *= inverse[k]
         z, row = x[k], matrix[k]

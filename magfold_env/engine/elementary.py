@@ -12,8 +12,7 @@ import numpy as np
 
 from magfold_env.engine.compile.jit import PRIVATE, inlined
 
-# Adding and subtracting 1.5·2⁵² rounds a float to an integer; the low bits of the sum are that
-# integer.
+# Adding and subtracting 1.5·2⁵² rounds a float to an integer, which the sum's low bits hold.
 _ROUND = 1.5 * 2.0**52
 
 _TWO_OVER_PI = 2.0 / math.pi
@@ -39,9 +38,9 @@ _C6 = -1.13596475577881948265e-11
 
 @inlined
 def fma_in_parts(a: float, b: float, c: float) -> float:
-    """Return a·b + c, rounded once, for |a|, |b| < 2⁹⁹⁶, by operations that each round.
+    """Return a·b + c, rounded once, by operations that each round; |a| and |b| must be below 2⁹⁹⁶.
 
-    The product and the sums are found together with their rounding errors. The remaining parts are
+    The product and the sums are computed together with their rounding errors. These small parts are
     added with rounding to odd, so that the last sum rounds as if it were the only one [1]_.
 
     References
@@ -80,23 +79,23 @@ def _product(a: float, b: float) -> tuple[float, float]:
     )
 
 
-# a·b + c, rounded once wherever it is inlined; `fma_in_parts` takes several times as long.
+# Returns a·b + c, rounded once wherever it is inlined; `fma_in_parts` takes several times as long.
 fma: Any = PRIVATE.fma if PRIVATE else fma_in_parts
 
 
 @inlined
 def sincos(x: float) -> tuple[float, float]:
-    """Sine and cosine of x [rad] to within 1.3e-16, for |x| ≤ 1e14.
+    """Return the sine and cosine of x [rad] to within 1.3e-16, for |x| ≤ 1e14.
 
-    x = k π/2 + r; the polynomials give the sine and cosine of r, and the two low bits of k decide
-    which of them is the sine of x, and the signs.
+    With x = k π/2 + r, the polynomials give the sine and cosine of r. The two lowest bits of k
+    decide which of them is the sine of x, and they decide the signs.
     """
     shifted = fma(x, _TWO_OVER_PI, _ROUND)
     k = shifted - _ROUND
     r = fma(-k, _HALF_PI_REST, fma(-k, _HALF_PI, x))
     z = r * r
     zz = z * z
-    # In pairs, because fewer operations depend on one another than in Horner's scheme.
+    # Terms are paired, because fewer operations then depend on one another than in Horner's scheme.
     p = fma(zz, fma(zz, fma(z, _S6, _S5), fma(z, _S4, _S3)), fma(z, _S2, _S1))
     q = fma(zz, fma(zz, fma(z, _C6, _C5), fma(z, _C4, _C3)), fma(z, _C2, _C1))
     s = fma(r * z, p, r)
@@ -115,10 +114,10 @@ _TAN_PI_8 = math.sqrt(2.0) - 1.0
 
 @inlined
 def direction(x: float, y: float) -> float:
-    """Angle of the vector (x, y) [rad], −π to π, relative error below 6e-16; 0 for a zero vector.
+    """Return the angle of the vector (x, y) [rad], from −π to π; 0 for a zero vector.
 
-    The quotient of the coordinates is reduced by 0, π/8 or π/4 to at most tan π/16, where ten terms
-    of the arc tangent's series are exact to rounding.
+    The relative error is below 6e-16. The angle is first reduced by 0, π/8 or π/4, so that its
+    tangent is at most tan π/16. There, ten terms of the arc tangent's series are exact to rounding.
     """
     across, along = abs(y), abs(x)
     steep = across > along
@@ -155,10 +154,10 @@ _BIAS = 1023
 
 @inlined
 def log1p(z: float) -> float:
-    """Natural logarithm of 1 + z for z ≥ 0, with a relative error below 3e-16.
+    """Return the natural logarithm of 1 + z for z ≥ 0, with a relative error below 3e-16.
 
-    1 + z is divided by the nearest power of two, which leaves a factor m between 1/√2 and √2; log m
-    = 2 atanh(s), with s = (m − 1)/(m + 1), is a series in s².
+    1 + z is divided by the nearest power of two, which leaves a factor m between 1/√2 and √2. Its
+    logarithm, 2 atanh(s) with s = (m − 1)/(m + 1), is computed as a series in s².
     """
     bits = np.float64(_SQRT2 * (1.0 + z)).view(np.int64) & _EXPONENT
     power = np.int64(bits).view(np.float64)
@@ -190,9 +189,9 @@ _ONE = 4606979756816785920
 
 @inlined
 def inverse_root(x: float, degree: int) -> float:
-    """Return x to the power −1/degree, relative error below 1e-15, for normal numbers x > 0.
+    """Return x^(−1/degree) with a relative error below 1e-15, for normal x > 0 and degree 3 or 5.
 
-    Newton's method starts from a guess that divides the exponent, at most 5 % off. Degrees: 3, 5.
+    Newton's method starts from a guess, made by dividing the exponent, that is at most 5 % off.
     """
     y = np.int64(_ONE + (_ONE - np.float64(x).view(np.int64)) // degree).view(np.float64)
     share = 1.0 / degree
@@ -206,9 +205,9 @@ def inverse_root(x: float, degree: int) -> float:
 
 @inlined
 def time_across(gap: float, rate: float, acceleration: float) -> tuple[float, float]:
-    """First time t > 0 with r t + a t²/2 = g for a gap g ≥ 0, and the rate at t; or ∞ and 0.
+    """Return the first time t > 0 at which r t + a t²/2 = g, and the rate at t; or ∞ and 0.
 
-    The form of the solution avoids cancellation.
+    Here g ≥ 0 is the gap, r the rate and a the acceleration. The form avoids cancellation.
     """
     root = rate * rate + 2.0 * acceleration * gap
     if rate < 0.0:

@@ -1,24 +1,24 @@
 """Names of the entries of arrays that hold a chain's single numbers, such as its counters."""
 
-# `State.counter`. FRESH 1 makes the next step recompute the accelerations. MOREAU_LEFT is the
-# number of Moreau steps still to take, QUICK_TOUCHES the number of successive touches with almost
-# no time between. A run ends when KEEP components are held; if KEEP is −1, when the chain rests or
-# at the time END. FEEDING is 1 while the drive carries out its request, PARKED is 1 once the feed
-# stands still for good. SLIPPING is the sign of the drive's force, −1 or 1, while it slips, and 2
-# while the pusher's stop keeps the base from being pulled inward. STIFF is 1 while steps are
-# Chebyshev's; −k means k explicit steps first. DICE is the state of the bumps' random numbers,
-# MILLISECONDS the number of closed milliseconds.
+# `State.counter`: FRESH = 1 makes the next step recompute the accelerations. MOREAU_LEFT is the
+# number of Moreau steps still to take, and QUICK_TOUCHES is the number of successive touches with
+# almost no time between them. A run ends when KEEP components are held; if KEEP is −1, it ends when
+# the chain rests, or at the time END. FEEDING is 1 while the drive carries out its request, and
+# PARKED is 1 once the feed has stopped for good. While the drive slips, SLIPPING is the sign of its
+# force, −1 or 1; it is 2 while the pusher's stop keeps the base from being pulled inward. STIFF is
+# 1 while steps are Chebyshev steps; −k means that k explicit steps come first. DICE is the state of
+# the bumps' random generator, and MILLISECONDS is the number of completed milliseconds.
 N_HELD, STEPS, EVALUATIONS, EVENTS, FRAMES, FRESH, MOREAU_LEFT, SECOND_STEPS = range(8)
 QUICK_TOUCHES, KEEP, FEEDING, STIFF, PARKED, SLIPPING, DICE, MILLISECONDS = range(8, 16)
 
-# `State.clock`. BRAKE is the longest next step before a component stops; LAST_STEP is 0 without a
-# last step for comparison. MARK is the time at which the base reaches the feed's next mark, see
-# `chain.feed`; END is the run's latest end, BUMP the time of the next bump. SECOND and SECOND_STEPS
-# are the time and the steps at which the present second began.
+# `State.clock`: BRAKE is the longest next step before a component stops; LAST_STEP is 0 if there is
+# no last step for comparison. MARK is the time at which the base reaches the feed's next mark (see
+# `chain.feed`), END is the time at which the run ends at the latest, and BUMP is the time of the
+# next bump. The present second began at the time SECOND, after SECOND_STEPS steps.
 TIME, STEP, FRAME_TIME, BRAKE, SECOND, LAST_STEP, LAST_ERROR, MARK, END, BUMP = range(10)
 
 # `State.feed`: the innermost hinge's initial depth in the tube and the next mark [m], the direction
-# WAY to it (−1, 0 or 1), the requested speed [m/s], and the time since which the drive slips [s].
+# WAY to it (−1, 0 or 1), the requested speed [m/s], and the time when slipping began [s].
 DEPTH, NEXT, WAY, ASKED, SINCE = range(5)
 
 # `State.account`: the drive's IMPULSE on the chain [N·s], the work of the drive, of bumps and of
@@ -26,12 +26,12 @@ DEPTH, NEXT, WAY, ASKED, SINCE = range(5)
 # forces [N], and its impulse BEFORE the present millisecond [N·s].
 IMPULSE, FED, BUMPED, LOADED, IMPACTS, PEAK, BEFORE = range(7)
 
-# `Recursion.base`: while the drive slips, the mass that moves with the base [kg] and the drive's
-# force, else 0; and the other forces along the tube on the held components [N].
+# `Recursion.base`: the mass that moves with the base [kg] and the drive's force [N] while the drive
+# slips, else 0; and the other forces along the tube on the held components [N].
 CARRIED, DRIVE, PULL = range(3)
 
-# `Rows.counts`: where joint stops, contacts and all rows end; contacts just let go; the number of
-# rows in the last solve for accelerations.
+# `Rows.counts`: where joint stops, contacts and all rows end; the number of contacts just released;
+# and the number of rows in the last solve for accelerations.
 JOINT_STOPS, CONTACTS, ALL_ROWS, LET_GO, SOLVED = range(5)
 
 # `Model.obstacles`: centre [m], direction of the longer side, half sizes of the core along and

@@ -14,22 +14,22 @@ RAN_AWAY, LOCKED = 9, 11
 # A chain that still moves after its time to settle.
 TIMED_OUT = 10
 
-# Evaluations in a turn times n², as forces act between pairs: 7 ms, or 50 ms in a browser.
+# Evaluations per turn, times n² because forces act between pairs: 7 ms, or 50 ms in a browser.
 TURN = 40_000
 
 
 @inlined
 def end_of_turn(model: Model, state: State) -> int:
-    """Return the count of evaluations at which a kernel returns to its caller.
+    """Return the number of evaluations at which a kernel returns to its caller.
 
-    It returns so that the caller can show progress, enforce a limit, or stop the run.
+    The caller can then show progress, enforce a limit, or stop the run.
     """
     return state.counter[ix.EVALUATIONS] + 1 + TURN // (model.n * model.n)
 
 
 @inlined
 def out_of_work(model: Model, state: State) -> bool:
-    """Whether the run, or its present second of simulated time, has used up its steps."""
+    """Whether the run, or its present second of simulated time, has used up all its steps."""
     if state.clock[ix.TIME] >= state.clock[ix.SECOND] + 1.0:
         state.clock[ix.SECOND] = state.clock[ix.TIME]
         state.counter[ix.SECOND_STEPS] = state.counter[ix.STEPS]

@@ -31,7 +31,7 @@ Moments = Annotated[Array, "rows", 2, "terms"]  # see `engine.magnets.multipoles
 
 @by_pointer
 class Bodies(NamedTuple):
-    """The rigid parts of a chain, each array of shape (n,)."""
+    """The components of a chain as rigid bodies; each array has the shape (n,)."""
 
     mass: Array  # [kg]
     inertia: Array  # about the centre [kg m²]
@@ -55,7 +55,7 @@ class Magnets(NamedTuple):
 
     A casing has eight pole faces, numbered 0-3 (the outer ones, front-left first) and 4-7 (their
     inner counterparts, with the opposite sign). *Ranks* are sets of nodes for whole casings,
-    coarsest first, *levels* are sets for single pole faces; level 0 is the last rank. See
+    coarsest first; *levels* are sets for single pole faces; level 0 is the last rank. See
     `engine.magnets.pairs` for how they act together, and `simulation.near_table` for the tables.
     """
 
@@ -105,7 +105,7 @@ class Field(NamedTuple):
 
 @by_pointer
 class Tables(NamedTuple):
-    """Splines, see `simulation.near_table`: face pairs (4 i + j) of unit charge [J/(A·m)²]."""
+    """Splines of energies [J/(A·m)²] of face pairs (4 i + j) of unit charge; see `near_table`."""
 
     end: float  # joint angles from −end to end are covered [rad]; 0: no splines
     finest: float  # finest knot distance of ``one`` near the ends [rad]; 0: even knots
@@ -116,10 +116,10 @@ class Tables(NamedTuple):
 
 @by_pointer
 class FarTable(NamedTuple):
-    """Splines for casings farther apart, see `engine.magnets.far_table`.
+    """Splines for casings farther apart; see `engine.magnets.far_table`.
 
-    Their variables are 1/r and both directions from one casing to the other; poles nearer than
-    ``soft`` are softened.
+    Their variables are 1/r and the direction of each casing as seen from the other. The interaction
+    of poles nearer than ``soft`` is softened.
     """
 
     end: float  # largest covered distance of centres [m]; 0: no table
@@ -199,8 +199,8 @@ class Record(NamedTuple):
 class Segments(NamedTuple):
     """Segments of 1, 2, 4, … components, and their actions on each other.
 
-    See `engine.magnets.multipole_tree`. Row i is component i, row ``start[l] + s`` segment s of
-    level l.
+    See `engine.magnets.multipole_tree`. Row i is component i, and row ``start[l] + s`` is segment s
+    of level l.
     """
 
     start: Annotated[IntArray, "levels"]  # first row of every level
@@ -219,9 +219,9 @@ class Segments(NamedTuple):
 
 @by_pointer
 class Stencils(NamedTuple):
-    """The nonzero splines at pairs' poses, summed with the charges.
+    """The splines that are nonzero at pairs' poses, weighted with the charges and summed.
 
-    A pair's number gives its slot, which other pairs may share if the chain is long.
+    A pair's number determines its slot, which other pairs may share if the chain is long.
     """
 
     pair: Annotated[IntArray, "slots"]  # number of the pair that owns the slot; 0: none
@@ -238,7 +238,7 @@ class Stencils(NamedTuple):
 
 @by_pointer
 class Bends(NamedTuple):
-    """The nonzero splines at joints' angles, summed with the charges.
+    """The splines that are nonzero at joints' angles, weighted with the charges and summed.
 
     Row i is for components i and i + 1, or i and i + 2; see `engine.magnets.near_table`.
     """
@@ -273,7 +273,7 @@ class Nodes(NamedTuple):
 
 @by_pointer
 class Rigid(NamedTuple):
-    """Stored interactions of pairs with all joints between them at stops."""
+    """Stored interactions of pairs of components between which all joints are at their stops."""
 
     charge: Annotated[Array, "n", 4]  # for which the other fields are valid [A·m]
     stop: IntPerBody  # joint k is at its left (1) or right (2) stop, or at neither (0)
@@ -306,7 +306,7 @@ class Centres(NamedTuple):
 
 @by_pointer
 class Recursion(NamedTuple):
-    """Scratch space of the chain's recursions, see `engine.chain`."""
+    """Scratch space of the chain's recursions; see `engine.chain`."""
 
     articulated: Annotated[Array, "n", 7]  # inertias, see `articulated.factor`
     sweep: Annotated[Array, "sweep", "n"]  # of `recursion.accelerate`
@@ -318,7 +318,7 @@ class Recursion(NamedTuple):
 
 @by_pointer
 class Stages(NamedTuple):
-    """Scratch space of a Runge-Kutta step, see `engine.stepping.stages`."""
+    """Scratch space of a Runge-Kutta step; see `engine.stepping.stages`."""
 
     q: Coordinates  # at a stage
     v: Coordinates
@@ -331,7 +331,7 @@ class Stages(NamedTuple):
 
 @by_pointer
 class Boxes(NamedTuple):
-    """Squares, then obstacles, see `engine.contact.boxes`."""
+    """The squares, followed by the obstacles; see `engine.contact.boxes`."""
 
     x: PerBox  # centres [m]
     y: PerBox
@@ -343,9 +343,9 @@ class Boxes(NamedTuple):
 
 @by_pointer
 class Sweep(NamedTuple):
-    """Scratch space of `engine.contact.sweep`; a motion takes a time of 1.
+    """Scratch space of `engine.contact.sweep`; every motion lasts for a time of 1.
 
-    Slots hold samples: the first one has its own slot, the others use two alternately.
+    Slots hold samples: the first sample has its own slot, and the others use two alternately.
     """
 
     path: Annotated[Array, 4, "n + 2"]  # coefficients of the coordinates' changes [rad, m]
@@ -405,7 +405,7 @@ class Newton(NamedTuple):
 
 @by_pointer
 class Friction(NamedTuple):
-    """Scratch space for components that friction stops and holds, see `engine.friction`."""
+    """Scratch space for components that friction stops and holds; see `engine.friction`."""
 
     motion: IntPerBody  # a component's next motion, see `engine.friction.sticking`
     braking: PerBody  # when components may stop [s]
@@ -417,7 +417,7 @@ class Friction(NamedTuple):
 
 @by_pointer
 class Moreau(NamedTuple):
-    """Scratch space of a Moreau step, see `engine.stepping.moreau`."""
+    """Scratch space of a Moreau step; see `engine.stepping.moreau`."""
 
     smooth: Coordinates  # accelerations without constraints, at the beginning of the step
     middle_q: Coordinates
@@ -448,7 +448,7 @@ class Work(NamedTuple):
 
 @inlined
 def copy(source: Array, target: Array, first: int) -> None:
-    """Copy the entries from ``first`` on, since assigning whole arrays would allocate."""
+    """Copy the entries from ``first`` on, because assigning whole arrays would allocate memory."""
     for k in range(first, source.size):
         target[k] = source[k]
 

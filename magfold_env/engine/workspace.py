@@ -31,7 +31,7 @@ def zeros(kind: type[T], sizes: Mapping[str, int], **given: Any) -> T:
     Parameters
     ----------
     kind
-        Its class; inner NamedTuples are created too.
+        Class of the NamedTuple; inner NamedTuples are created too.
     sizes
         Sizes of the named dimensions.
     given
@@ -51,7 +51,7 @@ def zeros(kind: type[T], sizes: Mapping[str, int], **given: Any) -> T:
 
 @lru_cache(maxsize=64)
 def _layout(kind: type[Any]) -> list[tuple[str, Any, tuple[str | int, ...]]]:
-    """Return the fields' names, their types of numbers or classes, and their shapes."""
+    """Return each field's name, its type of number or its class, and its shape."""
     found: list[tuple[str, Any, tuple[str | int, ...]]] = []
     for name, hint in get_type_hints(kind, include_extras=True).items():
         shape = getattr(hint, "__metadata__", ())
@@ -63,7 +63,7 @@ def _layout(kind: type[Any]) -> list[tuple[str, Any, tuple[str | int, ...]]]:
 def new_state(model: arrays.Model, angles: Array) -> arrays.State:
     """Return a chain at rest with the given headings (n,) and its inner end at the origin.
 
-    With a tube the whole chain is inside, with its outer tip at the mouth.
+    If there is a tube, the whole chain is inside it, and its outer tip is at the mouth.
     """
     n = model.n
     state = zeros(arrays.State, {"n": n, "n + 2": n + 2})
@@ -80,7 +80,7 @@ def new_state(model: arrays.Model, angles: Array) -> arrays.State:
 
 
 def new_work(model: arrays.Model) -> arrays.Work:
-    """Scratch space for one chain."""
+    """Return the scratch space for one chain."""
     n = model.n
     rows = 1
     if model.contact or model.frictional:
@@ -110,7 +110,7 @@ def new_work(model: arrays.Model) -> arrays.Work:
 
 
 def new_nodes(magnets: arrays.Magnets | None, n: int) -> arrays.Nodes:
-    """Scratch space for the sums over n casings."""
+    """Return the scratch space for the sums over n casings."""
     ranks = most = lanes = 1
     if magnets is not None:
         ranks, most = magnets.rank_count.size, 8 * int(magnets.rank_count.max())
@@ -135,7 +135,7 @@ def new_nodes(magnets: arrays.Magnets | None, n: int) -> arrays.Nodes:
 
 
 def new_rigid(magnets: arrays.Magnets | None, n: int) -> arrays.Rigid:
-    """Scratch space for the forces of rigidly joined pairs, with nothing stored yet."""
+    """Return the scratch space for the forces of rigidly joined pairs, with nothing stored yet."""
     sizes = {"n": n, "spans": max(min(n - 1, MOST_SPANS), 1)}
     pose = zeros(arrays.Pose, {"n": 2})
     return zeros(arrays.Rigid, sizes, pose=pose, nodes=new_nodes(magnets, 2))

@@ -9,7 +9,7 @@ from magfold_env.engine.state import Array
 
 @kernel
 def solve_banded(band: Array, right: Array) -> None:
-    """Put the solutions in place of the right sides (rows, k), without pivoting.
+    """Replace the right-hand sides (rows, k) with the solutions, without pivoting.
 
     ``band`` (rows, 2 w + 1) contains every row's entries from w left of the diagonal to w right of
     it; entries outside the matrix are not read. The function overwrites it.

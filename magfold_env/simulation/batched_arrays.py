@@ -1,4 +1,4 @@
-"""Many copies of a NamedTuple, side by side in memory; kernels access each by one pointer."""
+"""Many copies of a NamedTuple, side by side in memory; kernels access each through one pointer."""
 
 from collections.abc import Collection, Sequence
 from operator import attrgetter
@@ -28,8 +28,8 @@ class BatchedArrays(Generic[T]):
     count
         Number of copies.
     own
-        Arrays that each copy owns, such as ``bodies.mass``; all by default. Copies share the
-        original's other arrays.
+        Names of the arrays that each copy owns, such as ``bodies.mass``; all by default. Copies
+        share the original's other arrays.
     """
 
     def __init__(

@@ -36,8 +36,8 @@ class Chains:
     Parameters
     ----------
     models
-        The models: one for all chains, or several, of which each chain gets one when it begins,
-        such as one for each direction of feed.
+        The models: one for all chains, or several, such as one for each direction of feed, of which
+        each chain gets one when it starts.
     count
         Number of chains.
     threads
@@ -83,7 +83,7 @@ class Chains:
         self.depths: Array = self._states["feed"][:, ix.DEPTH]
         """Initial lengths of the chains in the tube [m]."""
         self.impulses: Array = self._states["account"][:, ix.IMPULSE]
-        """Impulses of the drives so far [N·s]."""
+        """The drives' impulses so far [N·s]."""
         self.waiting: Array = self._states["waiting"]
         """Charges that components receive when they are fed [A·m]."""
         self.speeds: Array = self._states["speed"]
@@ -91,7 +91,7 @@ class Chains:
         self.outcomes: IntArray = np.zeros(count, dtype=np.int64)
         """Outcome of each integration; REACHED means that it has not ended."""
         self.energies: Array = np.zeros(count)
-        """Magnetic energies [J] of chains that have ended."""
+        """Magnetic energies [J] of chains whose runs have ended."""
         self._until: Array = np.full(count, math.inf)
 
     @property
@@ -157,8 +157,8 @@ class Chains:
     def start(self, rows: IntArray, offsets: Array) -> None:
         """Start cleared chains at rest in tubes, with given offsets of hinges from the axis [m].
 
-        Offsets (rows, n + 1) begin at the inner end. The draws of the chains must be in the arrays
-        already.
+        Offsets (rows, n + 1) begin at the inner end. The chains' draws must already be in the
+        arrays.
         """
         n = self.models[0].n
         headings, depth = np.empty((len(rows), n)), np.empty(len(rows))
@@ -171,7 +171,7 @@ class Chains:
             self.frames = Frames(self.models[0], self.state, self._frame_rate)
 
     def feed(self, rows: IntArray, *, whole: bool = False, until: float | Array = math.inf) -> None:
-        """Feed out the next component of some chains, or all components; complete chains settle.
+        """Feed out the next component of some chains, or all; chains that are out settle.
 
         The chains pause at the time ``until`` [s] if they have not finished.
         """
@@ -181,7 +181,7 @@ class Chains:
         self._run(rows)
 
     def push(self, rows: IntArray, seconds: float | Array) -> None:
-        """Feed some chains for a time [s] or for one time each; complete chains move freely."""
+        """Feed some chains for a time [s] or for one time each; chains that are out move freely."""
         self.counters[rows, ix.KEEP] = -1
         self._until[rows] = self.clocks[rows, ix.TIME] + seconds
         self._run(rows)
@@ -246,9 +246,9 @@ class Chains:
         return (*blocks, self.outcomes.copy(), self.energies.copy())
 
     def set_state(self, state: tuple[Any, ...]) -> None:
-        """Restore a state that `get_state` returned; the draws must be set. Nothing is recorded.
+        """Restore a state that `get_state` returned; set the draws first.
 
-        A chain that continues from here has no earlier frames.
+        A recording that continues from here has no earlier frames.
         """
         *blocks, self.outcomes[:], self.energies[:] = state
         for arrays, block in zip((self._models, self._states, self._works), blocks, strict=True):
@@ -278,7 +278,7 @@ class Chains:
             return
         record = reference(self.frames.record)
         while len(rows) > 0:
-            # In batches, because Python can be interrupted only between two calls.
+            # Chains run in batches, because Python can be interrupted only between two calls.
             some, rows = rows[:AT_ONCE], rows[AT_ONCE:]
             arguments = (
                 self._codes, *self._references, record, self._until, some, self.outcomes,

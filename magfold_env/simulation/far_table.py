@@ -1,10 +1,10 @@
 """Build the table of ``engine.magnets.far_table``, once per geometry.
 
-The energies of two faces of unit charge, with close nodes softened, are sums over Gauss-Legendre
-nodes at the knots, interpolated by splines. The splines are periodic in both angles; in the
-reciprocal distance, their third derivative does not jump at the second and the second to last knot.
-A mirror through the first face and an exchange of the casings do not change the energies, so three
-quarters of them are copies.
+At the knots, the energies of two faces of unit charge, with close nodes softened, are sums over
+Gauss-Legendre nodes; splines interpolate them. The splines are periodic in both angles; in the
+reciprocal distance, their third derivative does not jump at the second and the second-to-last knot.
+A reflection through the first face and an exchange of the casings do not change the energies, so
+three quarters of them are copies.
 """
 
 import math
@@ -79,7 +79,7 @@ def fill(
     magnets: Magnets, distances: Array, soft: float, soften: Array,
     offset: Array, weight: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Fill energies (distances, turns, turns) of two front-left faces [J/(A·m)²]."""
+    """Compute the energies (distances, turns, turns) of two front-left faces [J/(A·m)²]."""
     turns = out.shape[1]
     for d in range(distances.size):
         for b in range(turns):
@@ -101,7 +101,7 @@ def face_energy(
     magnets: Magnets, distance: float, toward: float, turn: float, soft: float, soften: Array,
     offset: Array, weight: Array,
 ) -> float:  # fmt: skip
-    """Energy of two casings' front-left faces of unit charge [J/(A·m)²].
+    """Return the energy of two casings' front-left faces of unit charge [J/(A·m)²].
 
     The second is in the direction ``toward`` and turned by ``turn`` [rad], as seen from the first.
     """
@@ -130,7 +130,7 @@ def face_energy(
 
 @kernel
 def softened(r2: float, soft2: float, height2: float, soften: Array) -> float:
-    """Energy of two lines of unit charge [1/m], with the polynomial within the softening radius."""
+    """Return the energy of two lines of unit charge [1/m], softened within the softening radius."""
     if r2 >= soft2:
         return node_law(True, True, height2, 0.0, r2)[1]
     rest = r2 - soft2
@@ -184,10 +184,10 @@ def filter_rows(rows: Array) -> None:
 
 
 def _error(table: FarTable, magnets: Magnets, side: float) -> float:
-    """Largest force error of touching casings, relative to the force between flush faces.
+    """Return the largest force error of touching casings, relative to the force of flush faces.
 
     The estimate uses energies of all faces together: an error that alternates from knot to knot has
-    a slope of its size times π divided by the distance of the knots.
+    a slope equal to its size times π divided by the distance of the knots.
     """
     rng = np.random.default_rng(0)
     distances = side * rng.uniform(1.0, math.sqrt(2.0), PROBES)
@@ -223,7 +223,7 @@ def probe(
     magnets: Magnets, table: FarTable, places: Array, charge: Array, pose: Pose, nodes: Nodes,
     offset: Array, weight: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Fill energies (k, 2) of two faces by the splines and by sums, at distances and angles (k, 3).
+    """Compute energies (k, 2) of two faces by splines and by sums, at distances and angles (k, 3).
 
     ``charge`` (2, 4) contains the charges of the faces.
     """

@@ -1,4 +1,4 @@
-"""The magnetic flux density around a chain, from the pole faces of the engine and their law."""
+"""The magnetic flux density around a chain, computed from the engine's pole faces and their law."""
 
 import math
 
@@ -17,18 +17,18 @@ from magfold_env.simulation.quadrature import graded_rule
 from magfold_env.simulation.simulate import checked, places
 
 NODES = 40
-"""Nodes along a pole face to either side of the place that is nearest to a point.
+"""Number of nodes along a pole face on either side of the place that is nearest to a point.
 
-0.1 mm from a pole face the error is about 1e-8 of the field, and 10 µm from it 1e-5.
+At 0.1 mm from a pole face, the error is about 1e-8 of the field, and at 10 µm about 1e-5.
 """
 
 
 def field(scene: Scene, angles: npt.ArrayLike, points: npt.ArrayLike) -> Array:
     """Return the flux density of the chain's magnets [T] at points, shape (k, 2).
 
-    The points lie in the plane at the mid-height of the chain, where the field has no component
-    out of the plane. An external field is not included. Within a magnet of the model ``strips``,
-    its magnetisation is.
+    The points lie in the plane at the mid-height of the chain, where the field has no component out
+    of the plane. An external field is not included. Inside a magnet of the model ``strips``, the
+    magnet's magnetisation is included.
 
     Parameters
     ----------
@@ -37,12 +37,12 @@ def field(scene: Scene, angles: npt.ArrayLike, points: npt.ArrayLike) -> Array:
     angles
         Headings [rad], shape (n,), component 1 first.
     points
-        Places [m], shape (k, 2); component 1's outer hinge is at the origin.
+        Positions [m], shape (k, 2); component 1's outer hinge is at the origin.
 
     Raises
     ------
     SceneError
-        If ``scene`` is not a scene, a shape is another, or a number is not finite.
+        If ``scene`` is not a scene, a shape is wrong, or a number is not finite.
     """
     headings, at = checked("angles", angles, scene), places("points", points, "two for each point")
     model = pack(scene.alone())
@@ -51,7 +51,7 @@ def field(scene: Scene, angles: npt.ArrayLike, points: npt.ArrayLike) -> Array:
     node, weight = magnets.level_node[0], magnets.level_weight[0]
     if magnets.strips:
         node, weight = graded_rule(NODES)
-    # The plane as complex numbers.
+    # Points of the plane are complex numbers.
     centre = np.ascontiguousarray(magnets.face_x + 1j * magnets.face_y)
     along = magnets.face_tx + 1j * magnets.face_ty
     turn = work.pose.cos + 1j * work.pose.sin
@@ -71,7 +71,7 @@ def add_flux(
 ) -> None:  # fmt: skip
     """Add the flux density [T] of a casing's pole faces at points [m], both (k,), in its frame.
 
-    Strips are cut where they are nearest to a point, and the nodes (in widths) serve each part.
+    Strips are cut where they are nearest to a point; the nodes (in widths) are used in each part.
     """
     strips = magnets.strips
     for f in range(8):

@@ -1,6 +1,6 @@
 """The frames of one run, and the magnetic energies of recorded motions.
 
-The kernels take frames, which are moved out of their buffer when it is full.
+The kernels write frames to a buffer, which is emptied when it is full.
 """
 
 from typing import Any
@@ -25,7 +25,7 @@ APART = 1e-9  # [s] nearer frames count as the same moment
 
 
 class Frames:
-    """The recording of a chain so far: frames at a rate [1/s], or nothing if the rate is None."""
+    """The recording of a chain so far: frames at a given rate [1/s], or nothing if it is None."""
 
     def __init__(self, model: Model, state: State, frame_rate: float | None) -> None:
         if frame_rate is not None:
@@ -47,7 +47,7 @@ class Frames:
     def trajectory(self, view: Orientation, *, ended: bool = False) -> Trajectory | None:
         """Return all frames in public form, or None if nothing is recorded.
 
-        If the run has ``ended``, the last frame is its end, at any time.
+        If the run has ``ended``, the last frame shows its end, whatever the time.
         """
         interval = self.record.interval
         if interval == 0.0:

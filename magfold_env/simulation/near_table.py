@@ -31,7 +31,7 @@ PROBES = 6
 
 @kernel
 def face_energies(magnets: Magnets, pitch: float, joints: Array, nodes: Nodes, out: Array) -> None:
-    """Energies of all pairs of faces of unit charge, (m, 16) [J/(A·m)²].
+    """Compute the energies of all pairs of faces of unit charge, (m, 16) [J/(A·m)²].
 
     The first casing is at the origin and heads along x.
     """
@@ -76,8 +76,7 @@ def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
 def angles_at(shares: Array, end: float, finest: float, spaces: int, out: Array) -> None:
     """Fill in the joint angles below which given shares of all knots lie, and knots per radian.
 
-    ``out`` has shape (2, shares). `knots_at` gives the places of knots, and bisection
-    inverts it.
+    ``out`` has shape (2, shares). `knots_at` gives the knots' places, and bisection inverts it.
     """
     for k in range(shares.size):
         low, high = -end, end
@@ -103,13 +102,13 @@ def joint_angles(shares: Array, spaces: int, graded: bool) -> tuple[Array, Array
 def sites(spaces: int) -> Array:
     """Return the interpolation angles of the splines, as shares of the end.
 
-    These are the knots and, near the ends, middles between them; there are as many as splines.
+    These are the knots and, near the ends, the midpoints between them: as many angles as splines.
     """
     return np.sort(np.concatenate([np.linspace(-1.0, 1.0, spaces + 1), _middles(spaces, 2)]))
 
 
 def _middles(spaces: int, count: int) -> Array:
-    """Middles of the first and the last ``count`` spaces between knots, as shares of the end."""
+    """Return the midpoints of the first and last ``count`` knot spaces, as shares of the end."""
     near = (2.0 * np.arange(count) + 1.0) / spaces - 1.0
     return np.concatenate([near, -near[::-1]])
 
@@ -133,7 +132,7 @@ def splines_at(spaces: int, shares: Array) -> Array:
 def coefficients(spaces: int, values: Array) -> Array:
     """Return the coefficients (splines, …) that reproduce values, one row for each of the `sites`.
 
-    Splines are zero except near their knots, so the matrix is a band.
+    Splines are zero except near their knots, so the matrix is banded.
     """
     matrix = splines_at(spaces, sites(spaces))
     n = len(matrix)
@@ -168,7 +167,7 @@ def build_near_table(magnets: Magnets, pitch: float, far: FarTable) -> tuple[Tab
 
 
 def _slope_error(tables: Tables, magnets: Magnets, pitch: float) -> float:
-    """Largest error of the slopes [N·m/(A·m)²], estimated from energies midway between knots.
+    """Return the largest error of slopes [N·m/(A·m)²], estimated from energies between knots.
 
     The estimate is taken near the stops, where errors are largest. An error that alternates from
     space to space has a slope of up to its size times π divided by the distance of the knots.

@@ -1,4 +1,4 @@
-"""From a scene to arrays: a chain's form, start and magnets, and the field, for the kernels."""
+"""Convert scenes to arrays for the kernels: the chain, its start, its magnets, and the field."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ FAR_ACCURACY = 1e-3  # the finest accuracy for which the far table is used
 FAR_SHARE = 0.7  # of the accuracy: the far table's largest estimated error
 PAST_STOP = 0.2  # of the further turn at which flush magnets would meet
 
-# [m²] Nodes of touching faces are no closer than this: sums that round differently must cancel.
+# [m²] Nodes of touching faces are no closer, because sums that round differently must cancel.
 TOUCHING2 = 1e-12
 
 P = ParamSpec("P")
@@ -78,12 +78,15 @@ def reversed_inside(scene: Scene) -> bool:
 
 
 def inner_offsets(scene: Scene) -> Array:
-    """Return where a tube's hinges start, left of its axis [m], (n + 1,), the inner end first."""
+    """Return the initial offsets of hinges to the left of the tube's axis [m], (n + 1,).
+
+    The scene must have a tube and be concrete. The inner end comes first.
+    """
     turn = reversed_inside(scene)
     if scene.start_offsets is not None:
         offsets = np.array(scene.start_offsets)
         return offsets[::-1].copy() if turn else offsets
-    # Counted from the inner end, so that a chain seen from either end gets the same bits.
+    # They are summed from the inner end, so that a chain seen from either end gets the same bits.
     joints = np.array(scene.start_angles)
     sines, cosines = zip(*map(sincos, headings(-joints[::-1] if turn else joints)), strict=True)
     _, across = narrowest(np.array(cosines), np.array(sines))
@@ -193,18 +196,18 @@ def _is_magnetic(scene: Scene, charge: Array) -> bool:
 
 
 def _stop_overshoot(scene: Scene, magnets: Magnets) -> float:
-    """Angle beyond a joint's stop [rad] up to which forces still approximate those before it."""
+    """Return how far beyond a joint's stop forces still approximate those before it [rad]."""
     if scene.magnets is None:
         return math.inf
     gap = 2.0 * float(np.min(scene.magnets.inset))
     if magnets.graded.any():
-        # Beyond the stop they continue as before it.
+        # Beyond the stop, the forces continue as before it.
         gap = TABLE_GAP * widest(scene.magnets)
     return PAST_STOP * gap / scene.casing.side
 
 
 def charges(scene: Scene) -> Array:
-    """Signed charge of each outer pole face in the engine's order, shape (n, 4) [A·m]."""
+    """Return the signed charge of each outer pole face in the engine's order, (n, 4) [A·m]."""
     charge = scene.charges
     if reversed_inside(scene):
         # Seen from the other end of the chain, a casing is turned by 180°.
@@ -213,7 +216,7 @@ def charges(scene: Scene) -> Array:
 
 
 def pack_magnets(scene: Scene) -> Magnets:
-    """Quadrature nodes of a casing's eight pole faces."""
+    """Return the quadrature nodes of a casing's eight pole faces."""
     magnets = scene.magnets
     if magnets is None:
         none = MagnetsPart(model="points")
@@ -222,7 +225,7 @@ def pack_magnets(scene: Scene) -> Magnets:
 
 
 def _made_once(make: Callable[P, T]) -> Callable[P, T]:
-    """Cache a function's last results; one thread makes a result, others that need it wait."""
+    """Cache a function's last results; one thread makes a result, and others that need it wait."""
     lock_of, kept = lru_cache(maxsize=16)(lambda *_: Lock()), lru_cache(maxsize=16)(make)
 
     def get(*args: P.args, **named: P.kwargs) -> T:
@@ -233,9 +236,9 @@ def _made_once(make: Callable[P, T]) -> Callable[P, T]:
 
 
 def joint_tables(scene: Scene) -> Tables:
-    """Splines of the energies of nearby casings, if angles are bounded and splines exact enough.
+    """Return splines of nearby casings' energies, if angles are bounded and splines exact enough.
 
-    Rows of points, and a given number of nodes, are summed without splines.
+    Magnets of the model ``points``, or with a given number of nodes, are summed without splines.
     """
     magnets = scene.magnets
     if (
@@ -293,7 +296,7 @@ class MagnetSizes(NamedTuple):
         return np.append(self.inset, np.add(self.inset, self.thickness))
 
     def near(self, gap: Array, bounded: bool) -> IntArray:
-        """Return 1 for gaps [m] between faces under a bound that are narrower than the table's."""
+        """Return 1 for ``bounded`` gaps between faces [m] that are narrower than the table's."""
         near = gap < (1.0 - 1e-9) * TABLE_GAP * max(self.width)
         return (near & bounded).astype(np.int64)
 
@@ -358,7 +361,7 @@ def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets
 
 
 def _moments(faces: tuple[ComplexArray, ComplexArray], sizes: MagnetSizes) -> Array:
-    """Moments of the magnet behind each outer face, for unit charge on that face."""
+    """Return the moments of the magnet behind each outer face, for unit charge on that face."""
     centre, along = faces
     # Four nodes are exact up to the seventh order.
     offset, part = width_rule(True, 4)
@@ -376,7 +379,7 @@ def pack_field(scene: Scene, magnetic: bool) -> Field:
     magnet = field.magnet
     if magnet is None:
         return found
-    # Its poles are on its outline and have no inset.
+    # The magnet's poles are on its outline and have no inset.
     sizes = MagnetSizes.of(part, reversed_inside(scene))
     found = found._replace(graded=sizes.near(sizes.depth, part.bounded))
     return _with_poles(found, magnet, widest(part))
@@ -412,5 +415,5 @@ def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
 
 
 def _length(x: float, y: float) -> float:
-    """Length of a vector, which unlike `math.hypot` rounds the same on all machines."""
+    """Return the length of a vector, which unlike `math.hypot` rounds the same on all machines."""
     return math.sqrt(x * x + y * y)

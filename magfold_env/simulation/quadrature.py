@@ -17,8 +17,8 @@ nodes  1 mm     3.5 mm   5 mm     7 mm     8.5 mm   12 mm
 =====  =======  =======  =======  =======  =======  =======
 
 A bound on a component's total force needs more nodes than a bound on a pair's force, because errors
-of pairs add up. The same tests check the bounds on random pairs, including sliding ones, and on
-folded chains.
+of pairs add up. Tests check the bounds on random pairs, including sliding ones, and on folded
+chains.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ from magfold_env.scene import Magnets
 
 
 class Rule(NamedTuple):
-    """Nodes per pole face by distance: of casings at each *rank*, of single faces at each *level*.
+    """Nodes per pole face by distance: for casings at each *rank*, for faces at each *level*.
 
-    Level 0 is the last rank. Ranks depend on the room between casings, the distance between their
-    centres less twice the depth of the outer faces; levels depend on the distance between the
-    faces' centres. Both distances are in widths of the widest pole face.
+    Level 0 is the last rank. Ranks depend on the room between casings, which is the distance
+    between their centres less twice the depth of the outer faces; levels depend on the distance
+    between the faces' centres. Both distances are in widths of the widest pole face.
     """
 
     ranks: tuple[int, ...]  # nodes per face, from far to near
@@ -86,12 +86,12 @@ def choose_rule(magnets: Magnets) -> Rule:
 
 
 def widest(magnets: Magnets) -> float:
-    """Width of the widest pole face [m]."""
+    """Return the width of the widest pole face [m]."""
     return float(np.max(magnets.width))
 
 
 def width_rule(strips: bool, count: int) -> tuple[Array, Array]:
-    """Offsets, in widths, and shares of the charge of ``count`` nodes across a pole face."""
+    """Return offsets (in widths) and charge shares of ``count`` nodes across a pole face."""
     if strips:
         return _gauss_legendre(count)
     return np.linspace(-0.5, 0.5, count) if count > 1 else np.zeros(1), np.full(count, 1.0 / count)
@@ -100,7 +100,7 @@ def width_rule(strips: bool, count: int) -> tuple[Array, Array]:
 def graded_rule(count: int) -> tuple[Array, Array]:
     """Like `width_rule`, with nodes that are denser towards both ends, for logarithmic functions.
 
-    They are Gauss-Legendre nodes, moved by a step whose slope has a double zero at both ends.
+    They are Gauss-Legendre nodes, moved by a function whose slope has a double zero at both ends.
     """
     offset, share = _gauss_legendre(count)
     x = offset + 0.5
@@ -109,7 +109,7 @@ def graded_rule(count: int) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=64)
 def _gauss_legendre(count: int) -> tuple[Array, Array]:
-    """Offsets and shares on a width of 1, equal to the last bit on every machine.
+    """Return offsets and shares on a width of 1, equal to the last bit on every machine.
 
     NumPy's values are exact too, but processors round differently. A Newton step from nodes rounded
     to nine digits squares their error.

@@ -48,10 +48,10 @@ def _spare_of(model: Model) -> deque[Chains]:
 
 
 class Account(NamedTuple):
-    """The work of the drive and of other causes on a chain, and the losses of impacts.
+    """The work of the drive and of other causes on a chain, and the energy lost in impacts.
 
-    The kinetic and the magnetic energy grow by all the work less the losses of impacts and
-    friction.
+    The kinetic and the magnetic energy together grow by all this work, less the losses in impacts
+    and friction.
     """
 
     impulse: float
@@ -65,7 +65,7 @@ class Account(NamedTuple):
     impacts: float
     """Energy lost in impacts [J]."""
     push_peak: float
-    """Peak of the drive's force [N], see `Fold.push_peak`."""
+    """Peak of the drive's force [N]; see `Fold.push_peak`."""
 
 
 class Session:
@@ -96,10 +96,9 @@ class Session:
         self.status: FoldStatus | None = None
         """Status of the run; None until it has ended."""
         self.message = ""
-        """A message about the status."""
+        """A message that explains the status."""
         self.progress: Progress = lambda _time, _released: None
-        """See `simulate`; after it has stopped a run, `settle` and other methods continue the
-        run."""
+        """Called as in `simulate`; `settle` and other methods can continue a run that it stops."""
         model = pack(scene)
         self._view = view.Orientation(reversed_inside(scene), model.bodies.length)
         spare = _spare_of(model)
@@ -141,7 +140,7 @@ class Session:
 
     @property
     def advance(self) -> float:
-        """Advance of the feed [m], at least 0; it has no meaning once all components are out."""
+        """Advance of the feed [m], at least 0; it is meaningless once all components are out."""
         return float(tube.advance(self._model, self._state))
 
     @property
@@ -197,10 +196,10 @@ class Session:
         return self._chains.energy(0)
 
     def potential(self) -> float:
-        """Energy whose exact gradient gives the simulated magnet forces [J].
+        """Return the energy whose exact gradient gives the simulated magnet forces [J].
 
-        It equals `energy` within the accuracy of the magnets; `energy` uses sums; the dynamics uses
-        tables.
+        It equals `energy` to within the accuracy of the magnets: `energy` uses sums, and the
+        dynamics uses tables.
         """
         return float(feed.potential_of(self._model, self._state, self._work))
 

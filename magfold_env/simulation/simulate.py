@@ -39,7 +39,7 @@ def simulate(
     Parameters
     ----------
     scene
-        What to fold.
+        The scene to simulate.
     seed
         Seed of the random values of the scene: its start angles and its spreads. A seed always
         gives the same fold, bit for bit.
@@ -47,8 +47,8 @@ def simulate(
         Frames recorded per simulated second [1/s], up to a million, and one more at the end; None
         records no trajectory. Recording does not change the fold.
     progress
-        Called at least about twenty times per second of work with the simulated time [s] and the
-        number of components out of the tube. An exception that it raises stops the run.
+        Called at least about twenty times per second of computation with the simulated time [s] and
+        the number of components out of the tube. An exception that it raises stops the run.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def simulate_batch(
     Parameters
     ----------
     scenes
-        What to fold: one scene for all seeds, or one for each.
+        The scenes to simulate: one for all seeds, or one for each seed.
     seeds
         One seed per fold; see `simulate`.
     threads
@@ -131,11 +131,11 @@ def simulate_batch(
 
 
 def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> Floats:
-    """Angular accelerations (..., n) [rad/s²] of the pinned chain under its smooth forces.
+    """Return the angular accelerations (..., n) [rad/s²] of the pinned chain under smooth forces.
 
     Magnets, in-plane gravity and inertia act; contact, stops and friction do not. The equations are
-    the paper's eq. 39, solved in O(n), for many states at once if they are stacked; a state gives
-    the same bits alone and in a stack.
+    the paper's eq. 39, solved in O(n) time. Many states may be stacked; a state gives the same bits
+    alone and in a stack.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> 
     if model.magnetic:
         loads = np.empty_like(flat)
         magnet_loads(model, flat, new_work(model), loads)
-    # A hinge that accelerates upwards is equivalent to one at rest in a field that pulls down.
+    # A hinge that accelerates upward is equivalent to one at rest in a field that pulls downward.
     base = (-model.gravity_x, -model.gravity_y)
     out = recursion.accelerate_many(model.bodies, base, flat, speeds.reshape(flat.shape), loads)
     return out.reshape(headings.shape)
@@ -169,7 +169,7 @@ def accelerations(scene: Scene, angles: npt.ArrayLike, rates: npt.ArrayLike) -> 
 def forces(
     scene: Scene, angles: npt.ArrayLike, *, about: npt.ArrayLike | None = None
 ) -> tuple[Floats, Floats]:
-    """Magnet forces (n, 2) [N] and torques (n,) [N·m] on the components at the given headings.
+    """Return the magnet forces (n, 2) [N] and torques (n,) [N·m] on the components.
 
     Parameters
     ----------
@@ -178,13 +178,13 @@ def forces(
     angles
         Headings [rad], shape (n,), component 1 first.
     about
-        The point of all torques [m], shape (2,), with component 1's outer hinge at the origin;
-        None for each component's own centre.
+        The point about which torques are taken [m], shape (2,), if component 1's outer hinge is at
+        the origin; None for each component's own centre.
 
     Raises
     ------
     SceneError
-        If ``scene`` is not a scene, a shape is another or a number exceeds `LARGEST`.
+        If ``scene`` is not a scene, a shape is wrong or a number exceeds `LARGEST`.
     """
     headings = checked("angles", angles, scene)
     force, torque = _smooth_state(scene, headings)[:2]
@@ -197,7 +197,7 @@ def forces(
 
 
 def energy(scene: Scene, angles: npt.ArrayLike) -> float:
-    """Magnetic energy [J] at the given headings, counting each pair of components once.
+    """Return the magnetic energy [J] at the given headings, counting each pair of components once.
 
     Pairs of pole faces within a component are omitted, because they do not depend on the shape.
 
@@ -212,13 +212,13 @@ def energy(scene: Scene, angles: npt.ArrayLike) -> float:
 def checked(key: str, values: npt.ArrayLike, scene: Scene, *, stacked: bool = False) -> Floats:
     """Return numbers up to `LARGEST` of shape (n,), or (..., n) if ``stacked``; refuse others.
 
-    They belong to a scene with n components; an argument that is not a scene is refused too.
+    The scene has n components; an argument that is not a scene is refused too.
     """
     errors.refuse(unless_a_scene(scene))
     n = scene.n
     try:
         given: Any = np.asarray(values)
-        # NumPy would drop imaginary parts and read texts.
+        # NumPy would drop imaginary parts and parse texts as numbers.
         array = given.astype(np.float64, casting="unsafe" if given.dtype == object else "same_kind")
     except (TypeError, ValueError, OverflowError):
         raise SceneError([Problem(key, values, f"must be {n} numbers")]) from None
@@ -251,7 +251,7 @@ def _generator(seed: int | np.random.Generator) -> np.random.Generator:
 
 
 def _smooth_state(scene: Scene, angles: Floats) -> tuple[Floats, Floats, float]:
-    """Magnet forces (n, 2) [N], torques (n,) [N·m] and energy [J]."""
+    """Return the magnet forces (n, 2) [N], torques (n,) [N·m] and energy [J]."""
     model = pack(scene.alone())
     work = new_work(model._replace(contact=False, frictional=False))
     articulated.place(0, model.bodies, np.append(angles, [0.0, 0.0]), work.pose)

@@ -1,7 +1,7 @@
 """A chain in the public order, component 1 first: its state, and its place in the engine.
 
-The engine counts from the held end. Seen from the other end, a chain has reversed order, headings
-turned by π and joint angles of opposite sign.
+The engine counts components from the held end. Seen from the other end, a chain has the reverse
+order, headings turned by π and joint angles of opposite sign.
 """
 
 import math
@@ -32,15 +32,15 @@ class Orientation:
         return self.length.size - 1 - i if self.flip else i
 
     def headings(self, inside: Array) -> Array:
-        """Public headings for the engine's, shape (..., n)."""
+        """Return the public headings for the engine's headings, shape (..., n)."""
         return inside[..., ::-1] + math.pi if self.flip else inside.copy()
 
     def rates(self, inside: Array) -> Array:
-        """Public rates for the engine's, shape (..., n)."""
+        """Return the public rates for the engine's rates, shape (..., n)."""
         return inside[..., ::-1].copy() if self.flip else inside.copy()
 
     def outer_hinge(self, q: Array, lo: IntArray) -> Array:
-        """Component 1's outer hinge [m], (m, 2), for coordinates (m, n + 2).
+        """Return component 1's outer hinge [m], (m, 2), for coordinates (m, n + 2).
 
         ``lo`` (m,) is the first component that moves freely, and the base is its inner hinge.
         """
@@ -55,7 +55,7 @@ class Orientation:
         return np.stack([hinge.real, hinge.imag], axis=1)
 
     def outer_velocity(self, q: Array, v: Array) -> Array:
-        """Velocity of that hinge [m/s], (m, 2), for velocities (m, n + 2)."""
+        """Return the velocity of component 1's outer hinge [m/s], (m, 2), for ``v`` (m, n + 2)."""
         n = self.length.size
         velocity = v[:, n:].copy()
         if self.flip:
@@ -76,7 +76,7 @@ def public_state(
     base: Array,
     base_velocity: Array,
 ) -> None:
-    """Fill headings [rad] and rates [rad/s], (n,), component 1's outer hinge [m] and its velocity.
+    """Fill in headings [rad], rates [rad/s], and component 1's outer hinge [m] and its velocity.
 
     ``flip`` and ``length`` are as in `Orientation`. ``q`` and ``v`` (n + 2,) are coordinates and
     velocities in the engine, where ``lo`` is the first component that moves freely and the base is
@@ -117,7 +117,7 @@ def public_states(
     base: Array,
     base_velocity: Array,
 ) -> None:
-    """`public_state` of some chains, where numbers are finite; arrays have one row per chain."""
+    """Apply `public_state` to chains whose numbers are finite; arrays have one row per chain."""
     for j in range(rows.size):
         k: int = rows[j]
         if is_finite(q[k]) and is_finite(v[k]):
@@ -131,8 +131,8 @@ def public_states(
 def advances(length: Array, counters: IntArray, q: Array, depth: Array, out: Array) -> None:
     """Fill in the advance of the feeds of some chains [m], (m,).
 
-    The advance of a complete chain is its length. ``depth`` (m,) is the initial length of the
-    chains in the tube; see `public_states` for the other arguments.
+    The advance of a chain that is out of the tube is its length. ``depth`` (m,) is the initial
+    length of the chains in the tube; see `public_states` for the other arguments.
     """
     for k in range(out.size):
         held = counters[k, ix.N_HELD]
@@ -153,7 +153,7 @@ class ChainState:
     """Headings [rad] and their rates [rad/s], shape (n,)."""
     base: NDArray[np.float64]
     base_velocity: NDArray[np.float64]
-    """Outer hinge of component 1 [m], mouth of the tube at the origin, and its velocity [m/s],
+    """Outer hinge of component 1 [m], with the tube's mouth at the origin, and its velocity [m/s],
     shape (2,)."""
 
     @property

@@ -2,8 +2,8 @@
 
 Chains of a vector environment take very different times: one may fold for seconds while another is
 at rest. Every thread therefore takes the next chain when it has finished one, and a step takes
-little longer than its work divided evenly. The threads are Python's, in kernels that release the
-interpreter's lock. Numba's own threads are unsuitable: those of GNU OpenMP kill a process that
+little longer than its work divided evenly. The threads are Python's and run kernels that release
+the interpreter's lock. Numba's own threads are unsuitable: those of GNU OpenMP kill a process that
 forks after they have run, as `AsyncVectorEnv` does, and those of numba's workqueue divide loops in
 advance and abort when two Python threads use them at once.
 """
@@ -28,10 +28,10 @@ class WorkQueue:
         self._end: weakref.finalize[..., Any] | None = None
 
     def run(self, work: Callable[..., int], arguments: tuple[Any, ...], pieces: int) -> None:
-        """Call ``work(*arguments)`` on all threads until a number of pieces of work is done.
+        """Call ``work(*arguments)`` on all threads until a given number of pieces of work is done.
 
         Every call takes pieces from a shared counter until none is left, and returns the number it
-        has done. A late thread finds none, and no other thread waits for it.
+        has done. A thread that starts late finds none, and no other thread waits for it.
         """
         helpers = min(self.size, pieces) - 1
         if helpers > 0:
@@ -56,7 +56,7 @@ class WorkQueue:
         self._process, self._jobs = os.getpid(), SimpleQueue()
         for _ in range(self.size - 1):
             threading.Thread(target=_work_off, args=(self._jobs,), daemon=True).start()
-        # Not `__del__`, which at the interpreter's end finds modules that are gone.
+        # `__del__` would not do: when the interpreter ends, it finds modules that are gone.
         self._end = weakref.finalize(self, _end, self._jobs, self.size - 1)
         self._end.atexit = False
 

@@ -4,8 +4,8 @@ The specification is equation 39 of the paper, (Γ + Rᵀ E R) ω̇ = Q with abs
 coordinates. A planar articulated-body recursion solves it: the part of the chain beyond a hinge
 responds to a hinge acceleration ``a`` with the force ``P a + p`` (``P`` symmetric 2×2), so one
 sweep from tip to root and one back suffice. All arrays are indexed from the inner end; ``lo`` is
-the first component that moves freely. Coordinates, velocities and generalised forces are packed as
-(n + 2,): the headings, then the inner hinge of component ``lo``, the *base*.
+the first component that moves freely. Coordinates, velocities and generalised forces are packed
+into arrays (n + 2,): the headings, then the inner hinge of component ``lo``, the *base*.
 """
 
 import math
@@ -19,7 +19,7 @@ FREE, DRIVEN = 0.0, math.inf  # values of ``base``, see `solve`
 
 @kernel
 def place(lo: int, bodies: Bodies, q: Array, pose: Pose) -> None:
-    """Fill ``pose`` from component ``lo`` on for the coordinates ``q`` (n + 2,)."""
+    """Fill in ``pose`` from component ``lo`` on for the coordinates ``q`` (n + 2,)."""
     n = bodies.mass.size
     for i in range(lo, n):
         pose.sin[i], pose.cos[i] = sincos(q[i])
@@ -34,7 +34,7 @@ def place(lo: int, bodies: Bodies, q: Array, pose: Pose) -> None:
 
 @kernel
 def centre_velocities(lo: int, bodies: Bodies, pose: Pose, v: Array, vx: Array, vy: Array) -> None:
-    """Fill velocities of the centres [m/s] for the velocities ``v`` (n + 2,)."""
+    """Compute the centres' velocities [m/s] from the chain's velocities ``v`` (n + 2,)."""
     n = bodies.mass.size
     x, y = v[n], v[n + 1]
     for i in range(lo, n):
@@ -47,7 +47,7 @@ def centre_velocities(lo: int, bodies: Bodies, pose: Pose, v: Array, vx: Array, 
 
 @kernel
 def centripetal(lo: int, bodies: Bodies, pose: Pose, v: Array, ax: Array, ay: Array) -> None:
-    """Fill the centres' accelerations [m/s²] at zero ω̇ and zero acceleration of the base."""
+    """Compute the centres' accelerations [m/s²] for zero ω̇ and zero acceleration of the base."""
     x, y = 0.0, 0.0
     for i in range(lo, bodies.mass.size):
         w2 = v[i] * v[i]
@@ -59,14 +59,14 @@ def centripetal(lo: int, bodies: Bodies, pose: Pose, v: Array, ax: Array, ay: Ar
 
 @inlined
 def centre_motion(lo: int, bodies: Bodies, pose: Pose, v: Array, centres: Centres) -> None:
-    """Fill the centres' velocities, and accelerations that remain when ``v`` is constant."""
+    """Compute the centres' velocities, and the accelerations that remain when ``v`` is constant."""
     centre_velocities(lo, bodies, pose, v, centres.vx, centres.vy)
     centripetal(lo, bodies, pose, v, centres.ax, centres.ay)
 
 
 @kernel
 def generalise(lo: int, bodies: Bodies, pose: Pose, loads: Loads, out: Array) -> None:
-    """Fill generalised forces (n + 2,) for forces at centres [N] and torques about them [N·m]."""
+    """Convert centre forces [N] and torques about centres [N·m] to generalised forces (n + 2,)."""
     n, fx, fy = bodies.mass.size, loads.fx, loads.fy
     sx, sy = 0.0, 0.0
     for i in range(n - 1, lo - 1, -1):
@@ -86,9 +86,9 @@ def generalise(lo: int, bodies: Bodies, pose: Pose, loads: Loads, out: Array) ->
 def factor(lo: int, bodies: Bodies, pose: Pose, lock: IntArray, chain: Recursion) -> None:
     """Sweep from tip to root; store 1/D, h (2), D and P (xx, xy, yy) in ``chain.articulated``.
 
-    Row i holds the values at the inner hinge of component i. A component whose ``lock`` is not 0
-    turns with the component before it, or not at all if it is the first. It is not eliminated but
-    carried along, so that locked components move as one rigid body.
+    Row i holds the values at component i's inner hinge; `recursion` defines them. A component whose
+    ``lock`` is not 0 turns with the component before it, or not at all if it is the first. It is
+    not eliminated but carried along, so that locked components move as one rigid body.
     """
     art = chain.articulated
     pxx, pxy, pyy = 0.0, 0.0, 0.0
@@ -132,7 +132,7 @@ def solve(
 
     ``base`` is the mass [kg] that moves with the base, which then moves only along the tube. FREE
     means a free base without such a mass; DRIVEN means a prescribed motion, so the base does not
-    accelerate here. The same solve turns impulses into velocity changes. ``chain.hold`` gets the
+    accelerate here. The function also turns impulses into velocity changes. ``chain.hold`` gets the
     torques that hold locked components, on the outer side of their inner hinges; 0 for others.
     """
     n, art, hold = bodies.mass.size, chain.articulated, chain.hold

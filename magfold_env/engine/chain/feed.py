@@ -1,4 +1,4 @@
-"""The feed: the drive that moves the base, and the events at positions that the base reaches.
+"""The feed: the drive that moves the base, and the events at certain positions of the base.
 
 A held component is released when its inner hinge passes the mouth on the way out. A feed that
 reverses draws free components in. A component that lies straight enough is held again when its
@@ -6,7 +6,7 @@ inner hinge is a whole number of diagonals inside; others stay free, between the
 components are out, the feed cannot draw them in.
 
 The drive keeps the requested speed if its force suffices. Otherwise it slips: it exerts its
-greatest force, and the base moves according to all forces.
+greatest force, and all forces together determine the base's motion.
 """
 
 import math
@@ -65,7 +65,7 @@ def begin(model: Model, state: State, work: Work) -> None:
 
 @kernel
 def inside_force(model: Model, state: State, work: Work, until: float) -> float:
-    """Mean force for moving a chain that is all inside [N], against gravity and an outer field."""
+    """Return the mean force that moves a chain inside the tube against gravity and a field [N]."""
     force = -whole_mass(model) * model.gravity_x
     x = state.q[model.n]
     way = state.v[model.n] * (until - state.clock[ix.TIME])
@@ -79,7 +79,7 @@ def inside_force(model: Model, state: State, work: Work, until: float) -> float:
 
 @inlined
 def is_too_much(model: Model, state: State, impulse: float) -> bool:
-    """Whether the drive gives way to an impulse [N·s]; never while the whole chain is inside."""
+    """Whether the drive gives way to an impulse [N·s]; not while the whole chain is inside."""
     most = ledger.most_force(model, state) * ledger.MEAN_OVER
     return state.counter[ix.N_HELD] < model.n and abs(impulse) > most
 
@@ -98,13 +98,13 @@ def slips(state: State) -> bool:
 
 @inlined
 def is_at_stop(model: Model, state: State) -> bool:
-    """Whether the pusher is at its stop, behind which it cannot go."""
+    """Whether the pusher is at its stop, beyond which it cannot be drawn back."""
     return advance(model, state) <= NOWHERE * model.side
 
 
 @inlined
 def borne(model: Model, state: State, force: float) -> float:
-    """Return the drive's part of the force that keeps the base's speed [N]; its stop may help."""
+    """Return the drive's share of the force that keeps the base's speed [N]; the stop may help."""
     most = ledger.most_force(model, state)
     helped = force > most and state.v[model.n] == 0.0 and is_at_stop(model, state)
     return most if helped else force
@@ -122,7 +122,7 @@ def note_step(state: State, work: Work, impulse: float, way: float) -> None:
 
 @kernel
 def carry(model: Model, state: State, work: Work) -> None:
-    """Set the mass of the held components, which moves with the base while the drive slips."""
+    """Set the drive's force and the mass that moves with the base; both are 0 without slipping."""
     carried, force = 0.0, 0.0
     if slips(state):
         force = state.counter[ix.SLIPPING] * ledger.most_force(model, state)
@@ -145,10 +145,10 @@ def slip(model: Model, state: State, work: Work, force: float) -> None:
 
 @kernel
 def needed_force(lo: int, model: Model, work: Work, acceleration: Array) -> float:
-    """Force along the tube with which the drive keeps its speed [N].
+    """Return the force along the tube with which the drive keeps its speed [N].
 
-    By Newton's law for the chain outside: its mass times its acceleration, less the other forces on
-    it and on the components in the tube. Needs the forces that belong to the accelerations.
+    By Newton's law, it is the mass of the chain outside times its acceleration, less the other
+    forces on it and on the components in the tube. ``work`` must hold the accelerations' forces.
     """
     n, rows = model.n, work.rows
     force = momentum_along(lo, model, work, acceleration)
@@ -159,7 +159,7 @@ def needed_force(lo: int, model: Model, work: Work, acceleration: Array) -> floa
 
 @kernel
 def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew: bool) -> bool:
-    """Whether the drive continues in its state, slipping or not; if not, it has to restart.
+    """Whether the drive stays in its state, slipping or not slipping; otherwise it must restart.
 
     ``anew`` means that the accelerations were recomputed and are not from the last step's end.
     """
@@ -198,7 +198,7 @@ def drives_on(model: Model, state: State, work: Work, acceleration: Array, anew:
 
 @kernel
 def time_to_change(model: Model, state: State, acceleration: Array) -> float:
-    """Time until a slipping drive reaches its next mark or the requested speed [s]."""
+    """Return the time until a slipping drive reaches its next mark or the requested speed [s]."""
     v, a, soonest = state.v[model.n], acceleration[model.n], math.inf
     behind = state.feed[ix.ASKED] - v
     if behind * a > 0.0:
@@ -224,10 +224,10 @@ def is_at_mark(state: State) -> bool:
 def aim(model: Model, state: State) -> None:
     """Set the base's next mark, the x [m] of the next event, and the direction to it.
 
-    On the way out, the mark is where the outermost held component is released. On the way in, marks
-    are whole diagonals inside the mouth, where components may be held again, and the position at
-    which the feed started. Magnets that act only outside are added and removed at whole diagonals,
-    including the mouth itself.
+    On the way out, the mark is where the outermost held component is released. On the way in, the
+    marks are the positions a whole number of diagonals inside the mouth, where components may be
+    held again, and the position at which the feed started. Magnets that act only outside are added
+    and removed at whole diagonals, including the mouth itself.
     """
     i = state.counter[ix.N_HELD] - 1
     x, v, diagonal = float(state.q[model.n]), state.v[model.n], float(model.bodies.length[i])
@@ -278,7 +278,7 @@ def stop(model: Model, state: State, work: Work) -> None:
 
 @inlined
 def lies_in_tube(model: Model, state: State) -> bool:
-    """Whether the innermost free component lies in the tube so that it may be held."""
+    """Whether the innermost free component lies straight and deep enough to be held."""
     if not is_partly_out(model, state):
         return False
     i = state.counter[ix.N_HELD]
@@ -288,10 +288,10 @@ def lies_in_tube(model: Model, state: State) -> bool:
 
 @kernel
 def load(model: Model, state: State, work: Work) -> None:
-    """Add the magnets of components that are now outside, if magnets act only there.
+    """Add magnets to components that are now outside, and remove those of components now inside.
 
-    Remove the magnets of components that are now inside. A component counts as inside if its
-    leading hinge would be, with the components between it and the base in line.
+    This applies only if magnets act only outside. A component counts as inside if its leading hinge
+    would be inside with the components between it and the base in line.
     """
     if not model.at_mouth:
         return
@@ -313,7 +313,7 @@ def load(model: Model, state: State, work: Work) -> None:
 
 @kernel
 def potential_of(model: Model, state: State, work: Work) -> float:
-    """Energy whose gradient gives the magnets' forces [J]."""
+    """Return the energy whose gradient gives the magnets' forces [J]."""
     first = place_all(state.counter[ix.N_HELD], model, state.q, work.pose)
     return potential_energy(first, model, state.q, work)
 
@@ -331,7 +331,7 @@ def release(model: Model, state: State) -> None:
 
 @kernel
 def hold(model: Model, state: State, work: Work) -> None:
-    """Hold the innermost free component again at its present heading: an inelastic impact.
+    """Hold the innermost free component again at its present heading; this is an inelastic impact.
 
     The component stops turning, and the base becomes its outer hinge.
     """
@@ -349,9 +349,9 @@ def hold(model: Model, state: State, work: Work) -> None:
 
 @kernel
 def move_base(model: Model, state: State, i: int, way: float) -> tuple[float, float]:
-    """Move the base to component i's other hinge, outward or inward (1, −1); return its span.
+    """Move the base to component i's other hinge; return the vector between the two hinges [m].
 
-    The component is held or has just been released, so it does not turn.
+    ``way`` is 1 outward and −1 inward; the vector points outward. The component does not turn.
     """
     s, c = sincos(float(state.q[i]))
     x, y = model.bodies.length[i] * c, model.bodies.length[i] * s

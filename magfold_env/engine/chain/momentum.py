@@ -13,7 +13,7 @@ from magfold_env.engine.state import Array, Model, State, Work
 
 @kernel
 def kinetic_of(lo: int, model: Model, work: Work, q: Array, v: Array) -> float:
-    """Kinetic energy of a chain with coordinates ``q`` and velocities ``v`` [J]; finds the pose."""
+    """Return the kinetic energy for coordinates ``q`` and velocities ``v`` [J]; finds the pose."""
     place_all(lo, model, q, work.pose)
     energy = energy_outside(lo, model, work, v)
     for i in range(lo):
@@ -23,7 +23,7 @@ def kinetic_of(lo: int, model: Model, work: Work, q: Array, v: Array) -> float:
 
 @kernel
 def energy_outside(lo: int, model: Model, work: Work, v: Array) -> float:
-    """Kinetic energy of the free components [J]; needs the pose, and uses the loads as scratch."""
+    """Return the free components' kinetic energy [J]; needs the pose and overwrites the loads."""
     bodies, vx, vy, energy = model.bodies, work.loads.fx, work.loads.fy, 0.0
     articulated.centre_velocities(lo, bodies, work.pose, v, vx, vy)
     for i in range(lo, model.n):
@@ -35,7 +35,7 @@ def energy_outside(lo: int, model: Model, work: Work, v: Array) -> float:
 
 @inlined
 def momentum_along(lo: int, model: Model, work: Work, v: Array) -> float:
-    """Momentum of the free components along the tube [N·s]; needs the pose."""
+    """Return the momentum of the free components along the tube [N·s]; needs the pose."""
     bodies, pose = model.bodies, work.pose
     total, hinge = 0.0, v[model.n]
     for i in range(lo, model.n):
@@ -46,7 +46,7 @@ def momentum_along(lo: int, model: Model, work: Work, v: Array) -> float:
 
 @kernel
 def kinetic(lo: int, model: Model, state: State, work: Work) -> tuple[float, float]:
-    """Kinetic energy of the chain [J], and its momentum along the tube [N·s]; finds the pose."""
+    """Return the chain's kinetic energy [J] and momentum along the tube [N·s]; finds the pose."""
     energy = kinetic_of(lo, model, work, state.q, state.v)
     along = momentum_along(lo, model, work, state.v)
     for i in range(lo):
@@ -61,7 +61,7 @@ def spread(
     """Apply to the chain a change (x, y) of each free component's velocity [m/s].
 
     The chain gets the nearest velocity that its hinges allow, in the metric of the mass matrix.
-    ``base`` is the base's mass, see `articulated.solve`. Needs the pose.
+    ``base`` is the base's mass (see `articulated.solve`). The function needs the pose.
     """
     bodies, pose, chain, force = model.bodies, work.pose, work.chain, work.chain.force
     for i in range(lo, model.n):
@@ -77,10 +77,10 @@ def spread(
 
 @kernel
 def outer_force(lo: int, model: Model, work: Work) -> tuple[float, float, float]:
-    """Friction and gravity on the whole chain, for use after `smooth_accelerations`.
+    """Return friction and gravity on the whole chain; call it after `smooth_accelerations`.
 
-    Returns their sum [N] and their torque about the centre of mass [N·m]; the magnets' mutual
-    forces cancel in both. Leaves the forces, without inertia, in the loads.
+    The result is their sum [N] and their torque about the centre of mass [N·m]; the magnets' mutual
+    forces cancel in both. The loads then hold all forces except those of inertia.
     """
     x, y, twist = 0.0, 0.0, 0.0
     centre_x, centre_y, _ = centre_of_mass(lo, model, work)
@@ -97,7 +97,7 @@ def outer_force(lo: int, model: Model, work: Work) -> tuple[float, float, float]
 
 @inlined
 def centre_of_mass(lo: int, model: Model, work: Work) -> tuple[float, float, float]:
-    """Centre of mass [m] of the free components, and their mass [kg]."""
+    """Return the centre of mass [m] of the free components, and their mass [kg]."""
     x, y, mass = 0.0, 0.0, 0.0
     for i in range(lo, model.n):
         m = model.bodies.mass[i]
@@ -109,7 +109,7 @@ def centre_of_mass(lo: int, model: Model, work: Work) -> tuple[float, float, flo
 
 @kernel
 def held_or_walled(model: Model, work: Work) -> bool:
-    """Whether another external force acts: friction that is solved for, or a wall."""
+    """Whether other external forces may act: friction that is solved for, or a wall's force."""
     for i in range(model.n):
         if work.friction.slow[i] == 1:
             return True
@@ -123,7 +123,7 @@ def held_or_walled(model: Model, work: Work) -> bool:
 def keep_if_left_alone(
     model: Model, state: State, work: Work, end: Array, velocity: Array, time: float
 ) -> None:
-    """Do what `keep_momentum` does if gravity is the only external force during ``time`` [s]."""
+    """Call `keep_momentum` if gravity is the only external force during ``time`` [s]."""
     if model.frictional or model.field.present or not is_free(state.counter[ix.N_HELD], model):
         return
     push = 0.0
@@ -140,10 +140,10 @@ def keep_momentum(
 ) -> None:  # fmt: skip
     """Correct the new ``velocity`` so that only external impulses [N·s, N·m·s] change the momenta.
 
-    Everything else in the step acts between components; ``end`` is the pose at its end. The base
-    may be a light, fast component, whose smallest errors would carry a heavy one away. Where
-    velocities jump, the rotation during the step would leave a first-order error. The correction is
-    a rigid motion of the chain, so it does not change the rate of any gap.
+    All other forces act between components; ``end`` holds the coordinates at the step's end.
+    Without the correction, the smallest errors of a light, fast component at the base would carry a
+    heavy one away, and jumps of the velocities would leave a first-order error. The correction is a
+    rigid motion of the chain, so it does not change the rate of any gap.
     """
     n, lo = model.n, state.counter[ix.N_HELD]
     if not is_free(lo, model) or held_or_walled(model, work):
@@ -162,9 +162,10 @@ def keep_momentum(
 def momentum(
     lo: int, model: Model, q: Array, v: Array, work: Work
 ) -> tuple[float, float, float, float]:
-    """Linear momentum [kg m/s] of the free components; angular [kg m²/s] about their centre.
+    """Return the free components' momentum [kg m/s] and angular momentum [kg m²/s].
 
-    Also returns their moment of inertia about it [kg m²]. Leaves the pose of ``q`` in ``work``.
+    The latter is about their centre of mass. Also returns their moment of inertia about it [kg m²],
+    and leaves the pose of ``q`` in ``work``.
     """
     bodies, pose = model.bodies, work.pose
     articulated.place(lo, bodies, q, pose)

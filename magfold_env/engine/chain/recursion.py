@@ -1,20 +1,20 @@
-"""Accelerations of pinned chains without constraints, in a single sweep each way.
+"""Accelerations of pinned chains without constraints, in a single sweep in each direction.
 
 This is the articulated-body recursion of ``engine.chain.articulated``, which has separate stages
-because the constraints need them. With r the vector from a component's inner hinge to its centre, d
-to its outer hinge, v = j d (j turns by a right angle) and Q its generalised force, a sweep from tip
-to root finds
+because the constraints need them. Let r be the vector from a component's inner hinge to its centre,
+d the vector to its outer hinge, v = j d (j turns by a right angle) and Q its generalised force. A
+sweep from tip to root finds
 
     D = I + m r² + vᵀ P v,   h = P v + m j r,   q = p − ω² (P d + m r),   k = (Q − v·q) / D,
     P ← P + m·1 − h hᵀ / D,   p ← q + h k,
 
 and a sweep back finds the accelerations: α = k − h·a / D, a ← a + v α − ω² d. Each body must wait
 for its neighbour's P, so the longest chain of dependent operations sets the time, not their number.
-D is therefore a quadratic form, and the sweep back is a ← E a + b with E and b from the sweep in.
+D is thus a quadratic form, and the sweep back is a ← E a + b with E and b from the first sweep.
 
 Many chains of the same bodies run side by side, one chain per vector lane: each number becomes a
 row of `LANES` numbers, which the compiler vectorises without reordering any arithmetic. A chain's
-accelerations are therefore the same bits in any lane, batch and number of threads.
+accelerations therefore have the same bits in any lane, in any batch and with any number of threads.
 """
 
 import numba
@@ -43,9 +43,9 @@ def accelerate(
     bodies: Bodies, base_x: float, base_y: float, heading: Array, rate: Array, force: Array,
     scratch: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Fill angular accelerations (n,) [rad/s²] under generalised forces ``force`` (n,) [N·m].
+    """Compute angular accelerations (n,) [rad/s²] under generalised forces ``force`` (n,) [N·m].
 
-    ``base_x``, ``base_y`` is the acceleration of the innermost hinge [m/s²]; its negative acts
+    (``base_x``, ``base_y``) is the acceleration of the innermost hinge [m/s²]; its negative acts
     like in-plane gravity. ``scratch`` has the shape (ROWS, n).
     """
     n = bodies.mass.size
@@ -95,7 +95,7 @@ def accelerate(
 
 @inlined
 def swing(model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
-    """Fill accelerations (n + 2,) of a chain on which only gravity and its pin act.
+    """Compute the accelerations (n + 2,) of a chain on which only gravity and its pin act.
 
     An upward acceleration of the hinge represents gravity; ``work.loads.torque`` stays zero.
     """
@@ -123,7 +123,7 @@ def accelerate_many(
 ) -> Array:  # fmt: skip
     """Like `accelerate`, for many chains of the same bodies; arrays are (chains, n).
 
-    Headings may be up to 1e14; without ``forces`` they are zero.
+    Headings may be up to 1e14 rad. The ``forces`` are zero by default.
     """
     chains, n = headings.shape
     blocks = new_lanes(chains, n)
@@ -141,17 +141,17 @@ def accelerate_many(
 
 @parallel_kernel
 def accelerate_blocks(bodies: Bodies, base_x: float, base_y: float, blocks: Array) -> None:
-    """Fill ACCELERATION of record i + 1 in all blocks from HEADING, RATE and FORCE of record i."""
+    """Compute ACCELERATION of record i + 1 in all blocks from HEADING, RATE, FORCE of record i."""
     for b in numba.prange(blocks.shape[0]):
         accelerate_lanes(bodies, base_x, base_y, blocks[b])
 
 
 @inlined
 def accelerate_lanes(bodies: Bodies, base_x: float, base_y: float, lanes: Array) -> None:
-    """Do the same for one block (n + 1, SLOTS, LANES).
+    """Do the work of `accelerate_blocks` for one block (n + 1, SLOTS, LANES).
 
-    The compiler must know its shape and thus the spacing of the rows; otherwise it would have to
-    assume that they overlap, and would handle one lane after another.
+    The compiler must know the block's shape and thus the spacing of its rows; otherwise it would
+    have to assume that rows overlap, and would handle one lane after another.
     """
     if lanes.shape[1] == SLOTS and lanes.shape[2] == LANES:
         _sweep_inwards(bodies, lanes)

@@ -23,13 +23,13 @@ def is_free(lo: int, model: Model) -> bool:
 
 @inlined
 def is_partly_out(model: Model, state: State) -> bool:
-    """Whether the tube holds one part of the chain while another is outside."""
+    """Whether the tube holds one part of the chain while another part is outside."""
     return 0 < state.counter[ix.N_HELD] < model.n
 
 
 @inlined
 def base_mass(lo: int, model: Model, work: Work) -> float:
-    """Return the mass of the base, see `articulated.solve`."""
+    """Return the mass of the base; see `articulated.solve`."""
     if is_free(lo, model):
         return articulated.FREE
     carried = work.chain.base[ix.CARRIED]
@@ -38,7 +38,7 @@ def base_mass(lo: int, model: Model, work: Work) -> float:
 
 @inlined
 def coordinates(model: Model) -> int:
-    """Return how many coordinates may change: a pinned base, the last two, is fixed."""
+    """Return the number of coordinates that may change; a pinned base (the last two) is fixed."""
     return model.n if model.pinned else model.n + 2
 
 
@@ -55,7 +55,7 @@ def charged(model: Model, i: int) -> bool:
 
 @kernel
 def whole_mass(model: Model) -> float:
-    """Mass of the chain [kg]."""
+    """Return the mass of the chain [kg]."""
     total = 0.0
     for i in range(model.n):
         total += model.bodies.mass[i]
@@ -66,8 +66,8 @@ def whole_mass(model: Model) -> float:
 def lie_in_tube(offsets: Array, length: Array, headings: Array, depth: Array) -> None:
     """Find the pose of held chains from the offsets of their hinges from the axis (m, n + 1) [m].
 
-    ``length`` (n,) is from hinge to hinge [m]. Fills in the headings (m, n) [rad] and the chains'
-    lengths along the tube (m,) [m].
+    ``length`` (n,) is each component's length from hinge to hinge [m]. Fills in the headings (m, n)
+    [rad] and the chains' lengths along the tube (m,) [m].
     """
     for row in range(offsets.shape[0]):
         depth[row] = 0.0
@@ -80,10 +80,10 @@ def lie_in_tube(offsets: Array, length: Array, headings: Array, depth: Array) ->
 
 @kernel
 def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
-    """Fill ``pose`` for the free components and the held ones that matter.
+    """Fill in ``pose`` for the free components and for the held ones that matter.
 
-    Those are the outermost two, which others may touch, and all with active magnets: if magnets act
-    only outside, the charged ones nearest to the mouth. Returns the first with active magnets.
+    Those are the outermost two, which others may touch, and all whose magnets act: if magnets act
+    only outside, the charged ones nearest to the mouth. Returns the first whose magnets act.
     """
     articulated.place(lo, model.bodies, q, pose)
     n = model.n

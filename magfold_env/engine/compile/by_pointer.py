@@ -1,8 +1,8 @@
-"""NamedTuples that kernels access by one pointer, and kernels that others call by address.
+"""NamedTuples that kernels access through one pointer, and kernels that others call by address.
 
-`pointer_types` implements both. If the installed numba does not support it, kernels get the same
-tuples field by field, and the interpreter replaces calls by address: ``code`` is then the kernel
-itself, and a chain's data are tuples instead of addresses.
+`pointer_types` implements both. If the installed numba does not support this, kernels get the same
+tuples field by field, and Python makes the calls by address: ``code`` is then the kernel itself,
+and a chain's data are tuples instead of addresses.
 """
 
 from collections.abc import Callable
@@ -28,7 +28,7 @@ def by_pointer(cls: type[T]) -> type[T]:
 
 
 def calls_by_address(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a kernel that calls others by their address."""
+    """Compile a kernel that calls other kernels by address."""
     return jit.kernel(function) if POINTERS else function
 
 

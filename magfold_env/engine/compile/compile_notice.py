@@ -55,7 +55,7 @@ class CompileNotice(event.Listener):
         return self._begun if self._depth > 0 else None
 
     def on_start(self, event: Any) -> None:
-        """Note that compilation of a function of this package begins, or of one within it."""
+        """Note that the compilation of a function of this package, or of one within it, begins."""
         function = event.data["dispatcher"].py_func
         # A function created by `exec` may have no module.
         ours = str(function.__module__).startswith("magfold_env.")

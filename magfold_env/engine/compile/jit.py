@@ -66,7 +66,7 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def allocating_kernel(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a serial kernel that may allocate, for preparation and searches, not time steps."""
+    """Compile a serial kernel that may allocate, for preparation and searches but not for steps."""
     return _compile(function, _nrt=True)
 
 

@@ -2,8 +2,8 @@
 
 Numba's own cache notices edits in a kernel's file, but not in functions that the kernel calls or in
 constants, which are compiled into it. A file's name is therefore a hash of the kernel's code, the
-global values that it uses, and the kernels that it calls, at any depth: after an edit only kernels
-that contain the edited code are compiled again. Each set of compiler conditions has its own
+global values that it uses, and the kernels that it calls, at any depth: after an edit, only kernels
+that contain it are compiled again. Each version of numba, Python and `engine.compile` has its own
 directory.
 """
 
@@ -100,7 +100,7 @@ def _short_hash(content: bytes) -> str:
 def cache_root() -> Path | None:
     """Return the folder for all kernel directories, or None if it is not writable.
 
-    ``NUMBA_CACHE_DIR`` overrides its place.
+    The variable ``NUMBA_CACHE_DIR`` overrides its location.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir(PACKAGE)
     for root in (Path(chosen), FOLDER / "__pycache__"):

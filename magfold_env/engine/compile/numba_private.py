@@ -4,15 +4,15 @@
 """The engine's use of private parts of numba, which may change without notice.
 
 *Deferred compilation.* Numba compiles each function completely, and each caller again with
-everything that it calls: in a deep call tree the leaves are optimised once per level, and most of
+everything that it calls: in a deep call tree, the leaves are optimised once per level, and most of
 the results never run. A kernel that another one calls is therefore only *lowered*: its types are
 inferred and its code is generated, but not linked or optimised. A kernel that Python calls links
 all lowered code below it and optimises it together.
 
-*Files of kernels*, which are loaded without registering everything that numba can compile. A file
+*Files of kernels.* They are loaded without registering everything that numba can compile. A file
 begins with a hash of its contents; if anything is wrong with it, the kernel is compiled again.
 
-`check` tests both and `pointer_types` on a small example.
+`check` tests both features, and `pointer_types`, on a small example.
 """
 
 import hashlib
@@ -51,7 +51,7 @@ NEEDLESS = (WithLifting, InlineClosureLikes, InlineOverloads, NopythonRewrites)
 
 @cast("Any", intrinsic)
 def fma(_typing: Any, a: Any, b: Any, c: Any) -> Any:
-    """Return a·b + c, always rounded once, unlike with a flag that lets the compiler choose."""
+    """Return a·b + c, always rounded once, whereas a compiler flag would leave this open."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return builder.fma(*arguments)
@@ -78,7 +78,7 @@ class _LoweredCode(JITCodeLibrary):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _LoweringOnly(NativeLowering):
-    """Generate the code, but do not compile it."""
+    """Numba's pass that generates code, but without compiling it."""
 
     _name = "lowering_only"
 
@@ -152,7 +152,7 @@ class LoweringCompiler(CompilerBase):
 def defer(kernel: Any, **options: Any) -> None:
     """Give kernels that call this one its lowered code, which they compile themselves.
 
-    Constant arguments count as plain numbers, as each constant would need separate code.
+    Constant arguments count as plain numbers, because each constant would need separate code.
 
     Parameters
     ----------

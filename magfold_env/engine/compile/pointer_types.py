@@ -1,14 +1,13 @@
 # Numba's own modules have no type annotations.
 # pyright: basic
 
-"""NamedTuples that kernels access by one pointer, and kernels that others call by address.
+"""NamedTuples that kernels access through one pointer, and kernels that others call by address.
 
 Numba passes a tuple field by field, and an array as seven numbers: a model and its scratch space
 are more than a thousand arguments in each call, which take seconds per kernel to compile. The
 contents of a class marked with `by_pointer` are therefore written once to words of eight bytes, and
 kernels pass their address. A word is a number, the address of an array's data, or one of the
-array's dimensions; inner tuples are written in place. The words never change, but the arrays'
-contents do.
+array's dimensions; inner tuples are written in place. The words never change; the arrays do.
 
 A kernel that calls another one contains its code. Most of the engine's compile time is the
 integrator's, so the kernel that runs many chains calls it by address: the integrator is compiled

@@ -1,4 +1,4 @@
-"""Whether a chain that continues to move as one body may still meet a solid."""
+"""Decide whether a chain that continues to move as one body may still meet a solid."""
 
 import math
 
@@ -15,7 +15,7 @@ from magfold_env.engine.state import Model, State, Work
 def may_meet_solid(model: Model, state: State, work: Work) -> bool:
     """Whether a chain whose joint angles stay constant may reach a solid.
 
-    The answer is a bound, not a forecast: True if in doubt. No component may be in a tube.
+    The answer is not a forecast: in case of doubt, it is True. No component may be in a tube.
     """
     if model.obstacles.shape[0] == 0:
         return False
@@ -48,7 +48,7 @@ def solid_within(model: Model, x: float, y: float, reach: float) -> bool:
 
 @inlined
 def radius_about(model: Model, work: Work, x: float, y: float) -> float:
-    """Radius of a circle about a point that contains the whole chain [m]."""
+    """Return the radius with which a circle about a point contains the whole chain [m]."""
     pose, away = work.pose, 0.0
     for i in range(model.n):
         away = max(away, math.sqrt(square(pose.x[i] - x) + square(pose.y[i] - y)))
@@ -57,7 +57,7 @@ def radius_about(model: Model, work: Work, x: float, y: float) -> float:
 
 @inlined
 def centre_of_mass(model: Model, work: Work) -> tuple[float, float, float, float]:
-    """Position [m] and velocity [m/s] of a free chain's centre of mass."""
+    """Return the position [m] and velocity [m/s] of a free chain's centre of mass."""
     bodies, pose, centres = model.bodies, work.pose, work.centres
     x, y, vx, vy, mass = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(model.n):
@@ -71,9 +71,9 @@ def centre_of_mass(model: Model, work: Work) -> tuple[float, float, float, float
 def meets_while_stopping(model: Model, state: State, work: Work, slowing: float) -> bool:
     """Whether a chain may meet a solid before friction stops it.
 
-    Friction less gravity decelerates each component by at least ``slowing`` [m/s²] and so absorbs
-    the kinetic energy on a limited path. The mass-weighted mean of S, see `engine.friction.law`, is
-    at least the speed of the centre of mass, and at least the arm times the spin.
+    Friction, less gravity, decelerates each component by at least ``slowing`` [m/s²] and thus
+    absorbs the kinetic energy over a limited path. The mass-weighted mean of S (see `friction.law`)
+    is at least the speed of the centre of mass, and at least the friction radius times the spin.
     """
     pose, energy, mass = work.pose, kinetic_of(0, model, work, state.q, state.v), 0.0
     for i in range(model.n):

@@ -1,8 +1,8 @@
 """Squares and obstacles as boxes with rounded corners, and the gaps between them.
 
 A box is a *core* with sharp corners, widened by a radius. The gap between two boxes is the distance
-between their cores less both radii; it is always the distance from a corner of one core to the
-other core.
+between their cores less both radii; this distance is always that from a corner of one core to the
+other.
 
 Neighbours meet only at their stops. Components two or three apart cannot overlap while the stops
 between them hold (``tests/engine/contact/test_boxes.py`` searches for a counterexample), so pairs
@@ -27,14 +27,14 @@ FACE_C = math.sqrt(0.5)  # a square's first face is 45° to the left of its head
 def first_box(lo: int) -> int:
     """Return the first component that others may touch.
 
-    The component in the mouth leaves space beside it, so the next one in the tube counts too.
+    The component in the mouth leaves space beside it, so others may touch the next one too.
     """
     return max(lo - 2, 0)
 
 
 @kernel
 def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
-    """Fill in the cores of the squares of components ``first`` on, then of the obstacles.
+    """Fill in the cores of the squares from component ``first`` on, then those of the obstacles.
 
     A box has a centre, an axis (c, s) along its longer side, and half sizes along and across it.
     """
@@ -58,13 +58,13 @@ def place_boxes(first: int, model: Model, pose: Pose, work: Work) -> None:
 
 @inlined
 def seen_from(c: float, s: float, x: float, y: float) -> tuple[float, float]:
-    """Components of the vector (x, y) along and across the axis (c, s) of a box."""
+    """Return the parts of the vector (x, y) along and across the axis (c, s) of a box."""
     return c * x + s * y, c * y - s * x
 
 
 @inlined
 def clearance(model: Model, box: int, other: int) -> float:
-    """Sum of two boxes' radii [m]; at most one of them is an obstacle."""
+    """Return the sum of two boxes' radii [m]; at most one of the boxes is an obstacle."""
     last = max(box, other)
     if last < model.n:
         return 2.0 * model.rounding
@@ -73,7 +73,7 @@ def clearance(model: Model, box: int, other: int) -> float:
 
 @inlined
 def corner(work: Work, box: int, k: int) -> tuple[float, float]:
-    """Corner k of a box's core relative to its centre [m]."""
+    """Return the position of corner k of a box's core relative to its centre [m]."""
     a = work.boxes.a[box] if k in (0, 3) else -work.boxes.a[box]
     b = work.boxes.b[box] if k in (0, 1) else -work.boxes.b[box]
     c, s = work.boxes.c[box], work.boxes.s[box]
@@ -82,10 +82,10 @@ def corner(work: Work, box: int, k: int) -> tuple[float, float]:
 
 @inlined
 def corner_offset(work: Work, box: int, other: int, k: int) -> tuple[float, float, float, bool]:
-    """Direction to corner k of ``other`` from the nearest point on the edge of ``box``'s core.
+    """Return the direction to corner k of ``other`` from the nearest point on ``box``'s core.
 
-    In the box's frame, with the distance [m] and whether the nearest point is a corner. A corner
-    inside the core lies behind the nearest side; its distance is negative.
+    The direction is in the box's frame. Also returns the distance [m], negative from the nearest
+    side if corner k is inside the core, and whether the nearest point is a corner.
     """
     px, py = corner(work, other, k)
     x = work.boxes.x[other] + px - work.boxes.x[box]
@@ -105,17 +105,17 @@ def corner_offset(work: Work, box: int, other: int, k: int) -> tuple[float, floa
 
 @inlined
 def corner_gap(model: Model, work: Work, box: int, other: int, k: int) -> float:
-    """Gap between corner k of ``other`` and ``box`` [m].
+    """Return the gap between corner k of ``other`` and ``box`` [m].
 
-    If two corners face each other, the gap is the same from either box, so that one row replaces
-    the other without a jump.
+    If two corners face each other, the gap is the same seen from either box, so that one box's row
+    replaces the other's without a jump.
     """
     return corner_offset(work, box, other, k)[2] - clearance(model, box, other)
 
 
 @kernel
 def is_beside_face(work: Work, box: int, other: int, k: int) -> bool:
-    """Whether corner k of ``other`` faces a corner of ``box`` that lies before a side of ``other``.
+    """Whether corner k of ``other`` faces a corner of ``box`` in front of a side of ``other``.
 
     Then that side is nearer, and the two corners do not touch. Their distance shrinks while the
     corner slides along the side towards its end, which would look like an impact.
@@ -129,10 +129,10 @@ def is_beside_face(work: Work, box: int, other: int, k: int) -> bool:
 
 @inlined
 def behind_face(model: Model, work: Work, wall: int, other: int, k: int) -> float:
-    """Depth of corner k of ``other`` behind a long face of an obstacle [m]; −1 if it is not behind.
+    """Return the depth of ``other``'s corner k behind a long face of an obstacle [m]; −1 if none.
 
-    The face is on the side of ``other``'s centre. A fast corner may have passed through a thin wall
-    to its far side, where the gap is meaningless.
+    The face is the one that ``other``'s centre is in front of. A fast corner may have passed
+    through a thin wall to its far side, where the gap is meaningless.
     """
     px, py = corner(work, other, k)
     dx, dy = work.boxes.x[other] - work.boxes.x[wall], work.boxes.y[other] - work.boxes.y[wall]
@@ -160,14 +160,14 @@ def is_near(model: Model, work: Work, i: int, j: int, reach: float) -> bool:
 
 @inlined
 def may_touch(model: Model, work: Work, i: int, j: int) -> bool:
-    """Cheap test that excludes pairs too far apart to touch; ``j >= n`` is an obstacle."""
+    """Whether two boxes may touch, by a cheap test of distance; ``j >= n`` is an obstacle."""
     reach = model.bodies.length[0] * 1.01
     return is_near(model, work, i, j, reach if j < model.n else 0.6 * reach)
 
 
 @inlined
 def partners(model: Model, lo: int, i: int) -> tuple[int, int]:
-    """Range of the boxes after ``i`` that component ``i`` can touch: components, then obstacles.
+    """Return the ends of the ranges of components and obstacles that component ``i`` can touch.
 
     Components in the tube, all before ``lo``, do not touch each other or obstacles.
     """
@@ -195,7 +195,7 @@ def separation(work: Work, i: int, j: int) -> float:
 def first_overlap(model: Model, work: Work) -> tuple[int, int]:
     """Return the first component that overlaps a later box, and that box; (−1, −1) if none do.
 
-    Needs `place_boxes` for all boxes.
+    `place_boxes` must have placed all boxes.
     """
     for i in range(model.n):
         for j in range(*partners(model, 0, i)):

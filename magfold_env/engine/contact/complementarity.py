@@ -1,4 +1,4 @@
-"""Small complementarity problems: unilateral constraints.
+"""Small complementarity problems, which arise from unilateral constraints.
 
 The unknowns are the rows' multipliers λ. W = J M⁻¹ Jᵀ is positive semidefinite and often singular:
 impulses in closed loops are not unique, but the velocities that they cause are. w = W λ + b is the
@@ -19,12 +19,12 @@ CANCELLED = 1e-13
 
 @kernel
 def solve_passive(count: int, work: Work, lam: Array) -> None:
-    """Solve W λ = −b for the rows marked as passive, into ``lam``; leave w in ``rate``.
+    """Solve W λ = −b for the rows marked as passive; put λ into ``lam`` and w into ``rate``.
 
     Rows may repeat each other. Adding a share of their diagonals selects the smallest of all
     equivalent λ; a second pass removes the error that this leaves in the rates. Joint stops never
-    repeat each other, and nothing is added to their diagonals: then the stops, not friction, carry
-    the forces between rigidly joined components that stick.
+    repeat each other, and nothing is added to their diagonals, so that the stops, not friction,
+    carry the forces between rigidly joined components that stick.
     """
     rows, stops = work.rows, work.rows.counts[ix.JOINT_STOPS]
     passive, rate, change = rows.passive, rows.rate, rows.update
@@ -48,7 +48,7 @@ def solve_passive(count: int, work: Work, lam: Array) -> None:
 
 @kernel
 def take_least(count: int, work: Work) -> None:
-    """Replace multipliers that nearly cancel by the smallest ones that change the rates equally.
+    """Replace multipliers that nearly cancel with the smallest ones that change the rates equally.
 
     If two rows describe one contact almost identically, they may need huge multipliers that have
     almost no effect except an impulse on the drive.
@@ -77,7 +77,7 @@ def take_least(count: int, work: Work) -> None:
 
 @kernel
 def active_sets(count: int, work: Work) -> bool:
-    """Lawson and Hanson's active-set method, started from the rows marked as passive."""
+    """Run Lawson and Hanson's active-set method, starting from the rows marked as passive."""
     delassus, bias, lam = work.rows.delassus, work.rows.bias, work.rows.multiplier
     passive, trial = work.rows.passive, work.rows.trial
     scale = 0.0
@@ -132,9 +132,9 @@ def active_sets(count: int, work: Work) -> bool:
 def solve_nonnegative(count: int, work: Work) -> bool:
     """Find λ with λ ≥ 0, w ≥ 0, λ w = 0; rows marked as equalities have w = 0 and any λ.
 
-    Active sets start from the rows marked as passive, a guess that is nearly always right. If
-    rounding makes them cycle, they start from no rows, and then another method takes over. Returns
-    whether the solution converged.
+    `active_sets` starts from the rows marked as passive, a guess that is nearly always right. If
+    rounding makes it cycle, it starts again from no rows; if it still cycles, another method takes
+    over. Returns whether the solution converged.
     """
     if active_sets(count, work):
         return True

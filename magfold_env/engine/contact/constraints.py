@@ -1,6 +1,6 @@
-"""The constraints of the coming step: finding them, impacts, releasing them, correcting drift.
+"""The constraints of the coming step: how they are found and released, impacts, and drift.
 
-For a Moreau step also the gaps that may close within it, and the speed that each allows.
+In a Moreau step, they include the gaps that may close within it, and the speed that each allows.
 """
 
 import math
@@ -33,13 +33,13 @@ OK, IMPACT, CROWDED, UNSOLVED = range(4)
 
 @inlined
 def first_joint(lo: int) -> int:
-    """First joint with stops: the inner joint of component ``lo``, if it has one."""
+    """Return the first joint with stops: the inner joint of component ``lo``, if it has one."""
     return max(lo, 1)
 
 
 @inlined
 def joint_rate(lo: int, v: Array, k: int) -> float:
-    """Rate of joint k, component k's inner one [rad/s]; components before ``lo`` do not turn."""
+    """Return the rate of component k's inner joint [rad/s]; those before ``lo`` do not turn."""
     return v[k] - (v[k - 1] if k > lo else 0.0)
 
 
@@ -80,7 +80,7 @@ def begin_step(model: Model, state: State, work: Work) -> int:
             copy(state.v, work.stages.new_v, 0)
         solved, impulse = collide(lo, rows, model, state, work)
         if driven and approaches(lo, rows, state.v, work, WEDGED * abs(speed) + SHUT):
-            # A chain in line with the obstacle cannot yield; only the drive can, if it may.
+            # A chain in line with an obstacle cannot yield; only the drive can give way.
             impulse = math.copysign(math.inf, speed)
         if driven and (not solved or feed.is_too_much(model, state, impulse)):
             # If the drive gives way, the components that it carries take part in the impact.
@@ -100,7 +100,7 @@ def begin_step(model: Model, state: State, work: Work) -> int:
 
 @kernel
 def collide(lo: int, rows: int, model: Model, state: State, work: Work) -> tuple[bool, float]:
-    """Apply an impact; return whether it was found, and the drive's impulse [N·s]."""
+    """Apply an impact; return whether a solution was found, and the drive's impulse [N·s]."""
     slow = model.tolerance * model.typical_rate * model.side
     v = state.v
     impulse = -momentum_along(lo, model, work, v)
@@ -146,7 +146,7 @@ def note_gaps(model: Model, state: State, work: Work) -> bool:
     """Store the gaps of the contacts at the beginning of a step; return whether there are any.
 
     Contacts are kept at these gaps, because normals at corners turn within distances far smaller
-    than `contact.TOUCH` and must not change.
+    than `jacobian.TOUCH` and must not change.
     """
     if work.rows.counts[ix.CONTACTS] == work.rows.counts[ix.JOINT_STOPS]:
         return False
@@ -159,22 +159,22 @@ def note_gaps(model: Model, state: State, work: Work) -> bool:
 
 @kernel
 def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) -> bool:
-    """Correct a step's drift from the contacts that pressed all through it.
+    """Correct a step's drift from the contacts that pressed throughout the step.
 
-    The step's accelerations kept these gaps and their rates only to within its error. Coordinates
-    and velocities become the nearest ones at which the squares touch and stay in touch. Returns
-    False if a gap is so wrong that an event must have happened within the step.
+    The step's accelerations kept these gaps and their rates only to within the step's error.
+    Coordinates and velocities become the nearest ones at which the squares touch and stay in touch.
+    Returns False if a gap is so wrong that an event must have happened within the step.
     """
     lo = state.counter[ix.N_HELD]
     stops, rows = work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]
     near = NEAR * jacobian.TOUCH * model.side
     for r in range(rows):
-        # Rows that pressed at the end of the step; the other contacts may separate.
+        # These rows pressed at the end of the step; the other contacts may separate.
         work.rows.passive[r] = int(work.rows.multiplier[r] > 0.0)
     off = math.inf
     for correction in range(CORRECTIONS + 1):
         for r in range(stops):
-            # Exactly at its stop, as after the step; this moves the squares beyond it.
+            # Put the joint exactly at its stop, as after the step; the squares beyond it move.
             k = work.rows.id[r, 0]
             if work.rows.passive[r] == 1:
                 q[k] = q[k - 1] + work.rows.id[r, 1] * jacobian.HALF_PI
@@ -207,7 +207,7 @@ def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) ->
 
 @kernel
 def collect_rows(lo: int, model: Model, state: State, work: Work) -> int:
-    """Collect rows for all that touches, stops first; return their number, −1 if too many."""
+    """Collect rows for whatever touches, stops first; return their number, or −1 if too many."""
     collect_stops(lo, model, state, work)
     place_touching(lo, model, state.q, work)
     stops, touch = work.rows.counts[ix.JOINT_STOPS], jacobian.TOUCH * model.side
@@ -290,7 +290,7 @@ def leave(lo: int, model: Model, state: State, work: Work) -> None:
 
 @inlined
 def move_row(work: Work, old: int, new: int) -> None:
-    """Copy a row's id, entry by entry: an array assignment would allocate."""
+    """Copy a row's id, entry by entry, because an array assignment would allocate memory."""
     for k in range(work.rows.id.shape[1]):
         work.rows.id[new, k] = work.rows.id[old, k]
 
@@ -343,7 +343,7 @@ def collect_within(
     """Collect rows for gaps that could close in the step, with allowances in ``work.rows.bias``.
 
     A joint within ``near_stop`` [rad] of a stop always gets a row for it. Returns the number of
-    rows, −1 if there are too many.
+    rows, or −1 if there are too many.
     """
     row = 0
     for k in range(first_joint(lo), model.n):

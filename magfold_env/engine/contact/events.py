@@ -19,7 +19,7 @@ HOP = 0.05  # share of the tolerance: smaller hops are suppressed
 
 @kernel
 def margin(model: Model, state: State, q: Array, work: Work) -> float:
-    """Distance of the coordinates from a new touch, as a share of the side or in radians.
+    """Return the coordinates' distance from a new touch, as a share of the side or in radians.
 
     A negative value means that something touched earlier. Contacts and stops that are already in
     the step's rows do not count.
@@ -60,9 +60,9 @@ def square_margin(model: Model, state: State, q: Array, work: Work) -> float:
 
 @kernel
 def first_touch(model: Model, state: State, step: float, work: Work) -> float:
-    """Fraction of the step at which something new touches; 1 if nothing does.
+    """Return the fraction of the step at which something new touches; 1 if nothing does.
 
-    Returns `STALLED` if something touches that has hardly separated; `moreau_step` handles it.
+    Returns `STALLED`, which `moreau_step` handles, if something touches that has hardly separated.
 
     The search samples the end of the step, then its middle and the intervals in which `sweep` finds
     that a touch is possible. It then locates the touch on the dense output, which needs no forces.
@@ -105,7 +105,7 @@ def locate(
 ) -> float:  # fmt: skip
     """Find the touch between two samples of the dense output by the Illinois method.
 
-    Nothing touches at the first sample; at the second the margin is negative.
+    Nothing touches at the first sample; at the second, the margin is negative.
     """
     if at_low < NEAR_ENOUGH:
         return STALLED if low == 0.0 else low
@@ -137,8 +137,8 @@ def first_missed(
 ) -> tuple[float, float, float]:
     """Find the first touch on the motion that `sweep` follows.
 
-    ``squares`` is whether any squares may touch. For a ``smooth`` step, joint stops count too, and
-    nothing new may touch at its end.
+    ``squares`` says whether any squares may touch. For a ``smooth`` step, joint stops count too,
+    and nothing new may touch at its end.
 
     Returns two fractions of the motion between which the touch lies, and the margin at the second;
     it is negative if anything touches, and positive otherwise.
@@ -178,8 +178,8 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
     An impact throws distant joints and corners off their contacts, and the magnets or the feed then
     close them again, in ever smaller hops, each with an impact. Hops of less than `HOP` of the
     tolerance are suppressed: the velocity becomes the nearest one at which these and all other
-    contacts stay closed. ``acceleration`` is the state's. Returns OK, IMPACT (velocities changed)
-    or UNSOLVED: no such velocity was found, the hops remain, and rows must be filled again.
+    contacts stay closed. ``acceleration`` is the state's. Returns OK, IMPACT (velocities changed),
+    or UNSOLVED (no such velocity was found, the hops remain, and rows must be filled in again).
     """
     lo = state.counter[ix.N_HELD]
     work.rows.hopping[:] = 0

@@ -1,6 +1,6 @@
 """Rows for joint stops, and for squares that touch other squares or solids.
 
-A contact row is a corner of a box that touches another box, see `boxes`. Its normal turns
+A contact row describes a corner of one box that touches another box; see `boxes`. Its normal turns
 continuously when the corner slides off the end of a face or over another corner.
 """
 
@@ -19,8 +19,8 @@ TOUCH = 1e-5  # share of the side within which contacts act
 def collect_contacts(lo: int, model: Model, work: Work, row: int, near: float) -> int:
     """Append a row [box, other box, corner of the other] for each corner nearer than ``near`` [m].
 
-    Leaves gaps in ``work.rows.gap``. Returns the number of rows, −1 if there are too many. Needs
-    `place_boxes`.
+    Stores the gaps in ``work.rows.gap``. Returns the number of rows, or −1 if there are too many.
+    Needs `place_boxes`.
     """
     for i in range(boxes.first_box(lo), model.n):
         for j in range(*boxes.partners(model, lo, i)):
@@ -42,7 +42,7 @@ def collect_contacts(lo: int, model: Model, work: Work, row: int, near: float) -
 
 @inlined
 def gap_of(model: Model, work: Work, r: int) -> float:
-    """Gap of contact row r [m]. Needs `place_boxes`."""
+    """Return the gap of contact row r [m]. Needs `place_boxes`."""
     return boxes.corner_gap(model, work, work.rows.id[r, 0], work.rows.id[r, 1], work.rows.id[r, 2])
 
 
@@ -83,7 +83,7 @@ def add_point(
 
 @inlined
 def motion_of(lo: int, model: Model, work: Work, box: int, v: Array) -> tuple[float, float, float]:
-    """Velocity of a box's centre [m/s] and the box's rate [rad/s].
+    """Return the velocity of a box's centre [m/s] and the box's rate [rad/s].
 
     Bodies before ``lo`` move with the base; obstacles do not move.
     """
@@ -98,9 +98,9 @@ def motion_of(lo: int, model: Model, work: Work, box: int, v: Array) -> tuple[fl
 def corner_velocity(
     lo: int, model: Model, work: Work, box: int, other: int, ox: float, oy: float, v: Array
 ) -> tuple[float, float, float]:
-    """Velocity [m/s] of the point (ox, oy) from ``other``'s centre, and rate of ``box`` [rad/s].
+    """Return the velocity of a point of ``other`` [m/s] and the rate of ``box`` [rad/s].
 
-    The velocity is relative to the centre of ``box``.
+    The point is (ox, oy) from ``other``'s centre; its velocity is relative to ``box``'s centre.
     """
     x, y, w = motion_of(lo, model, work, box, v)
     vx, vy, turn = motion_of(lo, model, work, other, v)
@@ -112,7 +112,7 @@ def contact_row(lo: int, model: Model, pose: Pose, work: Work, r: int, v: Array)
     """Fill in the Jacobian and bias of contact row r.
 
     The bias is the gap's second derivative at zero accelerations of the coordinates. Needs
-    `place_boxes`, and `centripetal` accelerations in ``work.centres.ax``, ``work.centres.ay``.
+    `place_boxes`, and the results of `centripetal` in ``work.centres.ax`` and ``work.centres.ay``.
     """
     n = model.n
     box, other = int(work.rows.id[r, 0]), int(work.rows.id[r, 1])
@@ -148,7 +148,7 @@ def contact_row(lo: int, model: Model, pose: Pose, work: Work, r: int, v: Array)
 
 @kernel
 def stop_row(lo: int, model: Model, work: Work, r: int, joint: int, sign: int) -> None:
-    """Fill row r for joint ``joint`` (between components joint − 1 and joint) at its stop.
+    """Fill in row r for joint ``joint`` (between components joint − 1 and joint) at its stop.
 
     The gap is π/2 − sign·(φ_joint − φ_{joint−1}).
     """

@@ -1,4 +1,4 @@
-"""Whether squares and joint stops stay clear between two samples of a motion.
+"""Check whether squares and joint stops stay clear between two samples of a motion.
 
 A motion is a polynomial of degree four in each coordinate, over a time of 1. Relative to a box, a
 corner of another one moves along a curve with bounded second derivative, so it departs from the
@@ -63,7 +63,7 @@ def hold_still(end: int, path: Array) -> None:
 
 @inlined
 def bounds(a: float, b: float, c: float, d: float) -> tuple[float, float]:
-    """Bounds on a polynomial's first and second derivatives, from its coefficients."""
+    """Return bounds on a polynomial's first and second derivatives, from its coefficients."""
     b, c, d = abs(b), abs(c), abs(d)
     return abs(a) + 2.0 * b + 3.0 * c + 4.0 * d, 2.0 * b + 6.0 * c + 12.0 * d
 
@@ -72,7 +72,7 @@ def bounds(a: float, b: float, c: float, d: float) -> tuple[float, float]:
 def find_bounds(model: Model, work: Work) -> None:
     """Bound the components' speeds, rates and accelerations during the motion.
 
-    Covers headings, centres, and the sums of joint rates up to each component.
+    The bounds cover headings, centres, and the sums of joint rates up to each component.
     """
     sweep, n, bodies = work.sweep, model.n, model.bodies
     path = sweep.path
@@ -92,7 +92,7 @@ def find_bounds(model: Model, work: Work) -> None:
 
 @inlined
 def relative(path: Array, i: int, j: int) -> tuple[float, float]:
-    """Bounds on component i's rate relative to component j, and on the rate's derivative."""
+    """Return bounds on component i's rate relative to component j, and on the rate's derivative."""
     return bounds(
         path[0, i] - path[0, j], path[1, i] - path[1, j],
         path[2, i] - path[2, j], path[3, i] - path[3, j],
@@ -101,9 +101,9 @@ def relative(path: Array, i: int, j: int) -> tuple[float, float]:
 
 @inlined
 def between(model: Model, work: Work, i: int, j: int) -> tuple[float, float]:
-    """Bounds on component j's speed relative to component i's frame, and on its acceleration.
+    """Return bounds on component j's speed in component i's frame, and on its acceleration.
 
-    They hold for all points of j, which the components between swing about their hinges.
+    The bounds hold for all points of j, which turns about the hinges of all components up to it.
     """
     way, bend, step = 0.0, 0.0, 1 if j > i else -1
     for m in range(i + step, j + step, step):
@@ -114,9 +114,9 @@ def between(model: Model, work: Work, i: int, j: int) -> tuple[float, float]:
 
 @inlined
 def reach(model: Model, work: Work, i: int, j: int, width: float) -> float:
-    """Distance of centres beyond which components cannot touch within an interval ``width`` [m].
+    """Return the distance of centres [m] at which components cannot touch in an interval ``width``.
 
-    Like `between`, but from sums of joint rates: coarser, and much cheaper.
+    This bound is like `between`, but uses sums of joint rates: it is coarser and much cheaper.
     """
     turn = work.sweep.turns[j] - work.sweep.turns[i]
     return (1.0 + width * (j - i) * turn) * model.bodies.length[0]
@@ -261,7 +261,7 @@ def stays_clear(
 
 @inlined
 def apart(model: Model, work: Work, i: int, j: int, width: float, slot: int, last: int) -> float:
-    """Lower bound on the separation of a square's and a box's cores in the interval [m]."""
+    """Return a lower bound on the separation of a square and a box in the interval [m]."""
     if j < model.n:
         return squares_apart(model, work, i, j, width, slot, last)
     return solid_apart(model, work, i, j, width, slot, last)
@@ -286,13 +286,13 @@ def squares_apart(
 
 @inlined
 def beside(u: float, reach: float, u2: float, reach2: float) -> float:
-    """Distance by which both positions exceed their reaches from 0, on the same side of 0 [m]."""
+    """Return the distance [m] by which both positions exceed their reaches on one side of 0."""
     return max(min(u - reach, u2 - reach2), min(-u - reach, -u2 - reach2))
 
 
 @inlined
 def seen(work: Work, slot: int, box: int, other: int) -> tuple[float, float, float]:
-    """Width along ``box``'s axes of ``other`` as a 2 × 2 square; centre in ``box``'s frame."""
+    """Return the width along ``box``'s axes of ``other`` as a 2 × 2 square, and its centre."""
     x, y, c, s = work.sweep.x, work.sweep.y, work.sweep.c, work.sweep.s
     cos, sin = seen_from(c[slot, box], s[slot, box], c[slot, other], s[slot, other])
     dx, dy = x[slot, other] - x[slot, box], y[slot, other] - y[slot, box]
@@ -302,7 +302,7 @@ def seen(work: Work, slot: int, box: int, other: int) -> tuple[float, float, flo
 
 @inlined
 def from_solid(solid: Array, x: float, y: float) -> tuple[float, float]:
-    """Coordinates of a point in a solid's frame [m], along and across its longer side."""
+    """Return a point's coordinates in a solid's frame [m], along and across its longer side."""
     return seen_from(solid[ix.C], solid[ix.S], x - solid[ix.X], y - solid[ix.Y])
 
 
@@ -318,7 +318,7 @@ def solid_apart(
     u2, v2 = from_solid(solid, sweep.x[last, i], sweep.y[last, i])
     c, s = seen_from(solid[ix.C], solid[ix.S], sweep.c[slot, i], sweep.s[slot, i])
     c2, s2 = seen_from(solid[ix.C], solid[ix.S], sweep.c[last, i], sweep.s[last, i])
-    # Separation by the solid's sides; the curvature is that of the square's corners' paths.
+    # Separation by the solid's sides; the curvature is that of the paths of the square's corners.
     swing = sweep.twist[i] + square(sweep.turn[i])
     bend = 0.125 * width * width * (sweep.bend[i] + radius * swing)
     reach, reach2 = half * (abs(c) + abs(s)), half * (abs(c2) + abs(s2))

@@ -18,7 +18,7 @@ ALONG = 1e-20  # smaller sines are rounding errors too
 
 @inlined
 def speed(model: Model, work: Work, v: Array, i: int) -> float:
-    """S of component i [m/s], from the centres' velocities in ``work``."""
+    """Return S of component i [m/s], from the centres' velocities in ``work``."""
     spin = model.friction_radius * v[i]
     return math.sqrt(square(work.centres.vx[i]) + square(work.centres.vy[i]) + spin * spin)
 
@@ -33,7 +33,7 @@ def find_velocities(lo: int, model: Model, state: State, work: Work) -> None:
 
 @inlined
 def size_of(force: Array, r: int) -> float:
-    """Size of the friction force in rows r to r + 2."""
+    """Return the size of the friction force in rows r to r + 2."""
     return math.sqrt(square(force[r]) + square(force[r + 1]) + square(force[r + 2]))
 
 
@@ -63,15 +63,15 @@ def slide_of(model: Model, work: Work, v: Array, i: int) -> float:
 def above_rounding(part: float) -> float:
     """Return a sine or cosine, or 0 if it is so small that it could only be rounding error.
 
-    Sticking components turn at rates of rounding errors. If a row had only such entries, holding
-    the resulting centripetal acceleration could need arbitrarily large forces.
+    Sticking components turn at rates that are only rounding errors. If a row had only such entries,
+    arbitrarily large forces could be needed to balance the centripetal acceleration.
     """
     return part if abs(part) > ALONG else 0.0
 
 
 @kernel
 def friction_rows(lo: int, model: Model, pose: Pose, work: Work, r: int, i: int) -> None:
-    """Fill rows r to r + 2 for (vx, vy, c ω) of component i, with the bias as in `contact_row`."""
+    """Fill in rows r to r + 2 for (vx, vy, c ω) of component i; for the bias see `contact_row`."""
     n = model.n
     for k in range(3):
         work.rows.jacobian[r + k, :] = 0.0

@@ -1,15 +1,15 @@
-"""Contact forces together with friction that may hold or be overcome.
+"""Contact forces, together with friction that may hold or be overcome.
 
 With W = G Gᵀ and y = Gᵀλ the accelerations of the rows are w = G y + b, where y minimises
 
     ½ |y|² + Σ limit |w|    over all components, subject to w ≥ 0 in contacts, w = 0 in equalities
 
 (Gauss's principle with friction's power). The multipliers λ of this convex problem are the forces.
-The method of multipliers finds them: it replaces λ by the projection p of t = λ − σ w onto the
-admissible forces, with w at the minimum of a smooth convex function with gradient y − Gᵀp, which
-Newton's method finds. y has as many entries as the chain has coordinates, however many rows there
-are, and the function is strictly convex even where λ is not unique. Sources: Rockafellar, Math.
-Oper. Res. 1 (1976) 97, for the outer loop; Qi and Sun, Math. Program. 58 (1993) 353, for the inner.
+The method of multipliers finds them: it replaces λ with the projection p of t = λ − σ w onto the
+admissible forces, with w at the minimum of a smooth convex function whose gradient is y − Gᵀp,
+found by Newton's method. y has as many entries as the chain has coordinates, however many rows
+there are, and the function is strictly convex even where λ is not unique. Sources: Rockafellar,
+Math. Oper. Res. 1 (1976) 97 (outer loop); Qi and Sun, Math. Program. 58 (1993) 353 (inner loop).
 
 All rows are scaled so that W has a unit diagonal, with one factor for the three rows of a
 component: projections and tolerances then mean the same for angles and lengths. An unscaled force
@@ -25,9 +25,9 @@ from magfold_env.engine.elementary import square
 from magfold_env.engine.friction.law import size_of
 from magfold_env.engine.state import Array, Work
 
-# Permitted errors of the accelerations, as shares of the largest bias: usually, and if the first is
-# out of reach because rows repeat each other so closely that W hardly shows the difference, or
-# masses differ so much that rounding hides it.
+# Permitted errors of the accelerations, as shares of the largest bias. The second applies if the
+# first is out of reach, because rows repeat each other so closely that W hardly shows the
+# difference, or because masses differ so much that rounding hides it.
 CONVERGED = 1e-12
 ACCEPTABLE = 1e-8
 EPSILON = 1e-15  # rounding error of a row's acceleration, as a share of the largest bias
@@ -46,7 +46,7 @@ INEXACT = 0.1  # largest gradient at the end of a round, as a share of the remai
 
 @kernel
 def scale_rows(rows: int, count: int, work: Work, limit: Array) -> None:
-    """Find limits and the scales for a unit diagonal of W; 0 for rows that no force accelerates."""
+    """Find limits, and scales that give W a unit diagonal; 0 for rows that cannot accelerate."""
     delassus, scale = work.rows.delassus, work.friction.newton.scale
     for r in range(rows):
         scale[r] = 1.0 / math.sqrt(delassus[r, r]) if delassus[r, r] > 0.0 else 0.0
@@ -100,7 +100,7 @@ def project_forces(rows: int, count: int, work: Work, force: Array) -> None:
 def friction_slope(r: int, penalty: float, work: Work) -> float:
     """Find the derivative s (1 − u uᵀ) at t of projection onto the ball of rows r to r + 2.
 
-    Within the ball s = 1 and u = 0. Returns s and leaves u in ``work.friction.newton.normal``.
+    Within the ball, s = 1 and u = 0. Returns s and leaves u in ``work.friction.newton.normal``.
     """
     newton = work.friction.newton
     for k in range(r, r + 3):
@@ -211,7 +211,7 @@ def newton_step(count: int, rank: int, work: Work) -> None:
 
 @kernel
 def slope_at(share: float, rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
-    """Find the derivative along the step at a ``share`` of it."""
+    """Find the function's derivative along the step, at a ``share`` of the step."""
     newton = work.friction.newton
     for r in range(count):
         rate = newton.rate[r] + share * newton.along[r]
@@ -227,7 +227,7 @@ def slope_at(share: float, rows: int, count: int, rank: int, penalty: float, wor
 
 @kernel
 def step_length(rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
-    """Share of the Newton step to take: 1, ½, ¼, …, until the function hardly ascends at its end.
+    """Return the share of the Newton step to take: 1, ½, ¼, …, until the function hardly ascends.
 
     Slopes are compared, because differences of values would be lost in rounding.
     """
@@ -267,7 +267,7 @@ def begin_round(count: int, rank: int, work: Work) -> None:
 
 @kernel
 def error_left(rows: int, count: int, work: Work) -> float:
-    """Size of the change of forces in a step of projected gradient descent, 0 at the solution."""
+    """Return how much a step of projected gradient descent changes the forces; 0 if solved."""
     newton = work.friction.newton
     for r in range(count):
         newton.projected[r] = newton.force[r] - newton.rate[r]
@@ -280,7 +280,7 @@ def error_left(rows: int, count: int, work: Work) -> float:
 
 @kernel
 def minimise(rows: int, count: int, rank: int, penalty: float, largest: float, work: Work) -> bool:
-    """Find the forces at the smooth function's minimum; False if Newton's method fails."""
+    """Find the forces at the smooth function's minimum; return False if Newton's method fails."""
     newton = work.friction.newton
     for _ in range(STEPS):
         size = evaluate(rows, count, rank, penalty, work)
@@ -305,10 +305,10 @@ def minimise(rows: int, count: int, rank: int, penalty: float, largest: float, w
 def solve_with_friction(rows: int, count: int, work: Work, limit: Array) -> bool:
     """Find λ with λ ≥ 0, w ≥ 0, λ w = 0 in the first ``rows`` rows, and friction in the others.
 
-    The others are three per component (in ``work.rows.id``): a friction force in a ball whose
-    radius is the component's ``limit``, opposed to the remaining acceleration. Equalities among the
-    first rows have w = 0 and any λ. Rows that no force accelerates are ignored. Returns whether the
-    accelerations were found; λ is in ``work.rows.multiplier``.
+    The other rows are three per component (in ``work.rows.id``): a friction force that lies in a
+    ball with the component's ``limit`` as its radius, and that opposes the remaining acceleration.
+    Equalities among the first rows have w = 0 and any λ. Rows that no force accelerates are
+    ignored. Returns whether the accelerations were found; λ is in ``work.rows.multiplier``.
     """
     scale_rows(rows, count, work, limit)
     largest = 0.0
@@ -337,7 +337,7 @@ def solve_by_multipliers(rows: int, count: int, work: Work, largest: float, same
             return True
         if not math.isfinite(left):
             return False
-        # A large penalty needs few rounds, but makes its product with w's rounding errors large.
+        # A large penalty needs few rounds, but it multiplies w's rounding errors.
         if not found or left > (1.0 + same) * before:
             penalty /= GROWTH
         elif left > PROGRESS * before:

@@ -101,9 +101,9 @@ def within_grip(model: Model, work: Work) -> bool:
 def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
     """Whether, at the end of a step ``h``, friction can no longer supply what the step assumed.
 
-    The multipliers that hold rigidly joined components are not unique: the step's may exceed one
-    component's limit where others would not. Accelerations are therefore compared. A component that
-    would hardly move within the step may also be released after it.
+    The multipliers that hold rigidly joined components are not unique: those of the step may exceed
+    one component's limit where others would not. Accelerations are therefore compared. A component
+    that would hardly move within the step may be released after it.
     """
     rows, count = work.rows.counts[ix.CONTACTS], work.rows.counts[ix.ALL_ROWS]
     if count == rows or within_grip(model, work):
@@ -132,12 +132,12 @@ def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
 
 @kernel
 def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> bool:
-    """Whether no component will move again, relative to the base while the tube feeds.
+    """Whether no component will move again (relative to the base, while the tube feeds).
 
-    Either friction holds every component, or no joint turns or will turn: stops press harder than
-    friction could lift, or rates and accelerations are far below the tolerance and the base does
-    not move freely. In an external field, or if the chain may still meet a solid, the whole chain
-    must be at rest.
+    Either friction holds every component, or no joint turns or will turn, because stops press
+    harder than friction could lift, or because rates and accelerations are far below the tolerance
+    and the base does not move freely. In an external field, or if the chain may still meet a solid,
+    the whole chain must be at rest.
     """
     lo, n = state.counter[ix.N_HELD], model.n
     free = is_free(lo, model)
@@ -176,7 +176,7 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
 
 @inlined
 def whole_motion(model: Model, v: Array) -> float:
-    """Largest rate or acceleration of the first component and of the base, in sides."""
+    """Return the largest rate or acceleration of the first component and of the base, in sides."""
     n, side = model.n, model.side
     return max(abs(v[0]), abs(v[n]) / side, abs(v[n + 1]) / side)
 
@@ -185,7 +185,7 @@ def whole_motion(model: Model, v: Array) -> float:
 def relative_motion(
     lo: int, n: int, spins: bool, v: Array, a: Array, slow: float
 ) -> tuple[float, float]:
-    """Largest relative rate [rad/s] and relative angular acceleration [rad/s²] of a joint.
+    """Return the largest rate [rad/s] and angular acceleration [rad/s²] of a joint.
 
     The first component's heading counts as a joint too, unless it ``spins`` freely. The search ends
     at the first joint that is faster than ``slow`` [rad/s].
@@ -229,8 +229,8 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
     A component that slows down and would slide by less than a hundredth of the tolerance is put to
     rest, and stays if friction can hold it. Other components continue, unless they hardly move and
     turn back, which they may do from rest. ``out`` holds the state's accelerations, before and
-    after; returns whether they were recomputed. A step must not jump over the moment when a
-    component stops: ``state.clock[BRAKE]`` bounds the next one.
+    after; returns whether they were recomputed. Because a step must not jump over the moment when a
+    component stops, ``state.clock[BRAKE]`` bounds the next step.
     """
     lo, rows = state.counter[ix.N_HELD], work.rows.counts[ix.CONTACTS]
     find_motion(lo, model, state, work, out)
@@ -282,7 +282,7 @@ def find_braking(lo: int, model: Model, state: State, work: Work, acceleration: 
 
 @inlined
 def first_stop(lo: int, model: Model, work: Work) -> float:
-    """Time until the first component that still moves may stop [s]."""
+    """Return the time until the first component that still moves may stop [s]."""
     soonest = math.inf
     for i in range(lo, model.n):
         if work.friction.motion[i] == GOES_ON:
@@ -301,10 +301,10 @@ def some_move(lo: int, model: Model, work: Work) -> bool:
 
 @kernel
 def drop_loose(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> bool:
-    """Let components that friction does not hold continue, unless they turn back; whether any do.
+    """Let components that friction does not hold continue, unless they turn back.
 
     A component turns back if it accelerates from rest against its previous velocity, which is in
-    ``work.friction.before``.
+    ``work.friction.before``. Returns whether any component continues.
     """
     bodies, pose = model.bodies, work.pose
     articulated.centre_velocities(
@@ -334,7 +334,7 @@ def is_creeping(model: Model, state: State, work: Work, acceleration: Array) -> 
     """Whether a component hardly moves, and its driving force is comparable to its friction.
 
     Its friction changes direction with its velocity within far less than a step, so the step must
-    solve for friction. Needs the centres' velocities in ``work``.
+    solve for friction. The centres' velocities must be in ``work``.
     """
     found, centres, loads = False, work.centres, work.loads
     for i in range(state.counter[ix.N_HELD], model.n):
@@ -375,7 +375,7 @@ def put_to_rest(model: Model, state: State, work: Work, rows: int) -> bool:
         return False
     apply_multipliers(lo, count, work, state.v)
     for r in range(count):
-        # If both tube and floor hold a chain, there may be no such velocity.
+        # If both the tube and the floor hold a chain, there may be no such velocity.
         is_stop = r < work.rows.counts[ix.JOINT_STOPS]
         if abs(rate_of(lo, work, r, state.v)) > UNMET * (1.0 if is_stop else 0.01):
             return False
@@ -413,7 +413,7 @@ def find_motion(lo: int, model: Model, state: State, work: Work, acceleration: A
 
 @inlined
 def half_rate(model: Model, work: Work, v: Array, acceleration: Array, i: int) -> float:
-    """Half the rate of change of component i's squared speed [m²/s³], see `stop_slow`."""
+    """Return half the rate of change of component i's squared speed [m²/s³]; see `stop_slow`."""
     return (
         work.centres.vx[i] * (work.loads.fx[i] + work.centres.ax[i])
         + work.centres.vy[i] * (work.loads.fy[i] + work.centres.ay[i])

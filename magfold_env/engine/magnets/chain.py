@@ -1,9 +1,9 @@
-"""The magnets of a chain whose joints keep within stops, at a fraction of the cost of summing.
+"""The magnets of a chain whose joints stay within their stops, computed faster than by sums.
 
 Neighbours and components two apart use splines of their joint angles; other pairs use a table or
 sums. If every joint between two components is at its stop, their relative pose is fixed, so their
-interaction is computed once and stored. A base-3 integer encodes the stops between them and so the
-pose; the interaction is computed for exactly that pose, so it does not depend on the chain's
+interaction is computed once and stored. A base-3 integer encodes the stops between them and thus
+the pose; the interaction is computed for exactly that pose, so it does not depend on the chain's
 history. The forces are the gradient of `chain_energy`, which equals the energy in `pairs` to within
 the splines' error.
 """
@@ -39,11 +39,11 @@ def add_chain_forces(
     first: int, lo: int, model: Model, q: Array, pose: Pose, nodes: Nodes, rigid: Rigid,
     loads: Loads,
 ) -> None:  # fmt: skip
-    """Add the magnets' forces [N] and torques [N·m] on components ``lo`` on.
+    """Add the magnets' forces [N] and torques [N·m] on components from ``lo`` on.
 
-    The magnets of components ``first`` on act. Components before ``lo`` are held, and pairs of held
-    components are omitted. Energies of joint angles give only torques, the generalised forces of
-    the headings ``q``.
+    The magnets of components from ``first`` on act. Components before ``lo`` are held, and pairs of
+    held components are omitted. Energies that depend on joint angles give only torques, the
+    generalised forces of the headings ``q``.
     """
     if not (model.contact and model.magnets.tables.end > 0.0):
         pairs.add_forces(first, model.magnets, model.charge, pose, nodes, loads)
@@ -64,7 +64,7 @@ def add_chain_forces(
 
 @inlined
 def spread(first: int, model: Model, pose: Pose, nodes: Nodes) -> None:
-    """Turn the data of casings ``first`` on that pairs or a field need into the world's frame."""
+    """Turn the data that pairs or a field need into the world's frame, from casing ``first`` on."""
     end = model.magnets.tables.far.end
     if end == 0.0 or model.field.present:
         pairs.spread_nodes(first, model.magnets, pose, nodes)
@@ -77,7 +77,7 @@ def apart(
     magnets: Magnets, charge: Array, pose: Pose, turn: float, nodes: Nodes, i: int, j: int,
     with_energy: bool,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Energy, force and torque of casings at least three joints apart, like `pairs.casing_pair`.
+    """Return the result of `pairs.casing_pair` for casings at least three joints apart.
 
     ``turn`` is j's heading less i's [rad].
     """
@@ -93,7 +93,7 @@ def located(
     magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, i: int, j: int, place: int,
     with_energy: bool,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Like `apart`, for a pair that `look_ahead` has located in the table, if there is one."""
+    """Like `apart`, for a pair that `look_ahead` has located in the table, if there is a table."""
     far, parts = magnets.tables.far, nodes.segments
     if far.end == 0.0:
         return pairs.casing_pair(magnets, charge, pose, nodes, i, j, with_energy)
@@ -118,7 +118,7 @@ def look_ahead(
 ) -> int:
     """Locate the next pairs in the table, as many as one look-up takes; return their number.
 
-    Takes pairs in the list from ``begin`` on that are at least three joints apart.
+    These are listed pairs, from ``begin`` on, of components at least three joints apart.
     """
     far, column, pair = model.magnets.tables.far, nodes.stencils.column, nodes.segments.pair
     if far.end == 0.0:
@@ -226,7 +226,7 @@ def invalidate_cache(nodes: Nodes) -> None:
 
 @kernel
 def cache_rigid_pair(model: Model, i: int, j: int, rigid: Rigid) -> None:
-    """Store a pair's interaction with every joint between exactly at its stop.
+    """Store a pair's interaction with every joint between the two exactly at its stop.
 
     For a pair with splines of joint angles, these are slopes in the angles; for other pairs, a
     force and a torque in the frame of i.
@@ -263,13 +263,13 @@ def cache_rigid_pair(model: Model, i: int, j: int, rigid: Rigid) -> None:
 
 @inlined
 def stop_angle(stop: int) -> float:
-    """Angle of a joint at its stop [rad]."""
+    """Return the angle of a joint at its stop [rad]."""
     return HALF_PI if stop == LEFT else -HALF_PI
 
 
 @kernel
 def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -> float:
-    """Energy of all pairs of components ``first`` on [J]; `add_chain_forces` adds its gradient."""
+    """Return the energy of all pairs from component ``first`` on [J]; see `add_chain_forces`."""
     magnets, charge = model.magnets, model.charge
     if not (model.contact and magnets.tables.end > 0.0):
         return pairs.energy(first, magnets, charge, pose, nodes)
@@ -300,7 +300,7 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
 
 @kernel
 def magnet_energy(first: int, model: Model, work: Work) -> float:
-    """Energy of components ``first`` on at the pose in ``work`` [J], including an outer field."""
+    """Return the energy of components from ``first`` on [J], including a field; needs the pose."""
     if not model.magnetic:
         return 0.0
     total = pairs.energy(first, model.magnets, model.charge, work.pose, work.nodes)
@@ -309,9 +309,9 @@ def magnet_energy(first: int, model: Model, work: Work) -> float:
 
 @kernel
 def potential_energy(first: int, model: Model, q: Array, work: Work) -> float:
-    """Energy whose exact gradient gives the simulated magnet forces [J].
+    """Return the energy whose exact gradient gives the simulated magnet forces [J].
 
-    It equals `magnet_energy`, which uses sums instead of tables, within the magnets' accuracy.
+    It equals `magnet_energy`, which uses sums instead of tables, to within the magnets' accuracy.
     """
     if not model.magnetic:
         return 0.0
@@ -328,7 +328,7 @@ def _outer(first: int, model: Model, work: Work) -> float:
 
 @kernel
 def magnet_loads(model: Model, headings: Array, work: Work, out: Array) -> None:
-    """Fill ``out`` (shapes, n) with generalised forces [N·m] at headings (shapes, n) [rad]."""
+    """Fill in ``out`` (shapes, n) with generalised forces [N·m] at headings (shapes, n) [rad]."""
     n = model.n
     q = work.stages.q
     q[n] = 0.0

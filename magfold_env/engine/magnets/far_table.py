@@ -1,16 +1,16 @@
-"""Casings at least three joints apart, looked up in one table.
+"""The interaction of casings at least three joints apart, looked up in one table.
 
 The energy of two casings depends on the distance r of their centres and on the direction of each in
 the other's frame, and is bilinear in the charges of their faces. A right-angle turn maps a casing's
-faces to each other, so one face pair's energies, turned, are those of all sixteen: one table of
-cubic splines over 1/r and the two directions gives them as sixteen stencils of 4 × 4 × 4 splines at
-different places. When a pair enters a new cell of the table, the stencils are summed with the
-charges and stored; the sum depends only on charges and cell.
+faces onto each other, so the energies of one face pair, turned, are those of all sixteen pairs. One
+table of cubic splines over 1/r and the two directions therefore gives them all, as sixteen stencils
+of 4 × 4 × 4 splines at different places. When a pair enters a new cell of the table, the stencils
+are summed with the charges and stored; the sum depends only on charges and cell.
 
-A small table cannot resolve faces 1 mm apart, so poles nearer than a *softening radius* act in it
-by their energy's Taylor polynomial about that radius. `stiffen` sums the difference over the nodes
-of the few faces that are so near, and corrects these sums for faces that may touch, as `pairs`
-does. The energy is twice differentiable, and forces and torques are its exact gradient.
+A small table cannot resolve faces 1 mm apart, so in the table the energy of poles nearer than a
+*softening radius* is its Taylor polynomial about that radius. `stiffen` sums the difference over
+the nodes of the few faces that are so near, and corrects these sums for faces that may touch, as
+`pairs` does. The energy is twice differentiable, and forces and torques are its exact gradient.
 """
 
 import math
@@ -42,9 +42,9 @@ ROWS = WEIGHT + 3 * NEXT
 def look_up(
     table: FarTable, charge: Array, pose: Pose, turn: float, i: int, j: int, stencils: Stencils
 ) -> tuple[float, float, float, float]:
-    """Softened energy [J], force on casing i [N] and torque about its centre [N·m] by casing j.
+    """Return the softened energy [J], and the force [N] and torque [N·m] of casing j on casing i.
 
-    ``turn`` is j's heading less i's [rad].
+    The torque is about i's centre; ``turn`` is j's heading less i's [rad].
     """
     see(pose, turn, i, j, stencils.column, 0)
     locate(table, 1, stencils.column)
@@ -61,7 +61,7 @@ def see(pose: Pose, turn: float, i: int, j: int, column: Array, p: int) -> None:
 
 @kernel
 def locate(table: FarTable, count: int, column: Array) -> None:
-    """Locate the first ``count`` columns in the table; if more than one, vectorised."""
+    """Locate the first ``count`` columns in the table, vectorised if there are several."""
     if column.shape[0] != ROWS or column.shape[1] != LANES:
         return  # never reached: tells the compiler the rows' spacing
     spaces, turns = table.energy.shape[0] - 3, table.energy.shape[1] - 3
@@ -90,7 +90,7 @@ def interpolate(
     """Like `look_up`, for a pair whose column p is already located."""
     column, value, here = stencils.column, stencils.value, stencils.here
     turns = table.energy.shape[1] - 3
-    # If a number is not finite, the first cell serves.
+    # If a number is not finite, the first cell is used.
     a, b, e = max(int(column[RADIAL, p]), 0), int(column[TOWARD, p]), int(column[BACK, p])
     pair, cell = i * pose.x.size + j, (a * turns + b) * turns + e
     slot = pair % stencils.pair.size
@@ -171,7 +171,7 @@ def _fold(
         for k in range(PLACES):
             product[f, k] = charge[i, f] * charge[j, (e // quarter - k + PLACES) % FACES]
     for k in range(SPLINES):
-        # Unsigned, because a signed index might count from the end, which prevents vector loads.
+        # A signed index might count from the end, which would prevent vector loads.
         row = np.uint64(a + k)
         for m in range(SPLINES):
             c0, c1 = np.uint64(column[0] + m), np.uint64(column[1] + m)
@@ -207,7 +207,7 @@ def stiffen(
         math.sqrt(face_tx[0] * face_tx[0] + face_ty[0] * face_ty[0]),
     )
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
-    # In the frame of i.
+    # The relative pose in the frame of i.
     ci, si, cj, sj = pose.cos[i], pose.sin[i], pose.cos[j], pose.sin[j]
     ex, ey = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
     dx, dy = ci * ex + si * ey, ci * ey - si * ex
@@ -251,7 +251,7 @@ def _stiff_faces(
     magnets: Magnets, x: float, y: float, a: tuple[float, float], b: tuple[float, float],
     with_energy: bool, scratch: Nodes,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Do this for faces of unit charge along ``a`` and ``b``; (x, y) is from b's centre to a's."""
+    """Correct faces of unit charge along ``a`` and ``b``; (x, y) points from b's centre to a's."""
     table, level = magnets.tables.far, magnets.level_radius.size - 1
     count, sum2, nearest2 = magnets.level_count[level], magnets.height2, magnets.nearest2
     offset, share = magnets.level_node, magnets.level_weight

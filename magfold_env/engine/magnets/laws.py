@@ -35,9 +35,9 @@ class FacePair(NamedTuple):
 
 @inlined
 def node_force(strips: bool, sum2: float, difference2: float, r2: float) -> float:
-    """Force between unit charges divided by their distance vector, without µ0/4π [1/m³].
+    """Return the force between unit charges, divided by their distance, without µ0/4π [1/m³].
 
-    ``sum2`` is a² and ``difference2`` is b² [m²], unused for points. ``r2`` is ρ² and must be > 0.
+    ``sum2`` is a², ``difference2`` is b² [m²] (both unused for points), and ``r2`` is ρ² > 0.
     """
     if strips:
         return 2.0 / (r2 * (math.sqrt(r2 + difference2) + math.sqrt(r2 + sum2)))
@@ -48,7 +48,7 @@ def node_force(strips: bool, sum2: float, difference2: float, r2: float) -> floa
 def node_law(
     strips: bool, even: bool, sum2: float, difference2: float, r2: float
 ) -> tuple[float, float]:
-    """Force like `node_force`, and energy of unit charges without µ0/4π [1/m].
+    """Return the result of `node_force`, and the energy of unit charges without µ0/4π [1/m].
 
     Lines are ``even`` if all have the same height; ``difference2`` is then not used.
     """
@@ -58,7 +58,7 @@ def node_law(
     a = math.sqrt(sum2)
     if even:
         total = r + math.sqrt(r2 + sum2)
-        # One division instead of two, because divisions take most of the time.
+        # This needs one division instead of two; divisions take most of the time.
         both = 1.0 / (r * total)
         inverse, inverse_r = both * r, both * total
         # A − ρ, and asinh(a/ρ) by log(1 + z), without loss of digits at large distances.
@@ -78,7 +78,7 @@ def node_law(
 
 @inlined
 def step_down(ratio: float, end: float) -> tuple[float, float]:
-    """Weight and its derivative: 1 for ratio ≤ 1, 0 for ratio ≥ ``end``, C² in between."""
+    """Return a weight (1 for ratio ≤ 1, 0 from ``end`` on; twice differentiable) and its slope."""
     if ratio <= 1.0:
         return 1.0, 0.0
     if ratio >= end:
@@ -95,7 +95,7 @@ def between_rules(
     near: tuple[float, float, float, float], far: tuple[float, float, float, float],
     ratio: float, spread: float, radius: float, ex: float, ey: float,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Blend two rules for a pair: energy, force and torque, with forces the energy's gradient.
+    """Blend energy, force and torque of two rules for a pair; forces stay the energy's gradient.
 
     ``ratio`` is the deciding distance divided by ``radius`` [m]. That distance grows along (ex, ey)
     [m], which points to the body on which the force acts.

@@ -1,11 +1,11 @@
-"""Which casings interact one by one, and which as multipole-expanded segments of the chain.
+"""Decide which casings interact one by one, and which as segments expanded in multipoles.
 
 Level l of a tree holds segments of 2^l consecutive components. Two segments whose centres (the
 means of their components' centres) are farther apart than 2^l times a radius interact by their
 `multipoles`; nearer ones act through their children, which are half as long. From the radius to
 `SPREAD` times the radius, both energies are blended, so that the energy is twice differentiable and
-forces are its exact gradient, as with ranks and levels in `pairs`. A segment is longest when
-stretched, because its components are joined: the radius bounds the error in any shape.
+forces are its exact gradient, as with ranks and levels in `pairs`. Because its components are
+joined, a segment is longest when stretched, so the radius bounds the error in any shape.
 
 `begin` finds the segments' moments; `list_pairs` lists pairs of single casings until none are left,
 and sums the interactions of segments on the way; `finish` passes those sums down to the components.
@@ -25,7 +25,7 @@ BATCH = 4096  # pairs listed at a time
 
 @kernel
 def begin(first: int, x: Array, y: Array, segments: Segments) -> None:
-    """Find the segments of components ``first`` on; the components' moments must be filled in."""
+    """Find the segments from component ``first`` on; the components' moments must be filled in."""
     levels, n = segments.start.size, x.size
     segments.top[0] = 1
     segments.stack[0, 0] = levels - 1
@@ -70,10 +70,10 @@ def share_of(level: int, s: int, child: int, first: int, n: int) -> float:
 def list_pairs(
     first: int, lo: int, n: int, radius: float, with_energy: bool, segments: Segments
 ) -> tuple[int, float]:
-    """List the next pairs of casings in ``segments.pair``; return their number, 0 at the end.
+    """List the next pairs of casings in ``segments.pair``; return their number, or 0 at the end.
 
-    Also returns the energy of segment pairs met on the way [J], complete only if ``with_energy`` is
-    true. Omits components without charge, and pairs of held components, before ``lo``.
+    Also returns the energy [J] of segment pairs met on the way, complete only if ``with_energy`` is
+    true. Omits components without charge, and pairs of held components (before ``lo``).
     """
     if segments.start.size == 1:
         return list_all(lo, n, segments), 0.0
@@ -153,7 +153,7 @@ def blend(level: int, s: int, t: int, first: int, n: int, near: float, segments:
 
 @kernel
 def finish(first: int, n: int, segments: Segments, loads: Loads) -> None:
-    """Add the segments' loads to forces [N] and torques [N·m] on components ``first`` on."""
+    """Add the segments' loads to the forces [N] and torques [N·m] from component ``first`` on."""
     start, levels, push = segments.start, segments.start.size, segments.push
     if levels == 1:
         return
@@ -163,8 +163,8 @@ def finish(first: int, n: int, segments: Segments, loads: Loads) -> None:
             for child in range(low, high):
                 row, part = start[level] + s, start[level - 1] + child
                 share = share_of(level, s, child, first, n)
-                # The force from the child's own derivatives is found before it inherits: the rest,
-                # which derivatives do not transmit, moves all members equally.
+                # The force from the child's own derivatives is found before it inherits others: the
+                # rest, which derivatives do not transmit, acts on all members alike.
                 px, py = multipoles.force_of(segments, part)
                 push[part, 0] += share * push[row, 0] - px
                 push[part, 1] += share * push[row, 1] - py

@@ -6,18 +6,18 @@ moments
     m_ab = q Σ_k z^(a−k) z̄^(b−k) / ((a−k)! (b−k)!) · (−H²)^k / (2k + 1)!
 
 since out of the plane ∂²/∂ζ² of 1/r is −4 ∂ ∂̄, and the mean of ζ^2k over the height is H^2k / (4^k
-(2k + 1)). The action of other charges enters by the derivatives v_ab = ∂^a ∂̄^b of their potential
-at the centre: the energy is the sum of all m_ab v_ab. Since m_ba is the conjugate of m_ab and
-magnets have no net charge, `TERMS` suffice.
+(2k + 1)). The action of other charges enters through the derivatives v_ab = ∂^a ∂̄^b of their
+potential at the centre: the energy is the sum of all m_ab v_ab. Since m_ba is the conjugate of m_ab
+and magnets have no net charge, the `TERMS` suffice.
 
 The derivatives of 1/|z| have a closed form: ∂^a ∂̄^b 1/|z| = g_a g_b z^−a z̄^−b / |z| with g_a =
 (−1/2)(−3/2)… of a factors. Turned into the direction between the centres and divided by powers of
 their distance, moments interact by constant real matrices, one for real and one for imaginary
 parts. Moments of two bodies interact if the sum of their orders exceeds the highest order by at
-most one: without net charges, all other terms of that size are missing too.
+most one: all other terms of that size contain a net charge, and thus vanish.
 
-Moments and derivatives are arrays (rows, 2, terms) of real and imaginary parts; both contain
-√(µ0/4π). Pairs of casings are expanded to their rule's order, segments of the chain
+Moments and derivatives are arrays (rows, 2, terms) of real and imaginary parts; both contain the
+factor √(µ0/4π). Pairs of casings are expanded to their rule's order, segments of the chain
 (`magnets.multipole_tree`) to `OCTUPOLES`.
 """
 
@@ -75,8 +75,8 @@ _REAL, _IMAGINARY = _matrices()
 def _shifts(way: int) -> tuple[IntArray, Array]:
     """Return all contributions of a shift by d, up to octupoles: a term times d^j d̄^k / (j! k!).
 
-    Moments (``way`` −1) gain from lower terms, derivatives (1) from higher ones. Rows are the term,
-    its source term, and the powers of d and |d|²; and the factor and both imaginary parts' signs.
+    Moments (``way`` −1) gain from lower terms, derivatives (1) from higher. One array holds the
+    term, its source, and the powers of d and |d|²; the other, a factor and the signs of both parts.
     """
     rows: list[list[int]] = []
     factors: list[list[float]] = []
@@ -99,7 +99,7 @@ def moments(z: ComplexArray, charge: Array, height: float) -> Array:
 
     Complex numbers are positions in the plane relative to the centre; charges are in A·m.
     """
-    # In real arithmetic, because processors round complex products differently.
+    # Real arithmetic is used, because processors round complex products differently.
     x, y = z.real.copy(), z.imag.copy()
     squares, real, imaginary = [np.ones(x.size)], [np.ones(x.size)], [np.zeros(x.size)]
     for _ in range(HIGHEST):
@@ -160,10 +160,11 @@ def turn_moments(order: int, i: int, c: float, s: float, segments: Segments) -> 
 def expansion(
     order: int, moment: Array, a: int, b: int, dx: float, dy: float, s: Array
 ) -> tuple[float, float, float, float]:
-    """Energy [J], force on row a [N] and torque about its centre [N·m] by row b.
+    """Return the energy [J], and the force [N] and torque [N·m] of row b on row a.
 
-    (``dx``, ``dy``) [m] points from b's centre to a's. The scratch keeps the derivatives that each
-    causes at the other, divided by powers of their distance and in the frame of its direction.
+    The torque is about a's centre; (``dx``, ``dy``) [m] points there from b's. The scratch keeps
+    the derivatives that each row causes at the other, divided by powers of the distance, in the
+    frame of its direction.
     """
     inverse2 = 1.0 / (dx * dx + dy * dy)
     inverse = math.sqrt(inverse2)
@@ -255,7 +256,7 @@ def _shift(
 
 @inlined
 def force_of(segments: Segments, row: int) -> tuple[float, float]:
-    """Force [N] on moments that move with their centre, from a row's derivatives.
+    """Return the force [N] on moments that move with their centre, from a row's derivatives.
 
     It is −2 conj(Σ m_ab v_{a+1,b}), up to the highest available derivatives.
     """
@@ -271,7 +272,7 @@ def force_of(segments: Segments, row: int) -> tuple[float, float]:
 
 @inlined
 def torque_of(segments: Segments, row: int) -> float:
-    """Torque about the centre [N·m] on moments, from a row's derivatives."""
+    """Return the torque about the centre [N·m] on moments, from a row's derivatives."""
     m, v, torque = segments.moment[row], segments.local[row], 0.0
     for t in range(COUNTS[OCTUPOLES]):
         torque += 2.0 * _TWIST[t] * (m[0, t] * v[1, t] + m[1, t] * v[0, t])

@@ -1,10 +1,10 @@
 """Energies of casings one and two joints apart, from splines of their joint angles.
 
-The splines have degree five and equal knot spacing, so they are four times differentiable; forces
-are their exact gradient. If faces may touch, neighbours' energy varies like α² log α with the angle
-α from a stop, and knots are denser towards the stops (`knots_at`). The sixteen pairs of faces have
-coefficients side by side. When a joint enters another interval between knots, these are summed with
-the charges and stored; the sum depends only on charges and intervals.
+The splines have degree five, so they are four times differentiable; forces are their exact
+gradient. Knots are even unless faces may touch: neighbours' energy then varies like α² log α with
+the angle α from a stop, and knots are denser there (`knots_at`). The coefficients of the sixteen
+face pairs are side by side. When a joint enters another interval between knots, these are summed
+with the charges and stored; the sum depends only on charges and intervals.
 """
 
 import numpy as np
@@ -26,7 +26,7 @@ def basis(x: float, last: int, weight: Array, row: int) -> int:
     """Fill in the splines' weights at ``x`` knots from the first; return the first spline's index.
 
     Row ``row`` of ``weight`` gets the DEGREE + 1 values, the next row their slopes in x. Beyond the
-    first and last knots the outermost polynomials continue.
+    first and last knots, the outermost polynomials continue.
     """
     k = min(max(int(x), 0), last - 1)
     u = x - k
@@ -50,10 +50,10 @@ def basis(x: float, last: int, weight: Array, row: int) -> int:
 def one_joint(
     tables: Tables, angle: float, charge: Array, i: int, slot: int, nodes: Nodes
 ) -> tuple[float, float]:
-    """Energy of casings i and i + 1 [J], and its slope in their joint's angle [N·m].
+    """Return the energy of casings i and i + 1 [J], and its slope in their joint's angle [N·m].
 
     The slot stores the splines' coefficients, summed with the charges, until the angle enters
-    another interval between knots. Beyond the end of dense knots the slope is constant.
+    another interval between knots. Beyond the end of dense knots, the slope is constant.
     """
     bends, spline, table, past = nodes.bends, nodes.spline, tables.one, 0.0
     if tables.finest == 0.0:
@@ -78,7 +78,7 @@ def one_joint(
 def two_joints(
     tables: Tables, angle: float, next_angle: float, charge: Array, i: int, slot: int, nodes: Nodes
 ) -> tuple[float, float, float]:
-    """Energy of casings i and i + 2 [J], and its slopes in their two joints' angles [N·m].
+    """Return the energy of casings i and i + 2 [J], and its slopes in both joints' angles [N·m].
 
     In the scratch, the second joint's weights follow the first one's.
     """
@@ -114,9 +114,10 @@ def along(value: Array, slot: int, begin: int, spline: Array, row: int) -> float
 
 @inlined
 def knots_at(angle: float, end: float, finest: float, last: int) -> tuple[float, float]:
-    """Return knots below an angle, of ``last`` intervals from −end to end, and knots per radian.
+    """Return the number of knots below an angle, and the number of knots per radian there.
 
-    Knots are even, plus `LOGARITHMIC` per factor e of the distance to an end, to ``finest``.
+    Of the ``last`` intervals from −end to end, `LOGARITHMIC` per factor e of the distance to an
+    end, down to ``finest``, make the knots denser there; the other intervals are even.
     """
     most = 2.0 * LOGARITHMIC * log1p(2.0 * end / finest)
     even = 0.5 * (last - most) / end
@@ -141,7 +142,7 @@ def multiply(charge: Array, i: int, j: int, out: Array) -> None:
 def weigh(table: Array, row: int, begin: int, product: Array, part: Array) -> float:
     """Return the sum of a row's entries times the products of charges."""
     for p in range(FACES):
-        # Unsigned, because a signed index might count from the end, which prevents vector loads.
+        # A signed index might count from the end, which would prevent vector loads.
         e = np.uint64(begin + p)
         part[p] = (product[p] * table[row, e] + product[p + 4] * table[row, e + np.uint64(4)]) + (
             product[p + 8] * table[row, e + np.uint64(8)]
@@ -152,10 +153,10 @@ def weigh(table: Array, row: int, begin: int, product: Array, part: Array) -> fl
 
 @inlined
 def place(angle: float, end: float, rows: int, spline: Array, row: int) -> tuple[int, float]:
-    """First spline at an angle, and knots per radian; weights go to scratch rows from ``row`` on.
+    """Return the first spline at an angle, and knots per radian; write weights into ``spline``.
 
-    Trial steps overshoot the stops and so the table. The splines first continue smoothly, so that
-    the time at the stop can be found; farther out the returned slope is constant.
+    Trial steps overshoot the stops and thus the table. The splines first continue smoothly, so that
+    the time at the stop can be found; farther out, the returned slope is constant.
     """
     last = rows - DEGREE
     density = last / (2.0 * end)

@@ -1,8 +1,8 @@
 """Forces, torques and energy of the chain's magnets in an external field.
 
 A uniform field exerts a torque on a component's magnetic moment but no force. A fixed magnet acts
-by its pole faces, which are divided into strips no wider than the chain's faces. A strip and a
-casing are summed over nodes, with more nodes near a pole face, as `pairs` does for two casings.
+by its pole faces, which are divided into strips no wider than the chain's faces. The interaction of
+a strip and a casing is summed over nodes, with more nodes near a pole face, as in `pairs`.
 """
 
 import math
@@ -18,9 +18,9 @@ ROOT = math.sqrt(COULOMB)  # a factor in moments
 
 @inlined
 def add_field(lo: int, model: Model, pose: Pose, nodes: Nodes, loads: Loads) -> None:
-    """Add the field's forces [N] and torques [N·m] on components ``lo`` on.
+    """Add the field's forces [N] and torques [N·m] on components from ``lo`` on.
 
-    Needs the magnets' nodes, which every computation of their forces or energies leaves.
+    The magnets' nodes must be filled in; any computation of magnet forces or energies does this.
     """
     for i in range(lo, model.n):
         if nodes.faces[i] > 0:
@@ -32,7 +32,7 @@ def add_field(lo: int, model: Model, pose: Pose, nodes: Nodes, loads: Loads) -> 
 
 @inlined
 def add_magnet_forces(lo: int, model: Model, pose: Pose, nodes: Nodes, loads: Loads) -> None:
-    """Add the summed forces between components ``lo`` on, and the field's forces on them."""
+    """Add the summed forces between components from ``lo`` on, and the field's forces on them."""
     add_forces(lo, model.magnets, model.charge, pose, nodes, loads)
     if model.field.present:
         add_field(lo, model, pose, nodes, loads)
@@ -40,7 +40,7 @@ def add_magnet_forces(lo: int, model: Model, pose: Pose, nodes: Nodes, loads: Lo
 
 @kernel
 def field_energy(lo: int, model: Model, pose: Pose, nodes: Nodes) -> float:
-    """Energy of the magnets of components ``lo`` on in the field [J]."""
+    """Return the energy in the field [J] of the magnets of components from ``lo`` on."""
     total = 0.0
     for i in range(lo, model.n):
         if nodes.faces[i] > 0:
@@ -52,7 +52,7 @@ def field_energy(lo: int, model: Model, pose: Pose, nodes: Nodes) -> float:
 def in_field(
     model: Model, pose: Pose, nodes: Nodes, i: int, with_energy: bool
 ) -> tuple[float, float, float, float]:
-    """Energy [J], force [N] and torque about its centre [N·m] of component i.
+    """Return the energy [J], force [N] and torque about its centre [N·m] of component i.
 
     The energy is complete only if ``with_energy`` is true.
     """

@@ -1,16 +1,16 @@
 """Forces, torques and energy of the magnets.
 
 A pole face is an upright rectangle of uniform charge (``strips``), or a row of point charges in the
-plane (``points``, the paper's). Along the width both are sums over nodes, which interact by
+plane (``points``, the paper's model). Along the width, both are sums over nodes, which interact by
 ``engine.magnets.laws``.
 
-Distant casings need few nodes: a pair is summed at the *rank* for its distance, with equally many
-nodes on all pole faces; beyond the *far radius* ``engine.magnets.multipoles`` expands it. Pairs of
-pole faces with near centres are then corrected one by one, *level* by level. All follow one
-pattern: if U_k is the energy by the k-th rule, the pair's energy is U_0 + Σ w_k (U_k − U_{k−1}),
-where w_k is a twice differentiable step from 1 within a radius to 0 a little beyond it. Forces are
-the exact gradient of this energy, so refinement neither adds nor removes energy.
-``engine.magnets.multipole_tree`` selects the pairs.
+Distant casings need few nodes: a pair is summed at the *rank* for its distance, which has equally
+many nodes on all pole faces; beyond the *far radius*, ``engine.magnets.multipoles`` expands the
+pair. Pairs of pole faces with near centres are then corrected one by one, *level* by level. All
+rules follow one pattern: if U_k is the energy by the k-th rule, the pair's energy is U_0 + Σ w_k
+(U_k − U_{k−1}), where w_k is a twice differentiable step from 1 within a radius to 0 a little
+beyond it. Forces are the exact gradient of this energy, so refinement neither adds nor removes
+energy. ``engine.magnets.multipole_tree`` selects the pairs.
 """
 
 import math
@@ -31,7 +31,7 @@ def spread_charges(magnets: Magnets, charge: Array, nodes: Nodes) -> None:
 
     Faces without charge have no nodes.
     """
-    # Loaded here, not in every iteration of the loops.
+    # These are loaded here, not in every iteration of the loops.
     body, charged, per_face = nodes.segments.body, nodes.segments.charged, nodes.faces
     along, across, strength, half = nodes.along, nodes.across, nodes.q, nodes.half
     node_x, node_y, share = magnets.node_x, magnets.node_y, magnets.node_weight
@@ -75,7 +75,7 @@ def whole_lanes(count: int) -> int:
 
 @kernel
 def spread_nodes(lo: int, magnets: Magnets, pose: Pose, nodes: Nodes) -> None:
-    """Fill in the nodes' positions [m] and the moments for casings ``lo`` on."""
+    """Fill in the nodes' positions [m] and the moments from casing ``lo`` on."""
     turn_casings(lo, magnets, pose, nodes)
     for rank in range(magnets.rank_count.size):
         place_nodes(lo, rank, 2 * magnets.rank_count[rank], pose, nodes)
@@ -83,7 +83,7 @@ def spread_nodes(lo: int, magnets: Magnets, pose: Pose, nodes: Nodes) -> None:
 
 @inlined
 def turn_casings(lo: int, magnets: Magnets, pose: Pose, nodes: Nodes) -> None:
-    """Turn the moments of casings ``lo`` on into the world's frame."""
+    """Turn the moments into the world's frame, from casing ``lo`` on."""
     for i in range(lo, pose.x.size):
         turn_moments(magnets.far_order, i, pose.cos[i], pose.sin[i], nodes.segments)
 
@@ -104,7 +104,7 @@ def place_nodes(lo: int, rank: int, count: int, pose: Pose, nodes: Nodes) -> Non
 def casing_pair(
     magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, i: int, j: int, with_energy: bool
 ) -> tuple[float, float, float, float]:
-    """Energy [J], force on casing i [N] and torque about its centre [N·m] by casing j.
+    """Return the energy [J], and casing j's force [N] and torque [N·m] on i, about i's centre.
 
     The energy is complete only if ``with_energy`` is true.
     """
@@ -164,7 +164,7 @@ def ranked_pair(
 def rank_pair(
     magnets: Magnets, pose: Pose, nodes: Nodes, rank: int, i: int, j: int, with_energy: bool
 ) -> tuple[float, float, float, float]:
-    """Energy, force on casing i and its torque about its centre, over the nodes of one rank.
+    """Return the result of `casing_pair`, summed over the nodes of one rank.
 
     The energy is 0 unless ``with_energy`` is true.
     """
@@ -221,9 +221,9 @@ def rank_pair(
 def near_pair(
     magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, i: int, j: int, with_energy: bool
 ) -> tuple[float, float, float, float]:
-    """Corrections for near pole faces of casings i and j: energy [J], force on i [N], torque on i.
+    """Return the corrections of `casing_pair` for near pole faces of casings i and j.
 
-    The torque is about i's centre [N·m]. The energy is complete only if ``with_energy`` is true.
+    The energy is complete only if ``with_energy`` is true.
     """
     face_x, face_y, half = magnets.face_x, magnets.face_y, magnets.face_half
     face_tx, face_ty = magnets.face_tx, magnets.face_ty
@@ -262,7 +262,7 @@ def near_pair(
 def refine(
     magnets: Magnets, faces: FacePair, graded: bool, with_energy: bool, nodes: Nodes
 ) -> tuple[float, float, float, float]:
-    """Sum of w_k (U_k − U_{k−1}) over the levels and its gradient, in the form of `level_sum`.
+    """Return the sum of w_k (U_k − U_{k−1}) over levels and its gradient, in `level_sum`'s form.
 
     For ``graded`` faces, which may touch, `sheets.between` replaces all levels except 0.
     """
@@ -315,9 +315,9 @@ def grade(
 def level_sum(
     magnets: Magnets, level: int, faces: FacePair, with_energy: bool, scratch: Nodes
 ) -> tuple[float, float, float, float]:
-    """Energy, force on face a and its torque about its centre, for faces of unit charge.
+    """Return the energy, and the force and torque on face a, for faces of unit charge.
 
-    Results lack the factor µ0/4π. The energy is 0 unless ``with_energy`` is true.
+    The torque is about a's centre. Results lack µ0/4π; without ``with_energy`` the energy is 0.
     """
     strips, even, count = magnets.strips, faces.even, magnets.level_count[level]
     nodes, weights, nearest2 = magnets.level_node, magnets.level_weight, magnets.nearest2
@@ -376,7 +376,7 @@ def sum_lanes(
 def add_forces(
     lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes, loads: Loads
 ) -> None:
-    """Add the magnets' forces [N] and torques about the centres [N·m] of casings ``lo`` on."""
+    """Add the magnets' forces [N] and torques about the centres [N·m] from casing ``lo`` on."""
     spread_charges(magnets, charge, nodes)
     spread_nodes(lo, magnets, pose, nodes)
     n, pair = pose.x.size, nodes.segments.pair
@@ -406,7 +406,7 @@ def act(pose: Pose, i: int, j: int, px: float, py: float, t: float, loads: Loads
 
 @kernel
 def energy(lo: int, magnets: Magnets, charge: Array, pose: Pose, nodes: Nodes) -> float:
-    """Energy of all pairs of casings ``lo`` on [J], without pairs of faces within a casing."""
+    """Return the energy of all pairs from casing ``lo`` on [J], but not that within casings."""
     spread_charges(magnets, charge, nodes)
     spread_nodes(lo, magnets, pose, nodes)
     total, pair = 0.0, nodes.segments.pair

@@ -1,4 +1,4 @@
-"""Two pole faces at any distance down to contact; one is integrated in closed form.
+"""The interaction of two pole faces down to contact; one face is integrated in closed form.
 
 Nodes on both faces fail if the faces are nearer than the spacing of nodes, but the interaction of
 upright lines (`magnets.laws`) can be integrated along the width w of face b. Let s be a point's
@@ -13,8 +13,8 @@ G with quadrature. Along face a the energy is summed over nodes. It is singular 
 a passes an end of b or crosses its line; nodes are denser around these places.
 
 Where face a is behind b, by a rounding error or a contact's permitted overlap, the force is the
-limit from outside: it does not jump, and b's push stays as in contact. Forces are the exact
-gradient of the sum, including the motion of these places.
+limit from outside: it does not jump, and b pushes as it does in contact. Forces are the exact
+gradient of the sum, including the motion of the singular places.
 """
 
 import math
@@ -31,7 +31,7 @@ LEAST2 = 1e-40  # [m²] least squared distance from a line, so that logarithms s
 
 @kernel
 def between(magnets: Magnets, faces: FacePair) -> tuple[float, float, float, float]:
-    """Energy, force on face a and torque about its centre, in the form of `pairs.level_sum`."""
+    """Return the energy, force and torque on face a, in the form of `pairs.level_sum`."""
     row = magnets.level_count.size - 1
     count, node, weight = magnets.level_count[row], magnets.level_node, magnets.level_weight
     wide = math.sqrt(faces.bx * faces.bx + faces.by * faces.by)
@@ -39,7 +39,7 @@ def between(magnets: Magnets, faces: FacePair) -> tuple[float, float, float, flo
     # Face a in the frame of b, whose outward normal is (uy, −ux).
     x, y = ux * faces.x + uy * faces.y, uy * faces.x - ux * faces.y
     ax, ay = ux * faces.ax + uy * faces.ay, uy * faces.ax - ux * faces.ay
-    # If faces face each other, one can be behind the other only by an error.
+    # If faces face each other, one can be behind the other only because of an error.
     signed = ax < 0.0 and y > -0.5 * wide
     one, two, line = breaks(x, y, ax, ay, 0.5 * wide)
     first, last = min(one, two, line), max(one, two, line)
@@ -58,7 +58,7 @@ def between(magnets: Magnets, faces: FacePair) -> tuple[float, float, float, flo
             along, w = 0.5 + node[row, k], length * weight[row, k]
             t = begin + length * along
             s, d = x + t * ax, y + t * ay
-            # Only if nearer to b's line than to its ends: points beside b have not passed it.
+            # Only nearer to b's line than to its ends, because points beside b have not passed it.
             past = d if signed and abs(s) - 0.5 * wide < d < 0.0 else 0.0
             u, ps, pd = potential(s, abs(d - past), 0.5 * wide, faces.half_a, faces.half_b)
             u += past * pd
@@ -75,7 +75,7 @@ def between(magnets: Magnets, faces: FacePair) -> tuple[float, float, float, flo
         by_middle += (by_begin if before == 1 else 0.0) + (by_end if part == 1 else 0.0)
         by_last += (by_begin if before == 2 else 0.0) + (by_end if part == 2 else 0.0)
         begin, before = end, part
-    # They cancel for an integral, but not for the sum, nor where a is behind b's ends.
+    # These slopes cancel for an integral, but not for the sum, nor where a is behind b's ends.
     length2 = ax * ax + ay * ay
     for place in range(3):
         t = one if place == 0 else (two if place == 1 else line)
@@ -95,7 +95,7 @@ def between(magnets: Magnets, faces: FacePair) -> tuple[float, float, float, flo
 
 @inlined
 def breaks(x: float, y: float, ax: float, ay: float, half: float) -> tuple[float, float, float]:
-    """Where face a passes b's ends and b's line, in widths from a's centre; else an end of a."""
+    """Return where face a passes b's ends and b's line, in widths from a's centre; else a's end."""
     length2 = ax * ax + ay * ay
     one = ((-half - x) * ax - y * ay) / length2
     two = ((half - x) * ax - y * ay) / length2
@@ -113,10 +113,10 @@ def clipped(t: float) -> float:
 def potential(
     s: float, d: float, half: float, half_a: float, half_b: float
 ) -> tuple[float, float, float]:
-    """Energy of an upright line and a face with half width ``half``, of unit charges, and slopes.
+    """Return the energy of an upright line and a face of unit charges, and its slopes.
 
-    Without the factor µ0/4π [1/m, 1/m²]. The line is ``d`` in front of the face and ``s`` beside
-    its centre; the slopes are in ``s`` and ``d``.
+    The results lack the factor µ0/4π [1/m, 1/m²]. The face has the half width ``half``; the line is
+    ``d`` in front of it and ``s`` beside its centre. The slopes are in ``s`` and ``d``.
     """
     total, difference = half_a + half_b, abs(half_a - half_b)
     u, ps, pd = primitive(s - half, s + half, d, total)
@@ -127,12 +127,12 @@ def potential(
 
 @inlined
 def primitive(low: float, high: float, d: float, u: float) -> tuple[float, float, float]:
-    """Difference of G(u) between two ends, and its slopes in s and in d ≥ 0."""
+    """Return the difference of G(u) between two ends, and its slopes in s and in d ≥ 0."""
     d2, u2 = max(d * d, LEAST2), u * u
     c2 = d2 + u2
     near, far = math.sqrt(low * low + d2), math.sqrt(high * high + d2)
     begin, end = math.sqrt(low * low + c2), math.sqrt(high * high + c2)
-    # Differences of asinh(s/c) as one logarithm without cancellation.
+    # Differences of asinh(s/c) are written as one logarithm without cancellation.
     if low >= 0.0:
         log = log1p((high - low + end - begin) / (low + begin))
     elif high <= 0.0:
@@ -144,7 +144,7 @@ def primitive(low: float, high: float, d: float, u: float) -> tuple[float, float
     if u > 0.0:
         before = log1p((u + u2 / (begin + near)) / near)
         behind = log1p((u + u2 / (end + far)) / far)
-        # The difference of two arc tangents as one.
+        # The difference of two arc tangents is written as one.
         begin, end = d * begin, d * end
         angle = direction(begin * end + u2 * (low * high), u * (high * begin - low * end))
         value += u * (high * behind - low * before - d * angle)

@@ -1,8 +1,8 @@
 """A train of bumps, as on a shaken table: each changes all free components' velocities at once.
 
-The times between bumps are uniform from 0 to twice their mean, the directions uniform. Park and
-Miller's generator [1]_ gives the numbers; its products fit in an integer, so that a train is the
-same on every machine.
+The times between bumps are uniformly distributed from 0 to twice their mean; the directions are
+uniform, too. Park and Miller's generator [1]_ gives the numbers; its products fit in an integer, so
+that a train is the same on every machine.
 
 References
 ----------

@@ -1,8 +1,8 @@
-"""A step for slow sliding: Runge-Kutta-Chebyshev, stable over long steps for few stages.
+"""Runge-Kutta-Chebyshev steps for slow sliding: stable over long steps with few stages.
 
-Friction adapts a component that slides at a speed S to its surroundings within S/µg, milliseconds
-for a slow feed, and explicit steps are limited to a few of these times, however little happens.
-This second-order step spans 0.65 s² of them with s stages and solves no equations [1]_.
+Friction adapts a component that slides at a speed S to the motion around it within S/µg, which is
+milliseconds in a slow feed. Explicit steps are limited to a few of these times, however little
+happens. This second-order step spans 0.65 s² of them with s stages and solves no equations [1]_.
 
 References
 ----------
@@ -51,9 +51,9 @@ SCHEME = np.zeros((MOST_STAGES + 1, MOST_STAGES + 1, 4))
 for _count in range(2, MOST_STAGES + 1):
     SCHEME[_count, : _count + 1] = _scheme(_count)
 
-# Between its ends a step is the cubic through them with their slopes f and g. It equals Dormand and
-# Prince's dense output with two stage slopes replaced by sums of the step's mean slope, f and g, so
-# chosen that the cubic reaches the end and the fourth power vanishes.
+# Between its ends, a step is the cubic that passes through both with their slopes f and g. It
+# equals Dormand and Prince's dense output if two stage slopes are replaced by weighted sums of f, g
+# and the step's mean slope, chosen so that the cubic reaches the end and the fourth power vanishes.
 _PLACES = 2, 3
 _U, _V = (WEIGHT[6, s] for s in _PLACES)
 _X, _Y = (DENSE[s, 3] for s in _PLACES)
@@ -70,9 +70,9 @@ CUBIC = np.array(
 
 @inlined
 def friction_rate(lo: int, model: Model, state: State, work: Work) -> float:
-    """Bound on the rates at which friction slows the components' motion [1/s].
+    """Return a bound on the rates at which friction slows the components' motion [1/s].
 
-    Needs the centres' velocities in ``work``.
+    The centres' velocities must be in ``work``.
     """
     fastest, bodies = 0.0, model.bodies
     for i in range(lo, model.n):
@@ -87,7 +87,7 @@ def friction_rate(lo: int, model: Model, state: State, work: Work) -> float:
 
 @kernel
 def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float) -> bool:
-    """Take a step like `stages.stages`, for friction of a ``rate`` [1/s].
+    """Take a step as `stages.stages` does, for friction that acts at a ``rate`` [1/s].
 
     Fills in the slopes from which `stages.interpolate` computes the cubic.
     """
@@ -101,7 +101,7 @@ def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float)
     # The drive's impulse is integrated as one more coordinate, with its force as the slope.
     lo, drive, driven = state.counter[ix.N_HELD], work.stages.drive, drives(model, state)
     drive[2], drive[1] = 0.0, h * SCHEME[count, 1, 3] * drive[0]
-    # Rows 1 and 2 hold the last two stages, row 5 the accelerations at the last one.
+    # Rows 1 and 2 hold the last two stages, and row 5 holds the accelerations at the last one.
     for k in range(end):
         slope_q[2, k], slope_v[2, k] = state.q[k], state.v[k]
         slope_q[1, k] = state.q[k] + h * SCHEME[count, 1, 3] * slope_q[0, k]

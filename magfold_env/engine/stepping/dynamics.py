@@ -1,8 +1,8 @@
 """Accelerations of one chain: smooth forces, then active constraints and friction.
 
 The accelerations are those nearest to the unconstrained ones, in the metric of the mass matrix,
-that keep every touching pair from approaching (Gauss's principle). `project` is the same for
-velocities: Moreau's inelastic impact.
+that keep every touching pair from approaching (Gauss's principle). `project` does the same for
+velocities, which gives Moreau's inelastic impact.
 """
 
 from magfold_env.engine import indices as ix
@@ -21,8 +21,8 @@ from magfold_env.engine.state import Array, IntArray, Model, State, Work
 def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None:
     """Find the generalised forces of magnets, fields, gravity, inertia and friction.
 
-    Leaves pose and centre velocities in ``work``. Charged components still in the tube act on the
-    others.
+    Leaves the pose and the centres' velocities in ``work``. Charged components that are still in
+    the tube act on the others.
     """
     n = model.n
     bodies, pose = model.bodies, work.pose
@@ -53,8 +53,8 @@ def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None
 def find_pull(first: int, lo: int, model: Model, work: Work) -> None:
     """Find the force of magnets, fields and gravity along the tube on the held components [N].
 
-    The loads must contain only the chain's own magnets, whose total force on the held components is
-    the reaction to that on the free ones.
+    The loads must contain only the forces of the chain's own magnets; their total on the held
+    components is the reaction to their total on the free ones.
     """
     pull = 0.0
     for i in range(lo, model.n):
@@ -68,9 +68,9 @@ def find_pull(first: int, lo: int, model: Model, work: Work) -> None:
 
 @inlined
 def unconstrained(lo: int, model: Model, work: Work, lock: IntArray, out: Array) -> None:
-    """Accelerations (n + 2,) under these forces alone; leaves the articulated inertias.
+    """Compute the accelerations (n + 2,) under the smooth forces, without constraints.
 
-    Joints whose ``lock`` is not 0 do not turn.
+    Joints whose ``lock`` is not 0 do not turn. Leaves the articulated inertias in ``work``.
     """
     base = base_mass(lo, model, work)
     articulated.factor(lo, model.bodies, work.pose, lock, work.chain)
@@ -79,17 +79,17 @@ def unconstrained(lo: int, model: Model, work: Work, lock: IntArray, out: Array)
 
 @kernel
 def smooth_accelerations(lo: int, model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
-    """Accelerations (n + 2,) under magnets, gravity and sliding friction alone."""
+    """Compute the smooth forces and the accelerations (n + 2,) under these forces alone."""
     smooth_forces(lo, model, q, v, work)
     unconstrained(lo, model, work, work.chain.unlocked, out)
 
 
 @inlined
 def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> bool:
-    """Find accelerations (n + 2,) under these forces if all joints at their stops stay there.
+    """Compute accelerations (n + 2,) under the smooth forces if joints at their stops stay there.
 
     Locked components then move as rigid bodies, without constraints to solve for. Returns whether
-    every stop presses, which is the condition; the multipliers are the stops' torques.
+    all stops press; only then is the result valid. The multipliers are the stops' torques.
     """
     unconstrained(state.counter[ix.N_HELD], model, work, state.lock, out)
     for r in range(work.rows.counts[ix.JOINT_STOPS]):
@@ -102,7 +102,7 @@ def rigid_accelerations(model: Model, state: State, work: Work, out: Array) -> b
 
 @kernel
 def respond(lo: int, model: Model, work: Work, count: int) -> None:
-    """Fill in the responses M⁻¹Jᵀ of rows and their Delassus matrix."""
+    """Compute the rows' responses M⁻¹Jᵀ and their Delassus matrix J M⁻¹Jᵀ."""
     n = model.n
     base = base_mass(lo, model, work)
     for r in range(count):
@@ -146,7 +146,7 @@ def rate_of(lo: int, work: Work, r: int, v: Array) -> float:
 
 @inlined
 def apply_multipliers(lo: int, count: int, work: Work, out: Array) -> None:
-    """Add the rows' responses to ``out``."""
+    """Add the rows' responses, times their multipliers, to ``out``."""
     for r in range(count):
         lam = work.rows.multiplier[r]
         if lam != 0.0:
@@ -156,7 +156,7 @@ def apply_multipliers(lo: int, count: int, work: Work, out: Array) -> None:
 
 @inlined
 def accelerations(model: Model, state: State, q: Array, v: Array, work: Work, out: Array) -> bool:
-    """Accelerations (n + 2,) with the constraints of the current step; False if unsolved.
+    """Compute accelerations (n + 2,) under the step's constraints; return whether they were found.
 
     Components marked in ``state.stuck`` stay at rest.
     """
@@ -172,7 +172,7 @@ def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out:
     """Do the work of `accelerations` for any chain."""
     lo = state.counter[ix.N_HELD]
     if model.frictional:
-        # Rounding moves held components, which must not count as sliding.
+        # Rounding moves components that friction holds, but these must not count as sliding.
         for i in range(lo, model.n):
             work.friction.slow[i] = state.stuck[i]
     smooth_forces(lo, model, q, v, work)
@@ -193,7 +193,7 @@ def constrained(model: Model, state: State, q: Array, v: Array, work: Work, out:
 
 @inlined
 def lost(lo: int, rows: int, work: Work, v: Array) -> float:
-    """Energy lost in an impact [J]: rows' impulses times mean rates, by Thomson's theorem.
+    """Return the energy lost in an impact [J]: rows' impulses times mean rates (Thomson's theorem).
 
     ``v`` holds the velocities after the impact; ``work.rows.bias`` still holds the rates before it.
     """
@@ -207,10 +207,10 @@ def lost(lo: int, rows: int, work: Work, v: Array) -> float:
 
 @kernel
 def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bool:
-    """Moreau's impact: replace ``v`` by the nearest velocity that no row forbids.
+    """Apply Moreau's impact: replace ``v`` with the nearest velocity that no row forbids.
 
-    "Nearest" is in the metric of the mass matrix. Corners that would separate more slowly than
-    ``slow`` [m/s] are kept together, which ends rocking. Needs the pose.
+    "Nearest" refers to the metric of the mass matrix. Corners that would separate more slowly than
+    ``slow`` [m/s] are kept together, which ends rocking. The function needs the pose.
     """
     lo = state.counter[ix.N_HELD]
     rows = work.rows.counts[ix.CONTACTS]

@@ -1,13 +1,13 @@
-"""Integrate one chain to a given time, or to rest.
+"""Integrate the motion of one chain to a given time, or to rest.
 
 Between events the accelerations are smooth, and Dormand and Prince's 5(4) pair takes steps with
-error control. A step ends where something new touches; there the impact is a projection of the
-velocities, and integration restarts at full order. Components with joints at their stops move as
-rigid bodies, exactly; touching squares are corrected for drift after each step. If something
-rattles, touching again as soon as it separates, Moreau's time-stepping takes over for a few steps;
-it is of first order, but needs no events.
+error control. A step ends when something new touches; the impact then projects the velocities, and
+integration restarts at full order. Components joined at stops move exactly as rigid bodies;
+touching squares are corrected for drift after each step. If something rattles (touches again as
+soon as it separates), Moreau's time-stepping takes over for a few steps; it is of first order, but
+needs no events.
 
-Every part of a step returns an outcome; if it is negative the integration continues.
+Every part of a step returns an outcome; if it is negative, the integration continues.
 """
 
 import math
@@ -63,11 +63,11 @@ LOW_BITS = 2**58 - 1
 
 @kernel
 def advance(model: Model, state: State, work: Work, record: Record, until: float, turn: int) -> int:
-    """Integrate until the time ``until`` [s], rest, or breakdown; return which.
+    """Integrate until the time ``until`` [s], rest, or a breakdown; return the outcome.
 
-    Returns PAUSED when the record is full or ``turn`` evaluations were made: empty the record and
-    call again. While the tube feeds, a chain at rest relative to the base moves to ``until`` in one
-    step. REACHED before that time means that the drive must restart.
+    The outcome is PAUSED when the record is full or ``turn`` evaluations have been made; the caller
+    then empties the record and calls again. While the tube feeds, a chain at rest relative to the
+    base moves to ``until`` in one step. REACHED before that time means that the drive must restart.
     """
     while state.clock[ix.TIME] < until:
         if outcomes.out_of_work(model, state):
@@ -115,7 +115,7 @@ def signature(work: Work) -> int:
     found = work.rows.counts[ix.CONTACTS]
     for r in range(work.rows.counts[ix.CONTACTS]):
         for k in range(2 if r < work.rows.counts[ix.JOINT_STOPS] else 3):
-            # Truncated, so that the next product does not overflow.
+            # The hash is truncated, so that the next product does not overflow.
             found = (31 * found + work.rows.id[r, k]) & LOW_BITS
     return found
 
@@ -133,7 +133,7 @@ def any_held(lo: int, state: State) -> bool:
 def find_accelerations(model: Model, state: State, work: Work) -> int:
     """Find the accelerations of the state, and stop the components that friction is about to stop.
 
-    Unless FRESH is 1, the accelerations are those of the last step's end.
+    Unless FRESH is 1, the accelerations at the end of the last step are used.
     """
     acceleration = work.stages.slope_v[0]
     if state.counter[ix.FRESH] == 1 and not end_hops(model, state, work, acceleration):
@@ -146,7 +146,7 @@ def find_accelerations(model: Model, state: State, work: Work) -> int:
 
 @kernel
 def end_hops(model: Model, state: State, work: Work, out: Array) -> bool:
-    """Find the accelerations of the state and end hops; False if not found."""
+    """Find the state's accelerations and end hops; return whether the accelerations were found."""
     # Every round holds at least one more joint or contact.
     for _ in range(2 * model.n):
         if not first_accelerations(model, state, work, out):
@@ -204,7 +204,7 @@ def rest(model: Model, state: State, work: Work, record: Record, until: float) -
 def move_with_base(
     model: Model, state: State, work: Work, record: Record, until: float, force: float
 ) -> int:
-    """Move a chain with its base to the time ``until`` [s]; the drive's mean is ``force`` [N]."""
+    """Move a chain with its base to the time ``until`` [s]; the drive exerts ``force`` [N]."""
     n, time, end = model.n, until - state.clock[ix.TIME], work.moreau.new_q
     copy(state.q, end, 0)
     end[n] += state.v[n] * time
@@ -235,7 +235,7 @@ def step(model: Model, state: State, work: Work, record: Record, until: float) -
 def note_outcome(model: Model, state: State, outcome: int) -> int:
     """Note how a step ended, and check that its end is possible.
 
-    A component runs away if it turns impossibly fast, because a feed drives parts that are jammed.
+    A component has run away if it turns impossibly fast because a feed drives jammed parts.
     """
     n = model.n
     if not is_finite(state.v):
@@ -295,7 +295,7 @@ def smooth_step(model: Model, state: State, work: Work, record: Record, until: f
 def attempt_step(
     model: Model, state: State, work: Work, limit: float, rate: float
 ) -> tuple[int, float, float, float]:
-    """Find a step that is accurate enough, with friction still holding at its end.
+    """Find a step that is accurate enough and at whose end friction still holds.
 
     It is a Chebyshev step if friction's ``rate`` [1/s] requires one. Returns ACCEPTED or another
     outcome, the step's length [s], its error relative to the allowed one, and the factor by which
@@ -336,10 +336,10 @@ def attempt_step(
 
 @kernel
 def keep_touching(model: Model, state: State, work: Work) -> float:
-    """Correct the step's drift off its contacts; return the correction in allowed errors.
+    """Correct the step's drift from contacts; return the correction relative to the allowed error.
 
-    The result is negative if an event happened within the step, or if a contact that hardly affects
-    the pose, with a force almost through a hinge, requires far more correction than drift.
+    The result is negative if an event happened within the step, or if a contact whose force points
+    almost through a hinge, and so hardly affects the pose, requires far too large a correction.
     """
     stages = work.stages
     copy(stages.new_q, stages.q, 0)
@@ -371,9 +371,9 @@ def accept_step(
     model: Model, state: State, work: Work, record: Record, h: float, fraction: float, way: float,
     until: float,
 ) -> None:  # fmt: skip
-    """Make the end of a step the state; ``way`` is the base's displacement in it [m].
+    """Make the end of a step the new state; ``way`` is the base's displacement in the step [m].
 
-    Records the step's frames, and its impulse and work.
+    Records the step's frames, and the drive's impulse and work in it.
     """
     lo, new_q, new_v = state.counter[ix.N_HELD], work.stages.new_q, work.stages.new_v
     keep_if_left_alone(model, state, work, new_q, new_v, fraction * h)

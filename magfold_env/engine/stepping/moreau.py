@@ -1,12 +1,12 @@
 """Moreau's time-stepping, for phases in which contacts or stops rattle or components creep.
 
-One step, after Moreau and Jean, has two halves. The first half moves the chain to a middle position
-with the velocity that is nearest to the free one, in the metric of the mass matrix, makes no gap
-negative and leaves components at rest that friction holds. With forces, masses and gaps at the
-middle, the velocity is found again, for the second half and the end. The friction of slow
-components is solved for too, so that it may turn within the step. Impacts, even simultaneous ones,
-happen inside steps without being located. The momentum of a free chain is corrected separately:
-only external forces change it.
+A step, after Moreau and Jean, has two halves. The first half moves the chain to a middle position.
+Its velocity is the one nearest to the free velocity, in the metric of the mass matrix, that makes
+no gap negative and leaves components at rest that friction holds. The velocity is then found again
+with the forces, masses and gaps at the middle, for the second half and the end. The friction of
+slow components is solved for too, so that its direction may change within the step. Impacts, even
+simultaneous ones, happen inside steps without being located. The momentum of a free chain is
+corrected separately, because only external forces change it.
 """
 
 import math
@@ -109,8 +109,8 @@ def attempt_step(
 ) -> tuple[int, float, float]:
     """Find a step that is accurate enough, and store its end in ``work.moreau``.
 
-    The step is shortened until the velocity changes little, but not below a limit, because in an
-    impact it always jumps; and until forces change little, as poles may almost meet. Returns
+    The step is shortened until forces change little, because poles may almost meet, and until the
+    velocity changes little, but not below a limit, because in an impact it always jumps. Returns
     ACCEPTED or another outcome, the step's length [s], and the length of the next step [s].
     """
     lo, moreau = state.counter[ix.N_HELD], work.moreau
@@ -118,7 +118,7 @@ def attempt_step(
     for k in range(lo, model.n):
         fastest = max(fastest, abs(state.v[k]))
     finest = min(FINEST * model.tolerance / model.fastest_rate, TURN / fastest)
-    # Friction reverses when a component stops, so no step goes far beyond that.
+    # Friction reverses when a component stops, so no step goes far beyond that moment.
     stop = max(state.clock[ix.BRAKE], 0.1 * finest)
     h = min(max(GROWTH * state.clock[ix.STEP], finest), COARSEST, stop)
     near_stop = NEAR_STOP
@@ -128,8 +128,8 @@ def attempt_step(
         found = velocity_after(model, state, work, h, 0.0 if rattles else 0.75, near_stop)
         if not found and not shorter_helps:
             return outcomes.NO_SOLUTION, h, h
-        # Closing gaps may require too much; a shorter step requires less. A slipping drive would
-        # exceed the requested speed and add energy, so the step ends when it reaches this speed.
+        # Closing gaps may change the velocity too much; a shorter step helps. A slipping drive
+        # would exceed the requested speed and add energy, so the step ends at this speed.
         share = until_caught_up(model, state, moreau.new_v) if found else 0.25
         if share < 1.0 - CAUGHT_UP and shorter_helps:
             h *= max(share, 0.1)
@@ -140,7 +140,7 @@ def attempt_step(
         if bent > SHARE * model.tolerance and shorter_helps:
             h *= 0.5
             continue
-        # Changes by forces grow with the square of a step's length, changes by impacts linearly.
+        # Changes by forces grow with the square of a step's length, those by impacts linearly.
         shorter = CAUTION * math.sqrt(SHARE * model.tolerance / max(moved, TINY))
         if moved > SHARE * model.tolerance and h > finest:
             h = max(min(max(shorter, 0.1), 0.8) * h, finest)
@@ -161,7 +161,7 @@ def attempt_step(
 
 @inlined
 def until_caught_up(model: Model, state: State, new_v: Array) -> float:
-    """Share of a step after which a slipping drive reaches the requested speed, or 1."""
+    """Return the share of a step after which a slipping drive reaches the requested speed, or 1."""
     if not (is_partly_out(model, state) and feed.slips(state)):
         return 1.0
     missing = state.feed[ix.ASKED] - state.v[model.n]
@@ -171,9 +171,9 @@ def until_caught_up(model: Model, state: State, new_v: Array) -> float:
 
 @inlined
 def changes(model: Model, state: State, work: Work, h: float) -> tuple[float, float]:
-    """Largest displacements in a step by changes of velocity, and by changes of forces.
+    """Return the largest displacements in a step due to changes of velocity and of forces.
 
-    Both are in radians, or in sides of a square.
+    Both are in radians, or in units of a square's side.
     """
     moreau, moved, bent = work.moreau, 0.0, 0.0
     for k in range(state.counter[ix.N_HELD], model.n + 2):
@@ -186,9 +186,9 @@ def changes(model: Model, state: State, work: Work, h: float) -> tuple[float, fl
 
 @inlined
 def go_to_end(model: Model, state: State, work: Work, h: float, old: float) -> float:
-    """Find the end of a step whose second half has the new velocity and a share ``old`` of the old.
+    """Find a step's end; its second half mixes a share ``old`` of the old velocity into the new.
 
-    Joints are kept from passing their stops. Returns the largest angle corrected by this [rad].
+    Joints are kept from passing their stops. Returns the largest correction of an angle [rad].
     """
     moreau, lo = work.moreau, state.counter[ix.N_HELD]
     copy(moreau.middle_q, moreau.new_q, 0)
@@ -206,7 +206,7 @@ def go_to_end(model: Model, state: State, work: Work, h: float, old: float) -> f
 
 @inlined
 def passes_by(model: Model, state: State, work: Work) -> bool:
-    """Whether the step that was found meets squares or solids whose gaps it did not consider."""
+    """Whether the step found makes squares meet squares or solids whose gaps it ignored."""
     if not (model.contact and events.may_collide(model)):
         return False
     lo, new_q = state.counter[ix.N_HELD], work.moreau.new_q
@@ -218,9 +218,9 @@ def passes_by(model: Model, state: State, work: Work) -> bool:
 
 @kernel
 def mark_slow(lo: int, model: Model, state: State, work: Work) -> bool:
-    """Mark the nearly resting components, whose friction the step solves for; True if any.
+    """Mark nearly resting components, whose friction the step solves for; return whether any exist.
 
-    Only the stops of other components bound the step.
+    Only the other components, when they come to a stop, bound the step.
     """
     found = False
     brake = math.inf
@@ -242,12 +242,12 @@ def velocity_after(
 ) -> bool:
     """Find the middle of a step of length ``h`` and its new velocity, in ``work.moreau``.
 
-    The first half has the new velocity with a share ``old`` of the old one. Joints within
+    The first half mixes a share ``old`` of the old velocity into the new one. Joints within
     ``near_stop`` [rad] of a stop are kept from passing it at any rate. Returns False if the
-    velocity could not be found. Needs the smooth accelerations of the state.
+    velocity could not be found. The smooth accelerations of the state must be known.
     """
     lo, n, moreau = state.counter[ix.N_HELD], model.n, work.moreau
-    # A repeated step finds the middle's pose and inertias here; restore the state's.
+    # If a step is repeated, the pose and inertias here are still the middle's; restore the state's.
     place_all(lo, model, state.q, work.pose)
     articulated.factor(lo, model.bodies, work.pose, work.chain.unlocked, work.chain)
     if not constrain(model, state, state.q, moreau.smooth, work, h, h, near_stop):
@@ -278,8 +278,8 @@ def constrain(
 ) -> bool:  # fmt: skip
     """Find the velocity after a step ``h``, the nearest one that closes no gap of ``q``.
 
-    ``left`` is the time for which the gaps must last; ``near_stop`` is as in `velocity_after`.
-    Needs the pose and inertias of ``q``. Returns False if the velocity could not be found.
+    ``left`` is the time for which the gaps must last; ``near_stop`` is as in `velocity_after`. The
+    pose and inertias of ``q`` must be known. Returns False if the velocity could not be found.
     """
     lo, n = state.counter[ix.N_HELD], model.n
     v = work.moreau.new_v
@@ -303,10 +303,10 @@ def constrain(
             law.friction_rows(lo, model, work.pose, work, count, i)
             count += 3
     dynamics.respond(lo, model, work, count)
-    # Friction is a force, so with it the unknowns are accelerations over the step, not velocities.
+    # Friction is a force, so the unknowns are then accelerations over the step, not velocities.
     unit = h if count > rows else 1.0
     for r in range(count):
-        # Conditions on gaps hold in this pose, conditions on friction at the step's end.
+        # Conditions on gaps hold in this pose, and those on friction hold at the step's end.
         rest = work.rows.bias[r] if r < rows else left * work.rows.bias[r]
         work.rows.bias[r] = (rest + dynamics.rate_of(lo, work, r, v)) / unit
         work.rows.equality[r] = 0
@@ -329,7 +329,7 @@ def take_account(model: Model, state: State, work: Work, h: float) -> tuple[floa
     """Find the drive's impulse [N·s] and the energy lost in contacts [J] in the step found.
 
     Both follow from the balances of momentum and energy over the step. Where velocities jump, sums
-    of impulses times rates would have a first-order error, as they use masses at the middle.
+    of impulses times rates would have a first-order error, because they use masses at the middle.
     """
     lo, n, rows, moreau = state.counter[ix.N_HELD], model.n, work.rows, work.moreau
     lost = kinetic_of(lo, model, work, state.q, state.v)
@@ -368,8 +368,8 @@ def too_violent(
     """Whether the multipliers change the free velocity ``v`` by more than gaps can require.
 
     At rest no gap closes, so keeping all gaps open takes no more energy than the free motion has,
-    except for removing overlaps. Squares that overlap on both sides may require being pushed into
-    each other, with no velocity or an unbounded one. Their overlaps are left for later.
+    except for removing overlaps. Squares that overlap others on both sides may need a velocity that
+    is unbounded or does not exist; their overlaps are left for later.
     """
     fastest = 0.0
     for r in range(work.rows.counts[ix.JOINT_STOPS], rows):

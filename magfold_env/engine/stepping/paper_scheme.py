@@ -1,8 +1,8 @@
 """The paper's scheme, for reproducing its results: double Euler, snapping joints, kinetic friction.
 
-Equations 39 to 41 and Figure 9 of the paper. Only neighbours collide, and then their angle is set.
-Friction acts on the centres, without torque or a static part; 0/0 in equation 41 counts as 0.
-Component 1 is pinned.
+It consists of equations 39 to 41 and Figure 9 of the paper. Only neighbours collide; the angle of
+their joint is then set to 90°. Friction acts on the centres, without torque or a static part; 0/0
+in equation 41 counts as 0. Component 1 is pinned.
 """
 
 import math
@@ -24,13 +24,13 @@ QUIET_ANGLE = 1e-3  # [rad]
 def paper_advance(
     model: Model, state: State, work: Work, record: Record, until: float, dt: float
 ) -> int:
-    """Step to the time ``until`` [s] or to rest; return which, or PAUSED as `runs.run` does.
+    """Step to the time ``until`` [s] or to rest; return the outcome, or PAUSED like `runs.run`.
 
-    The scheme itself does not define rest: here the chain rests when all joints have snapped, or
-    when no heading has changed by more than `QUIET_ANGLE` within `QUIET_TIME`.
+    The scheme itself does not define rest; here, the chain counts as at rest when all joints have
+    snapped, or when no heading has changed by more than `QUIET_ANGLE` within `QUIET_TIME`.
     """
     n = model.n
-    # new_q stores the headings at the last check for rest, new_v[0] its time.
+    # new_q stores the headings at the last check for rest, and new_v[0] stores its time.
     if state.counter[ix.STEPS] == 0:
         copy(state.q, work.stages.new_q, 0)
         work.stages.new_v[0] = 0.0

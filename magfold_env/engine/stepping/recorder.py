@@ -1,4 +1,4 @@
-"""Frames at equal intervals from the dense output, which needs no forces and changes nothing."""
+"""Frames at equal intervals, from the dense output, which needs no forces and changes nothing."""
 
 from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.jit import inlined, kernel
@@ -50,7 +50,7 @@ def record_step(
 def record_line(
     record: Record, state: State, until: float, end: Array, velocity: Array, impulse: float
 ) -> bool:
-    """Take the frames of a motion at constant ``velocity`` to ``end``; False if they do not fit.
+    """Take the frames of a motion at constant ``velocity`` to ``end``; return whether they fit.
 
     The motion ends at the time ``until`` [s]; ``impulse`` is the drive's during the motion [N·s].
     """
@@ -69,7 +69,7 @@ def record_line(
 
 @kernel
 def record_instant(record: Record, state: State) -> bool:
-    """Take a frame of the state if one is due; False if it does not fit."""
+    """Take a frame of the state if one is due; return False if it does not fit."""
     time = float(state.clock[ix.TIME])
     if is_due(record, state, time):
         if state.counter[ix.FRAMES] >= record.time.size:

@@ -18,11 +18,11 @@ RUN, ENERGY = range(2)
 
 @kernel
 def run(model: Model, state: State, work: Work, record: Record, until: float) -> int:
-    """Feed a chain and let it move until a time [s] or an end of the run that ``state`` defines.
+    """Feed a chain and let it move until a time [s], or until the run ends as ``state`` defines.
 
-    Returns REACHED there, TIMED_OUT at the time limit of the run, or another outcome of the
-    integration. Returns PAUSED when the record is full and after a turn of at most 50 ms; the
-    caller then empties the record and calls again, and the run continues as if it had not stopped.
+    Returns REACHED in both cases, TIMED_OUT at the time limit of the run, or another outcome of the
+    integration. Returns PAUSED when the record is full and after a turn of at most 50 ms. The
+    caller then empties the record and calls again, and the run continues as if it had not paused.
     """
     turn = end_of_turn(model, state)
     while True:
@@ -35,7 +35,7 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
             feed.begin(model, state, work)
         parked = state.counter[ix.PARKED] == 1
         if lo > 0 and not parked and until == math.inf and state.feed[ix.ASKED] == 0.0:
-            # The drive stands still for good: the components outside have their time to settle.
+            # The drive has stopped for good, so the components outside get their time to settle.
             parked = True
             state.counter[ix.PARKED] = 1
             state.clock[ix.END] = state.clock[ix.TIME] + model.duration
@@ -66,7 +66,7 @@ def run(model: Model, state: State, work: Work, record: Record, until: float) ->
 
 @kernel
 def energy(model: Model, state: State, work: Work, x: float) -> float:
-    """Magnetic energy of the components whose magnets act [J], including an outer field."""
+    """Return the magnetic energy of components whose magnets act [J], with an external field."""
     first = place_all(state.counter[ix.N_HELD], model, state.q, work.pose)
     return magnet_energy(first, model, work)
 
@@ -88,12 +88,12 @@ def run_chains(
     code: IntArray, models: IntArray, states: IntArray, works: IntArray, record: int,
     until: Array, rows: IntArray, outcomes: IntArray, energies: Array, next_row: IntArray,
 ) -> int:  # fmt: skip
-    """`run` the chains ``rows``, taken one by one by a counter (1,) that threads share.
+    """Call `run` for the chains ``rows``, which threads take one by one from a shared counter (1,).
 
-    Arguments are addresses: of the code for RUN and ENERGY, of each chain's data (m,), and of one
-    record, since only one chain may be recorded. Runs pause at the times ``until`` (m,) [s]. Fills
-    in each outcome (m,), REACHED if the run has not ended, and the energies (m,) [J] of ended runs.
-    Returns how many chains this thread ran.
+    The arguments are addresses: of the code of `run` and `energy`, of each chain's data (m,), and
+    of a record, which only a single chain may have. Runs pause at the times ``until`` (m,) [s].
+    Fills in the outcomes (m,), REACHED or PAUSED for runs that have not ended, and the energies
+    (m,) [J] of ended runs. Returns how many chains this thread ran.
     """
     taken = 0
     while True:

@@ -55,12 +55,12 @@ SLOW = 0.3  # share of a typical rate: the least scale for errors of rates
 
 @kernel
 def stages(model: Model, state: State, work: Work, h: float) -> bool:
-    """Fill in a step's slopes, and its end in ``work.stages.new_q`` and ``work.stages.new_v``.
+    """Compute a step's slopes and its end; return False if accelerations could not be found.
 
-    Leaves the estimated errors of the end in ``work.stages.q`` and ``work.stages.v``.
+    The end is in ``work.stages.new_q`` and ``new_v``; its estimated errors are in ``q``, ``v``.
     """
     lo, end, driven = state.counter[ix.N_HELD], coordinates(model), drives(model, state)
-    # Held components do not turn, but loops over all components are faster than without them.
+    # Held components do not turn, but loops that include them are faster.
     for s in range(STAGES):
         for k in range(lo):
             work.stages.slope_v[s, k] = 0.0
@@ -85,7 +85,7 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
             ev += ERROR[s] * work.stages.slope_v[s, k]
         work.stages.q[k], work.stages.v[k] = h * eq, h * ev
     if driven and work.rows.counts[ix.SOLVED] > work.rows.counts[ix.JOINT_STOPS]:
-        # A guided base moves equally for any force, so the error of the drive's work counts too.
+        # A guided base moves alike under any force, so the error of the drive's work counts too.
         off = 0.0
         for s in range(STAGES):
             off += ERROR[s] * work.stages.drive[s]
@@ -98,8 +98,8 @@ def stages(model: Model, state: State, work: Work, h: float) -> bool:
 def step_error(model: Model, state: State, work: Work) -> float:
     """Return the estimated error of the step relative to the allowed error.
 
-    Scales are the tolerance for angles, the tolerance times a typical rate for rates, and the
-    tolerance times a length for the base; unequal masses' velocities are also weighed together.
+    The scales are the tolerance for angles, the tolerance times a typical rate for rates, and the
+    tolerance times a length for the base. If masses are unequal, `kinetic_error` counts too.
     """
     n, stages = model.n, work.stages
     worst, total = 0.0, 0.0
@@ -119,10 +119,10 @@ def step_error(model: Model, state: State, work: Work) -> float:
 
 @kernel
 def kinetic_error(lo: int, model: Model, work: Work) -> float:
-    """Estimated error of the velocities relative to the allowed error, in the metric of the masses.
+    """Return the estimated error of the velocities, relative to the allowed one, weighted by mass.
 
-    The smallest errors of a fast, light component would carry heavy components beyond it away.
-    Needs the pose at the step's end.
+    Otherwise, the smallest errors of a fast, light component would carry away heavy components
+    beyond it. The function needs the pose at the step's end.
     """
     slow = SLOW * model.typical_rate * model.bodies.length[0]
     error = energy_outside(lo, model, work, work.stages.v)
@@ -133,7 +133,7 @@ def kinetic_error(lo: int, model: Model, work: Work) -> float:
 
 @inlined
 def dense_weight(s: int, fraction: float) -> float:
-    """Weight of stage s's slope in the dense output at a ``fraction`` of the step."""
+    """Return the weight of stage s's slope in the dense output at a ``fraction`` of the step."""
     w = 0.0
     for j in range(3, -1, -1):
         w = (w + DENSE[s, j]) * fraction
@@ -153,7 +153,7 @@ def interpolate(y: Array, slopes: Array, step: float, fraction: float, out: Arra
 
 @kernel
 def drive_impulse(model: Model, state: State, work: Work, step: float, fraction: float) -> float:
-    """Impulse of the drive in a ``fraction`` of the step [N·s]."""
+    """Return the impulse of the drive in a ``fraction`` of the step [N·s]."""
     if not is_partly_out(model, state):
         return 0.0
     if slips(state):
@@ -168,7 +168,7 @@ def drive_impulse(model: Model, state: State, work: Work, step: float, fraction:
 def close_milliseconds(
     model: Model, state: State, work: Work, step: float, fraction: float
 ) -> None:
-    """Update the peak by mean forces in milliseconds that end in the ``fraction`` of the step."""
+    """Update the peak with the mean forces of milliseconds that end in the step's ``fraction``."""
     begin, impulse = float(state.clock[ix.TIME]), float(state.account[ix.IMPULSE])
     end = ledger.next_millisecond(state)
     while end <= begin + fraction * step:

@@ -1,6 +1,6 @@
 """The length of a step, limited by the state and by the last step's error.
 
-The scheme is chosen too: Chebyshev's if friction is stiff.
+The scheme is chosen too: Chebyshev's method if friction is stiff.
 """
 
 import math
@@ -24,18 +24,18 @@ EASY = 1e-4  # an error that allows the largest growth
 CAUTION = 0.8  # times the longest step that the error allows
 LARGEST_GROWTH = 5.0
 LEAST_GROWTH = 0.2  # after an accepted step, regardless of the attempts before
-# Step lengths times friction's rate: beyond STIFF stability limits an explicit step; up to MILD an
-# explicit step is cheaper.
+# Step lengths times friction's rate: beyond STIFF, stability limits an explicit step; up to MILD,
+# an explicit step is cheaper.
 STIFF, MILD = 2.5, 2.0
 OTHERS = 4  # number of explicit steps after a Chebyshev step that was no better
 
 
 @kernel
 def longest_step(model: Model, state: State, work: Work) -> float:
-    """Limit on the length of a step [s] that follows from the state.
+    """Return the limit on the length of a step [s] that follows from the state.
 
-    It is not far beyond a joint's stop, the end of a face on which a corner slides, or the moment
-    when friction stops a component, because these events would only make the step repeat.
+    The step must not go far beyond the moment when a joint reaches its stop, a corner slides off a
+    face, or friction stops a component, because the step would then have to be repeated.
     """
     lo, h = state.counter[ix.N_HELD], LONGEST_STEP
     if model.contact:
@@ -52,7 +52,7 @@ def longest_step(model: Model, state: State, work: Work) -> float:
 
 @inlined
 def takes_smooth(state: State, h: float, rate: float) -> bool:
-    """Whether a step is Chebyshev's, because explicit steps would be unstable or more expensive."""
+    """Whether to take a Chebyshev step, because explicit steps would be unstable or cost more."""
     return state.counter[ix.STIFF] > 0 and h * rate > MILD
 
 
@@ -70,7 +70,7 @@ def plan_next(
         growth = 1.0
     elif error > EASY:
         growth = min(growth, next_growth(state, h, error, smooth))
-    # A step shortened by an event or a time limit is no reason against a longer one.
+    # If an event or a time limit shortened this step, the next one may still be longer.
     state.clock[ix.STEP] = max(
         h * growth, 0.5 * state.clock[ix.STEP] if h < state.clock[ix.STEP] else SHORTEST_STEP
     )
@@ -80,11 +80,11 @@ def plan_next(
 
 @inlined
 def next_growth(state: State, h: float, error: float, smooth: bool) -> float:
-    """Return the growth of the next step that follows from this one's error and its trend.
+    """Return the factor by which the next step grows, from this step's error and its trend.
 
-    Gustafsson's predictive controller (Hairer and Wanner, Solving ODEs II, IV.8): magnets pull ever
-    harder towards a stop, and with a rule that uses only the last error every other step would be
-    rejected.
+    This is Gustafsson's predictive controller (Hairer and Wanner, Solving ODEs II, IV.8). Magnets
+    pull ever harder towards a stop; under a rule that uses only the last error, every second step
+    would be rejected.
     """
     if smooth:
         return CAUTION * inverse_root(error, chebyshev.ORDER)
@@ -98,7 +98,7 @@ def next_growth(state: State, h: float, error: float, smooth: bool) -> float:
 
 @kernel
 def time_past_stop(lo: int, model: Model, state: State, work: Work) -> float:
-    """Time until the first open joint is slightly beyond its stop, at present accelerations [s].
+    """Return the time until an open joint is slightly past its stop, at present accelerations [s].
 
     The overshoot is limited, because magnets that only the stops keep apart would almost meet.
     """
@@ -119,11 +119,11 @@ def time_past_stop(lo: int, model: Model, state: State, work: Work) -> float:
 
 @kernel
 def time_to_edge(lo: int, model: Model, work: Work, v: Array) -> float:
-    """Time until a corner that slides along a face or around an edge reaches its end [s].
+    """Return the time until a corner that slides along a face or around an edge leaves it [s].
 
-    There the normal begins or stops turning: without this limit, twice as many folds of `Reprogram`
-    end differently than at tighter tolerances (27 instead of 15 of 300). Assumes present
-    velocities; infinite if nothing slides. Needs `place_boxes` and centre velocities.
+    There the normal begins or stops turning. Without this limit, 27 instead of 15 of 300 folds of
+    `Reprogram` end differently than at tighter tolerances. The result assumes the present
+    velocities and is infinite if nothing slides. Needs `place_boxes` and the centres' velocities.
     """
     soonest = math.inf
     for r in range(work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]):
@@ -148,7 +148,7 @@ def time_to_edge(lo: int, model: Model, work: Work, v: Array) -> float:
 
 @inlined
 def time_to_end(x: float, end: float, rate: float) -> float:
-    """Time until a point at x reaches one of a face's ends, −end or end [s]."""
+    """Return the time until a point at x reaches one of a face's ends, −end or end [s]."""
     goal = math.copysign(end, x if abs(x) > end else rate)
     time = (goal - x) / rate if rate != 0.0 else math.inf
     return time if time > 0.0 else math.inf
