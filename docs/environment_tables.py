@@ -26,7 +26,7 @@ from magfold_env.envs.unknown_floor import UnknownFloorEnv
 DOCS = Path(__file__).parent
 SCORES = DOCS.parent / "agents" / "scores"
 BLOCK = re.compile(r"(?m)^<!-- (\w+)(?: (MagFold/\S+))? -->$(?:\n(?:(?!<!--).*\n)*<!-- end -->$)?")
-"""A table's place, and the table if the page contains it, up to ``<!-- end -->``."""
+"""The comment that marks a table's place, and the table up to ``<!-- end -->``, if present."""
 
 # In the order of the page.
 CONTESTANTS = {
@@ -70,7 +70,7 @@ class Entries:
                 self.described.setdefault(group, (rest[0], rest[1], rest[2]))
 
     def count(self, group: str, **names: int) -> int:
-        """Return the number of entries of a group that a formula such as ``3 (n − 1)`` gives."""
+        """Return a group's number of entries, from its formula, such as ``3 (n − 1)``."""
         formula = re.sub(r"(?<=\d) (?=[a-z(])", "*", self.described[group][0].replace("−", "-"))
         return int(eval(formula, {}, names))  # of this repository's own docstrings
 
@@ -91,13 +91,13 @@ def _rows(docstring: str) -> list[list[str]]:
             cells = [line[i:j].strip() for i, j in zip(starts, [*starts[1:], None], strict=True)]
             if cells[0]:
                 found.append(cells)
-            else:  # it goes on with the row before
+            else:  # this line continues the previous row
                 found[-1] = [f"{a} {b}".strip() for a, b in zip(found[-1], cells, strict=True)]
     return found
 
 
 def options_of(env: Any) -> Iterator[tuple[str, str]]:
-    """Yield the options of an environment, those that it shares included, and what they mean."""
+    """Yield the name and meaning of each option of an environment, including shared options."""
     hint = get_type_hints(type(env).__init__, include_extras=True)["options"]
     (kind,) = get_args(hint)
     values = {
@@ -119,7 +119,7 @@ def table(head: Sequence[str], rows: Iterator[Sequence[str]]) -> Iterator[str]:
 
 
 def spec(env_id: str) -> Iterator[str]:
-    """Yield the lines on how an environment is made, and what it takes and gives."""
+    """Yield the table of how to make an environment, and of its spaces, tasks and scene."""
     env: Any = gymnasium.make(env_id).unwrapped
     yield from table(("", ""), _facts(env_id, env))
 
@@ -141,12 +141,12 @@ def _facts(env_id: str, env: Any) -> Iterator[tuple[str, str]]:
 
 
 def observation(env_id: str) -> Iterator[str]:
-    """Yield the lines on the entries of an environment's observation.
+    """Yield the table of the entries of an environment's observation.
 
     Raises
     ------
     ValueError
-        If no docstring describes one.
+        If no docstring describes a group of entries.
     """
     env: Any = gymnasium.make(env_id).unwrapped
     yield from table(("entries", "group", "what", "range"), _groups(env))
@@ -167,7 +167,7 @@ def _groups(env: Any) -> Iterator[tuple[str, ...]]:
 
 
 def options(env_id: str) -> Iterator[str]:
-    """Yield the lines on an environment's options."""
+    """Yield the table of an environment's options."""
     env: Any = gymnasium.make(env_id).unwrapped
     yield from table(("option", ""), ((f"`{name}`", text) for name, text in options_of(env)))
 
@@ -199,7 +199,7 @@ def _contestants(found: Any) -> Iterator[tuple[str, ...]]:
 
 
 def standing(_: None) -> Iterator[str]:
-    """Yield the lines on where all tracks stand."""
+    """Yield the table of the success rates and verdicts of all tracks."""
     yield from table(("", *STANDING.values(), "headroom, points", ""), _standing())
 
 
@@ -230,7 +230,7 @@ BLOCKS: dict[str, Callable[[Any], Iterator[str]]] = {
 
 
 def written(page: str) -> str:
-    """Return a page's text with its blocks filled."""
+    """Return a page's text with its tables filled in."""
 
     def block(found: re.Match[str]) -> str:
         name, env_id = found.groups()
