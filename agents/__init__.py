@@ -2,11 +2,26 @@
 
 import sys
 from importlib.util import find_spec
+from typing import Any
 
-# `magfold_env.files.pip_install` cannot make this text: its own dependencies may be missing.
+_IS_COMMAND = sys.argv[:1] == ["-m"]  # Python is about to run one of the commands
+
+
+def _report(kind: type[BaseException], *error: Any) -> None:
+    """Print what ended Python: Ctrl-C, even while a command imports, in one word."""
+    if issubclass(kind, KeyboardInterrupt):
+        sys.stderr.write("interrupted\n")
+        sys.exit(130)
+    sys.__excepthook__(kind, *error)
+
+
+if _IS_COMMAND:
+    sys.excepthook = _report
+
+# `magfold_env.files.pip_install` cannot write this text: its own dependencies may be missing.
 if not all(map(find_spec, ("sb3_contrib", "stable_baselines3", "tensorboard", "torch"))):
     _message = "agents need Stable-Baselines3: install the extra, pip install -e '.[agents]'"
-    if sys.argv[:1] == ["-m"]:  # Python is about to run one of the commands
+    if _IS_COMMAND:
         sys.stderr.write(f"error: {_message}\n")
         sys.exit(2)
     raise ImportError(_message)

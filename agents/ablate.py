@@ -1,9 +1,9 @@
 """Ablation of a trained policy: ``python -m agents.ablate POLICY``.
 
-The policy plays tube feed unchanged and with parts of it removed, as ``docs/evaluation.md``
+The policy plays ``TubeFeed`` unchanged and with parts of it removed, as ``docs/evaluation.md``
 describes, always on the same targets and draws. Intervals are 95 % bootstrap intervals over
 training seeds and targets together; intervals of differences are paired by seed, target and draws.
-Calling the command again continues an interrupted run or prints a finished table again.
+If it is called again, the command continues an interrupted run or prints a finished table.
 """
 
 from pathlib import Path
@@ -17,7 +17,6 @@ from agents.commands import (
     EnvChanges,
     EnvConfig,
     Processes,
-    reported_errors,
     run_command,
     text_table,
 )
@@ -109,15 +108,15 @@ def main(
     ] = None,
 ) -> None:
     """Compare a trained policy with ablations of itself."""
-    with reported_errors():
-        settings = env_settings(config, env or [])
-        parsed = Method.parse(policy)
-        method = Method(parsed.name, parsed.policies[:seeds])
-        for each in method.policies:
-            episodes.check(each, settings)
-        folder = output or Path("runs") / f"ablation-{method.name}"
-        episodes.warm_up(settings)
-        rows = measure(method, settings, draws, processes, folder)
+    settings = env_settings(config, env or [])
+    parsed = Method.parse(policy)
+    method = Method(parsed.name, parsed.policies[:seeds])
+    for each in method.policies:
+        episodes.check(each, settings)
+    folder = output or Path("runs") / f"ablation-{method.name}"
+    options.check_folder("--output", folder)
+    episodes.warm_up(settings)
+    rows = measure(method, settings, draws, processes, folder)
     speeds = [name for name in rows if name.endswith(" m/s")]
     best = max(speeds, key=lambda name: (rows[name].success[0], rows[name].score or 0.0))
     results = report.made(

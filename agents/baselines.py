@@ -4,7 +4,7 @@ Two start from energies: the minimiser's design and robust open-loop design. The
 physics calls. ``python -m agents.baselines SEARCH`` runs a search and writes its choices, which
 `agents.evaluate` then scores on fresh draws.
 
-A physics call is an episode that a search plays. Calls are counted and never exceed the budget.
+A physics call is an episode that a search plays. The number of calls never exceeds the budget.
 Call number d has the same draws for every choice, so choices are compared under equal conditions.
 No call is played twice. Evaluation and training use other draws.
 """
@@ -27,7 +27,6 @@ from agents.commands import (
     EnvConfig,
     Processes,
     progress_bar,
-    reported_errors,
     run_command,
 )
 from agents.evaluation import episodes, intervals, policies
@@ -45,7 +44,7 @@ USUAL_SPEED = 0.2
 
 
 class SpentError(Exception):
-    """No call is left in the budget; the exception ends a search at any point."""
+    """Raised when no call is left in the budget, which ends a search at any point."""
 
 
 class Tally(NamedTuple):
@@ -70,7 +69,7 @@ class Tally(NamedTuple):
 
 
 class Calls:
-    """Physics calls for one target within a budget; `seed` sets their draws.
+    """Physics calls for one target within a budget; `seed` determines their draws.
 
     A call beyond the budget raises `SpentError`.
     """
@@ -120,17 +119,17 @@ class Calls:
 Search = Callable[[float, Calls, np.random.Generator], None]
 """A function that tries choices until one is good enough or the budget is spent (`SpentError`).
 
-The first argument is the share of successes in 40 calls that suffices.
+Its first argument is the sufficient share of successes in 40 calls.
 """
 
 
 def choose_for(
     name: str, goal: float, env: FoldEnv[Any], target: str, budget: int, seed: int
 ) -> policies.Chosen:
-    """Return the best choice for a target that a search finds within its budget of physics calls.
+    """Search for the best choice for a target, within a budget of physics calls, and return it.
 
     The best choice has the highest `Tally.expected` of all that were tried in `env`, under its
-    randomisation. `budget` is at least one call. `seed` sets the draws of the search and its calls.
+    randomisation. `budget` is at least one call. `seed` seeds the search and its physics calls.
     """
     calls = Calls(env, target, budget, seed)
     with suppress(SpentError):
@@ -145,7 +144,7 @@ def speeds_to_try(env: FoldEnv[Any]) -> list[float]:
 
 
 def minimiser_design(goal: float, calls: Calls, rng: np.random.Generator) -> None:
-    """Race the speeds for the sequence with the largest energy gap between target and next word."""
+    """Race the speeds for the sequence with the largest energy gap above the target."""
     scene: Any = calls.env.scene
     every = _all_deepest(scene) if scene.n <= LONGEST_OF_ALL else {}
     sequence = every.get(calls.target) or _deepest(scene, calls.target)
@@ -173,8 +172,8 @@ def robust_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
     """Let the designer's search (`magfold_env.designer`) try choices in randomised episodes.
 
     Sequences that are good by energy (for long chains, those whose only stable word is the target)
-    race at one speed, then at two and so on, until one reaches the goal. If none does, the
-    cross-entropy method continues from the best.
+    race at one speed, then at two and so on, until one reaches the goal. If no sequence does, the
+    cross-entropy method continues from the best choice.
     """
     env = calls.env
     # The search by energy needs no budget because it makes no physics calls.
@@ -225,9 +224,9 @@ def choose(
 ) -> Iterator[tuple[str, policies.Chosen]]:
     """Search for a choice for every target, store it in a file and yield it as soon as it is known.
 
-    The file is created if needed; targets that it already contains are not searched. `budget` is
-    the largest number of physics calls per target, `goal` the share of successes that ends a search
-    early, and `seed` the seed of the search and its calls. `processes` targets are parallel.
+    The file is created if needed; targets that it already contains are left out. `budget` is the
+    largest number of physics calls per target, `goal` is the share of successes that ends a search
+    early, and `seed` seeds the search and its calls. The targets are shared among `processes`.
 
     Raises
     ------
@@ -287,18 +286,17 @@ def main(
         Path | None, typer.Option(help="File of choices; runs/baselines/SEARCH.json by default.")
     ] = None,
 ) -> None:
-    """Choose a sequence and speeds for every target; an interrupted search continues."""
+    """Choose a sequence and speeds for every target; continue an interrupted search."""
     path = output or Path("runs/baselines") / f"{search}.json"
     calls = targets = 0
-    with reported_errors():
-        settings = env_settings(config, env or [])
-        total = len(episodes.make_env(settings).targets)
-        found = choose(search, settings, path, budget, goal, seed, processes)
-        with progress_bar() as bar:
-            task = bar.add_task(search, total=total, note="")
-            for _, chosen in found:
-                calls, targets = calls + chosen.calls, targets + 1
-                bar.update(task, advance=1, note=f"{calls / targets:.0f} calls per target")
+    settings = env_settings(config, env or [])
+    total = len(episodes.make_env(settings).targets)
+    found = choose(search, settings, path, budget, goal, seed, processes)
+    with progress_bar() as bar:
+        task = bar.add_task(search, total=total, note="")
+        for _, chosen in found:
+            calls, targets = calls + chosen.calls, targets + 1
+            bar.update(task, advance=1, note=f"{calls / targets:.0f} calls per target")
     typer.echo(f"{calls} physics calls for {targets} targets; choices written to {path}")
 
 

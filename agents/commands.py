@@ -11,25 +11,37 @@ from rich import box, console, progress, table
 from magfold_env.cli import options
 from magfold_env.files import pip_install
 
+
+def _once(param: typer.CallbackParam, texts: list[str] | None) -> list[str] | None:
+    """Refuse a key that an option sets twice."""
+    options.refuse_repeated(param.opts[0], texts or [])
+    return texts
+
+
 EnvConfig = Annotated[str, typer.Option(help="Training settings that define the environment.")]
 EnvChanges = Annotated[
     list[str] | None,
-    typer.Option(help="Change to an environment setting, KEY=VALUE, such as targets=n8."),
+    typer.Option(
+        callback=_once, help="Change to an environment setting, KEY=VALUE, such as targets=n8."
+    ),
 ]
 Draws = Annotated[int, typer.Option(min=1, help="Episodes per target.")]
 Processes = Annotated[int, typer.Option(min=1, help="Number of parallel processes.")]
 Assignments = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Any other setting, e.g. learner.gamma=0.9."),
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        callback=_once,
+        help="Any other setting, e.g. learner.gamma=0.9.",
+    ),
 ]
 
 
 def run_command(main: Callable[..., None]) -> None:
     """Run a command whose help and messages look like those of `magfold`."""
     threading.excepthook = _leave_to_the_command
-    command = options.application()
-    command.command()(main)
-    command()
+    options.application_of(main)()
 
 
 def _leave_to_the_command(ended: threading.ExceptHookArgs) -> None:
@@ -39,17 +51,12 @@ def _leave_to_the_command(ended: threading.ExceptHookArgs) -> None:
 
 
 @contextmanager
-def reported_errors(extras: str = "") -> Generator[None]:
-    """Report a wrong value, file error or missing module in one line; end with exit code 2.
-
-    `extras` names the package's extras that may provide a missing module.
-    """
-    with options.errors_in_one_line():
-        try:
-            yield
-        except ModuleNotFoundError as error:
-            remedy = f"; install it, {pip_install(extras)}" if extras else ""
-            raise ImportError(f"{error}{remedy}") from None
+def needing(extras: str) -> Generator[None]:
+    """Name the package's extras that may provide a missing module."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise ImportError(f"{error}; install it, {pip_install(extras)}") from None
 
 
 def progress_bar() -> progress.Progress:

@@ -13,7 +13,6 @@ from agents.commands import (
     EnvConfig,
     Processes,
     progress_bar,
-    reported_errors,
     run_command,
     text_table,
 )
@@ -60,7 +59,7 @@ def compare(
 ) -> report.Played:
     """Evaluate methods, show tables of the results, and write numbers and a page to `folder`.
 
-    The comparison includes random actions and, unless some target has none, the energy minimiser's
+    The comparison includes random actions and, if every target has one, the energy minimiser's
     designs. The given methods come first. If `built`, each choice is also folded as a chain built
     beforehand. The other arguments are those of `evaluate`.
     """
@@ -106,14 +105,13 @@ def main(
     output: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/evaluation"),
 ) -> None:
     """Compare random actions, the energy minimiser's designs, searches and trained policies."""
-    with reported_errors():
-        options.check_folder("--output", output)
-        settings = env_settings(config, env or [])
-        methods = episodes.parse_methods(agents or [])
-        for policy in (each for method in methods for each in method.policies):
-            episodes.check(policy, settings)
-        episodes.warm_up(settings)
-        compare(methods, settings, draws, processes, output, built)
+    options.check_folder("--output", output)
+    settings = env_settings(config, env or [])
+    methods = episodes.parse_methods(agents or [])
+    for policy in (each for method in methods for each in method.policies):
+        episodes.check(policy, settings)
+    episodes.warm_up(settings)
+    compare(methods, settings, draws, processes, output, built)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """Loss of success on words excluded from training: ``python -m agents.generalise CONFIG``.
 
-All fully folded words are divided into folds. For each fold, a policy is trained on the words of
-the other folds; it then plays the held-out words of its own fold and the words of the others, which
-it has seen. For comparison, another method with separate choices for every word may play all words.
-Calling the command again continues an interrupted run.
+All fully folded words are divided into the folds of a cross-validation. For each fold, a policy is
+trained on the words of the other folds; it then plays the held-out words of its own fold and the
+words of the others, which it has seen. For comparison, another method with separate choices for
+every word may play all words. If it is called again, the command continues an interrupted run.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from agents.commands import Assignments, Processes, reported_errors, run_command, text_table
+from agents.commands import Assignments, Processes, run_command, text_table
 from agents.evaluate import evaluate
 from agents.evaluation import episodes, intervals, report
 from agents.settings import EnvSettings, env_settings, load_settings
@@ -62,7 +62,8 @@ def summary(
 ) -> dict[str, intervals.Estimate]:
     """Summarise success by word; intervals are from the bootstrap over words.
 
-    Each word is held out once. The policies of all other folds saw it; their rates are averaged.
+    Each word is held out once. The policies of all other folds have seen it; their rates are
+    averaged.
     """
     words = list(held)
     rates = np.array([list(held.values())])
@@ -103,29 +104,29 @@ def main(
 ) -> None:
     """Train with some fully folded words held out, then play the held-out words."""
     folder = output or Path("runs") / f"generalise-{components}"
+    options.check_folder("--output", folder)
     held_out: list[dict[str, float]] = []
     seen: list[dict[str, float]] = []
     policies: list[Any] = []
     other = None
-    with reported_errors():
-        dealt = deal(list(folded_words(components)), folds)
-        words = [word for held in dealt for word in held]
-        length = f"components={components}"
-        own = [each[4:] for each in assignments or () if each.startswith("env.")]
-        env = env_settings(config, [*own, length])
-        if against is not None:
-            episodes.check(against, env.model_copy(update={"targets": tuple(words)}))
-        for k, held in enumerate(dealt):
-            others = [word for word in words if word not in held]
-            targets = ", ".join(sorted(others))
-            changes = [*(assignments or ()), f"env.{length}", f"env.targets=[{targets}]"]
-            settings = load_settings(config, changes, seed=k)
-            policy = str(train(settings, folder / f"fold-{k}"))
-            policies.append(file_digest(policy))
-            held_out.append(play(policy, env, held, draws, processes, folder / f"held-{k}"))
-            seen.append(play(policy, env, others, -(-draws // 4), processes, folder / f"seen-{k}"))
-        if against is not None:
-            other = play(against, env, words, draws, processes)
+    dealt = deal(list(folded_words(components)), folds)
+    words = [word for held in dealt for word in held]
+    length = f"components={components}"
+    own = [each[4:] for each in assignments or () if each.startswith("env.")]
+    env = env_settings(config, [*own, length])
+    if against is not None:
+        episodes.check(against, env.model_copy(update={"targets": tuple(words)}))
+    for k, held in enumerate(dealt):
+        others = [word for word in words if word not in held]
+        targets = ", ".join(sorted(others))
+        changes = [*(assignments or ()), f"env.{length}", f"env.targets=[{targets}]"]
+        settings = load_settings(config, changes, seed=k)
+        policy = str(train(settings, folder / f"fold-{k}"))
+        policies.append(file_digest(policy))
+        held_out.append(play(policy, env, held, draws, processes, folder / f"held-{k}"))
+        seen.append(play(policy, env, others, -(-draws // 4), processes, folder / f"seen-{k}"))
+    if against is not None:
+        other = play(against, env, words, draws, processes)
     rows = summary({word: rate for each in held_out for word, rate in each.items()}, seen, other)
     shown = [
         {"": name, "success (95 %)": each.points(" points") if name in DIFFERENCES else str(each)}

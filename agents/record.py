@@ -1,6 +1,6 @@
 """Record episodes as a dataset in Minari's format: ``python -m agents.record ENV``.
 
-The dataset is for learners that have no environment. An episode's metadata contain its final info
+The dataset is for learners without an environment. An episode's metadata contain its final info
 (target, success and score) and its seed, with which the environment repeats the episode bit for
 bit. All draws use training seeds, which no reported result uses.
 """
@@ -16,7 +16,7 @@ import numpy as np
 import typer
 from gymnasium import spaces
 
-from agents.commands import EnvChanges, progress_bar, reported_errors, run_command
+from agents.commands import EnvChanges, needing, progress_bar, run_command
 from agents.evaluation.episodes import check
 from agents.evaluation.policies import Policy, make_policy, shipped_names
 from agents.evaluation.shipped import shipped_files
@@ -118,7 +118,7 @@ def main(
     ] = None,
 ) -> None:
     """Record episodes in the folder given by MINARI_DATASETS_PATH, or in ~/.minari/datasets."""
-    with reported_errors(extras="agents,minari"):
+    with needing("agents,minari"):
         content: dict[str, Any] = {"id": env_id}
         for change in env or []:
             put(content, *parse_assignment(change))

@@ -1,8 +1,8 @@
-"""Make the tables of ``agents/SCOREBOARD.md`` from files: ``python -m agents.scoreboard``.
+"""Write the tables of ``agents/SCOREBOARD.md`` from files: ``python -m agents.scoreboard``.
 
-The files in ``agents/scores`` are the results of ``magfold score --json`` and `agents.admission`;
-each track has one admission, which supplies the rows of random actions, always forward and the
-oracle.
+The files in ``agents/scores`` are the results of ``magfold score --json`` and `agents.admission`.
+Each track has one admission, which supplies the rows of random actions, of the player that always
+feeds forward, and of the oracle.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from agents.admission.players import FORWARD, ORACLE, RANDOM
-from agents.commands import reported_errors, run_command
+from agents.commands import run_command
 from agents.evaluation.intervals import Estimate
 from magfold_env.files import write_text
 from magfold_env.scene import Problem, SceneError
@@ -37,7 +37,7 @@ def page(folder: Path) -> str:
     Raises
     ------
     ValueError
-        If there is no file, or one is not understood or is a track's second admission.
+        If there is no file, or if a file has no valid results or is a track's second admission.
     """
     files = sorted(folder.glob("*.json"))
     if not files:
@@ -111,8 +111,7 @@ def main(
     output: Annotated[Path, typer.Option(help="Page to write.")] = PAGE,
 ) -> None:
     """Write the scoreboard from the result files."""
-    with reported_errors():
-        write_text(output, page(scores))
+    write_text(output, page(scores))
     typer.echo(f"written: {output}")
 
 

@@ -141,7 +141,7 @@ class _Learner(Shown):
     anneal: bool = False
     """Whether the learning rate falls linearly to zero over each phase of the run."""
     gamma: Unit = 1.0
-    """Discount of the agent and of the shaping."""
+    """Discount factor of the agent and of the shaping."""
     batch_size: Annotated[int, Field(ge=2)] = 256
     """Steps in a minibatch."""
     hidden: Widths = (64, 64)
@@ -192,7 +192,7 @@ class RecurrentPPOSettings(PPOSettings):
 
 
 class HindsightSettings(Group, frozen=True):
-    """Replay with the achieved goals in place of the desired ones."""
+    """Replay in which achieved goals take the place of the desired ones."""
 
     n_sampled_goal: Count = 4
     """Number of relabelled steps per true step."""
@@ -258,7 +258,7 @@ class StopSettings(Group, frozen=True):
     """Validation results that end a phase early; None means no such condition."""
 
     success: Unit | None = None
-    """Success rate that suffices."""
+    """Success rate at which the phase ends."""
     patience: Count | None = None
     """Number of consecutive validations without a new best result."""
 
@@ -301,8 +301,8 @@ class ImitationSettings(Group, frozen=True):
     learning_rate: Positive = 1e-3
     """Learning rate of the first pass; it falls towards zero in equal steps from pass to pass."""
     random: Annotated[float, Field(ge=0, lt=1)] = 0.1
-    """Share of the episodes' actions in which one random entry is replaced; the replacement is not
-    imitated."""
+    """Fraction of the episodes' actions in which one random entry gets a random value; this value
+    is not imitated."""
 
 
 class TrainSettings(Group, frozen=True):
@@ -325,7 +325,7 @@ class TrainSettings(Group, frozen=True):
     stop: StopSettings = StopSettings()
     """When the main phase ends early."""
     minutes: Positive | None = None
-    """Time limit; the run ends when it or `timesteps` is reached. None means no time limit."""
+    """Time limit; the run ends when this limit or `timesteps` is reached. None means no limit."""
     seed: Annotated[int, Field(ge=0, le=MAX_TRAINING_SEED)] = 0
     """Seed of networks, actions and episodes."""
     device: Literal["cpu", "cuda", "auto"] = "cpu"
@@ -375,7 +375,7 @@ class TrainSettings(Group, frozen=True):
         if learner.frames > 1 and (features != "chain" or env.id == GOAL_ENV):
             allowed = f"1 with {GOAL_ENV} and with features other than 'chain'"
             yield "learner.frames", learner.frames, allowed
-        # Achieved goals show motion; where a chain is chosen as a whole, there is none to hide.
+        # Achieved goals show motion; if a chain is chosen as a whole, there is no motion to hide.
         if learner.blind and (hindsight or env.id == DESIGN_ENV):
             yield "learner.blind", True, f"false with {DESIGN_ENV} and with hindsight"
 

@@ -12,7 +12,6 @@ import typer
 
 from agents.ablate import SEEING
 from agents.admission.players import TRAINED
-from agents.commands import reported_errors
 from agents.evaluation.policies import policies_dir
 from agents.evaluation.shipped import Card, CardError, Training
 from agents.settings import load_settings
@@ -58,7 +57,7 @@ def ship_policies(name: str, runs: list[Path], folder: Path) -> Card:
 
 
 def with_results(card: Card, files: list[Path]) -> Card:
-    """Return a card with new results; results of commands without a new file stay.
+    """Return a card with new results; results of commands without a new file are kept.
 
     Raises
     ------
@@ -77,7 +76,7 @@ def with_results(card: Card, files: list[Path]) -> Card:
 
 
 def _own(card: Card, results: Results) -> Results:
-    """Return results as a card stores them: of single episodes, only its policies' success."""
+    """Return results as a card stores them: of episodes, only the success of its policies."""
     rows = {name: row.model_copy(update={"runs": ()}) for name, row in results.rows.items()}
     if results.view == "evaluation":
         digests = [each.sha256 for each in card.policies]
@@ -106,8 +105,7 @@ def policies_command(
     folder: Folder = None,
 ) -> None:
     """Write the policies of training runs and a card."""
-    with reported_errors():
-        card = ship_policies(name, runs, folder or policies_dir())
+    card = ship_policies(name, runs, folder or policies_dir())
     typer.echo(f"{name}: {len(card.policies)} policies", err=True)
 
 
@@ -122,9 +120,8 @@ def results_command(
 ) -> None:
     """Add results to the card."""
     path = (folder or policies_dir()) / f"{name}.json"
-    with reported_errors():
-        card = with_results(Card.read(path), files)
-        card.write(path)
+    card = with_results(Card.read(path), files)
+    card.write(path)
     typer.echo(f"{name}: {', '.join(each.view for each in card.results)}", err=True)
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from agents.commands import Assignments, reported_errors, run_command
+from agents.commands import Assignments, run_command
 from agents.settings import load_settings
 from agents.training import envs, run
 from magfold_env.cli import options
@@ -35,10 +35,7 @@ def main(
     ] = None,
 ) -> None:
     """Train a policy according to CONFIG; options take precedence over the file."""
-    with (
-        options.errors_in_one_line((run.DivergedError,), code=1),
-        reported_errors(),
-    ):
+    with options.errors_in_one_line((run.DivergedError,), code=1):
         given = {"timesteps": timesteps, "minutes": minutes, "seed": seed, "start": start}
         settings = load_settings(config, assignments or (), **given)
         envs.check_envs(settings)

@@ -18,7 +18,7 @@ from filelock import FileLock
 from pydantic import Field, model_validator
 
 from agents import settings as train_settings
-from agents.commands import Assignments, reported_errors, run_command, text_table
+from agents.commands import Assignments, needing, run_command, text_table
 from agents.settings import SettingsError
 from agents.training import envs, run
 from agents.training.folder import RunInfo
@@ -35,7 +35,7 @@ SHOWN = 10
 
 
 class Domain(train_settings.Group, frozen=True):
-    """The values of a setting: a range (of integers if both ends are) or several choices."""
+    """The values of a setting: a range (of integers, if both ends are integers), or choices."""
 
     low: int | float | None = None
     """Smallest value."""
@@ -177,7 +177,7 @@ def search_here(
     Raises
     ------
     ValueError
-        If `minutes` is not above 0, or the database cannot be opened or has another search.
+        If `minutes` is not above 0, or the database cannot be opened or contains another search.
     """
     import optuna  # noqa: PLC0415
     import sqlalchemy.exc  # noqa: PLC0415 (a dependency of Optuna)
@@ -273,8 +273,8 @@ def main(
         typer.Option(help="Database of the study; sqlite:///OUTPUT/study.db by default."),
     ] = None,
 ) -> None:
-    """Train with settings drawn from ranges and print the best; an interrupted search continues."""
-    with reported_errors(extras="tune"):
+    """Train with settings drawn from ranges, and print the best; continue an interrupted search."""
+    with needing("tune"):
         import optuna  # noqa: F401, PLC0415  # pyright: ignore[reportUnusedImport] (an extra, reported first)
 
         search = load_search(config, assignments or (), trials)

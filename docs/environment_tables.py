@@ -1,4 +1,4 @@
-"""The tables that the site generates: spaces, observation entries, options and admission results.
+"""Generate the site's tables of spaces, observation entries, options and admission results.
 
 `conf.py` calls `written`, which puts a table below each comment such as
 ``<!-- spec MagFold/Lumen-v0 -->``. Sizes and ranges come from the code, their meanings from its
@@ -26,19 +26,19 @@ from magfold_env.envs.unknown_floor import UnknownFloorEnv
 DOCS = Path(__file__).parent
 SCORES = DOCS.parent / "agents" / "scores"
 BLOCK = re.compile(r"(?m)^<!-- (\w+)(?: (MagFold/\S+))? -->$(?:\n(?:(?!<!--).*\n)*<!-- end -->$)?")
-"""The comment that marks a table's place, and the table up to ``<!-- end -->``, if present."""
+"""The place of a table, and the table up to ``<!-- end -->`` if the page contains it."""
 
-# In the order of the page.
+# In the order of the rows on the page.
 CONTESTANTS = {
     "random": "random actions",
-    "always forward": "highest speed, always ahead",
-    "baseline": "baseline b",
-    "open loop": "best open loop of 1,000 for each task",
-    "trained blind": "same learner, trained blind",
-    "frozen": "policy, frozen: the actions of one episode, replayed",
+    "always forward": "always forward at the highest speed",
+    "baseline": "baseline method, whose score is b",
+    "open loop": "best of 1,000 open loops for each task",
+    "trained blind": "policy of the same learner, trained blind",
+    "frozen": "policy, frozen: it repeats its actions from one episode",
     "trained": "policy, most probable actions",
     "trained, drawn": "policy, randomly drawn actions",
-    "oracle": "oracle, which knows everything except start and noise",
+    "oracle": "oracle, which knows everything except the start and the noise",
 }
 
 STANDING = {
@@ -54,7 +54,7 @@ LIKE = {FeedTrackEnv: UnknownFloorEnv, FoldEnv: TubeFeedEnv}
 
 
 class Entries:
-    """Groups of entries of an observation, read from the tables of docstrings.
+    """Groups of entries of an observation, read from the tables in docstrings.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Entries:
                 self.described.setdefault(group, (rest[0], rest[1], rest[2]))
 
     def count(self, group: str, **names: int) -> int:
-        """Return a group's number of entries, from its formula, such as ``3 (n − 1)``."""
+        """Return the number of entries of a group that a formula such as ``3 (n − 1)`` gives."""
         formula = re.sub(r"(?<=\d) (?=[a-z(])", "*", self.described[group][0].replace("−", "-"))
         return int(eval(formula, {}, names))  # of this repository's own docstrings
 
@@ -91,13 +91,13 @@ def _rows(docstring: str) -> list[list[str]]:
             cells = [line[i:j].strip() for i, j in zip(starts, [*starts[1:], None], strict=True)]
             if cells[0]:
                 found.append(cells)
-            else:  # this line continues the previous row
+            else:  # the line continues the row before
                 found[-1] = [f"{a} {b}".strip() for a, b in zip(found[-1], cells, strict=True)]
     return found
 
 
 def options_of(env: Any) -> Iterator[tuple[str, str]]:
-    """Yield the name and meaning of each option of an environment, including shared options."""
+    """Yield the options of an environment, including shared ones, and their meanings."""
     hint = get_type_hints(type(env).__init__, include_extras=True)["options"]
     (kind,) = get_args(hint)
     values = {
@@ -119,7 +119,7 @@ def table(head: Sequence[str], rows: Iterator[Sequence[str]]) -> Iterator[str]:
 
 
 def spec(env_id: str) -> Iterator[str]:
-    """Yield the table of how to make an environment, and of its spaces, tasks and scene."""
+    """Yield the lines on how to make an environment, and on its spaces and scene."""
     env: Any = gymnasium.make(env_id).unwrapped
     yield from table(("", ""), _facts(env_id, env))
 
@@ -134,24 +134,24 @@ def _facts(env_id: str, env: Any) -> Iterator[tuple[str, str]]:
     yield "actions", f"`{env.action_space}`"
     yield "observations", f"`{env.observation_space}`".replace("\n", " ")
     yield name + "s", tasks
-    yield "fix one", f'`reset(options={{"{name}": {fixed}}})`'
+    yield f"choose a {name}", f'`reset(options={{"{name}": {fixed}}})`'
     yield "scene", f"`{env.default_scene}`, {env.scene.n} components"
     yield "render modes", ", ".join(f"`{mode}`" for mode in env.metadata["render_modes"])
     yield "class", f"`{str(gymnasium.spec(env_id).entry_point).replace(':', '.')}`"
 
 
 def observation(env_id: str) -> Iterator[str]:
-    """Yield the table of the entries of an environment's observation.
+    """Yield the lines on the entries of an environment's observation.
 
     Raises
     ------
     ValueError
-        If no docstring describes a group of entries.
+        If no docstring describes an entry.
     """
     env: Any = gymnasium.make(env_id).unwrapped
-    yield from table(("entries", "group", "what", "range"), _groups(env))
+    yield from table(("entries", "group", "meaning", "range"), _groups(env))
     yield ""
-    yield "Entries marked * are squashed by x / (1 + |x|), so nothing is clipped."
+    yield "Entries marked * are squashed by x / (1 + |x|), so no value is clipped."
 
 
 def _groups(env: Any) -> Iterator[tuple[str, ...]]:
@@ -167,13 +167,13 @@ def _groups(env: Any) -> Iterator[tuple[str, ...]]:
 
 
 def options(env_id: str) -> Iterator[str]:
-    """Yield the table of an environment's options."""
+    """Yield the lines on an environment's options."""
     env: Any = gymnasium.make(env_id).unwrapped
-    yield from table(("option", ""), ((f"`{name}`", text) for name, text in options_of(env)))
+    yield from table(("option", "meaning"), ((f"`{name}`", text) for name, text in options_of(env)))
 
 
 def admission(env_id: str) -> Iterator[str]:
-    """Yield the results of all players, and the lines of the admission rule."""
+    """Yield the lines on the results of all players and on the admission rule."""
     name = env_id.split("/")[1]
     found = json.loads((SCORES / f"admission-{name}.json").read_text("utf-8"))
     figures = found["figures"]
@@ -182,11 +182,11 @@ def admission(env_id: str) -> Iterator[str]:
     yield ""
     for each in figures["rule"]:
         holds = "" if each["holds"] else ", **not met**"
-        yield f"- {each['line']}: {_points(each['measured'])}{holds}"
+        yield f"- {each['line']}; measured difference: {_points(each['measured'])}{holds}"
     yield ""
     room = _points(figures["headroom"])
     yield f"Headroom (oracle minus policy): {room}; **{figures['verdict']}**."
-    yield "[What the rows mean](../evaluation.md#admission). The command:"
+    yield "[Admission](../evaluation.md#admission) explains the rows. The command was:"
     yield ""
     yield f"```text\n{found['provenance']['command']}\n```"
 
@@ -199,8 +199,8 @@ def _contestants(found: Any) -> Iterator[tuple[str, ...]]:
 
 
 def standing(_: None) -> Iterator[str]:
-    """Yield the table of the success rates and verdicts of all tracks."""
-    yield from table(("", *STANDING.values(), "headroom, points", ""), _standing())
+    """Yield the lines on where all tracks stand."""
+    yield from table(("track", *STANDING.values(), "headroom, points", "verdict"), _standing())
 
 
 def _standing() -> Iterator[tuple[str, ...]]:
@@ -230,7 +230,7 @@ BLOCKS: dict[str, Callable[[Any], Iterator[str]]] = {
 
 
 def written(page: str) -> str:
-    """Return a page's text with its tables filled in."""
+    """Return the text of a page, with its tables filled in."""
 
     def block(found: re.Match[str]) -> str:
         name, env_id = found.groups()

@@ -68,7 +68,7 @@ def _code(source: str) -> str:
 def a_path(key: str, value: str | os.PathLike[str]) -> Path:
     """Return a value as a path; if it is not a path, raise a ValueError that names ``key``."""
     given = cast("object", value)
-    if not isinstance(given, str | os.PathLike):
+    if not isinstance(given, str | os.PathLike) or not os.fspath(given):
         raise ValueError(f"{key}: {given!r} is not allowed; must be a path")
     return Path(value)
 

@@ -179,13 +179,25 @@ def _placed(covered: IntArray) -> Outline:
 def words_of_outline(covered: Outline) -> tuple[str, ...]:
     """Return the sorted, fully folded words that cover exactly the cells of an outline.
 
-    Words start from every cell and heading, and grow only into free cells.
+    Words start from every cell and heading, and grow only into free cells. The result is empty if
+    no fully folded word covers the cells; no word covers a T of four squares, for example.
 
     Parameters
     ----------
     covered
         The result of `outline` or `drawn_outline`.
+
+    Raises
+    ------
+    ValueError
+        If edges do not connect all cells, or one is given twice.
     """
+    left, reached = set(covered), list(covered[:1])
+    for x, y in reached:  # which grows
+        left -= {*reached}
+        reached += left & {(x + 1, y + 1), (x + 1, y - 1), (x - 1, y + 1), (x - 1, y - 1)}
+    if sorted(reached) != sorted(covered) or not covered:
+        raise ValueError(f"covered: {covered} is not allowed; edges must connect all cells")
     found: set[str] = set()
     for cell in covered:
         for quarter in range(4):

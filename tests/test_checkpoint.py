@@ -296,3 +296,8 @@ def test_a_write_that_fails_names_the_file_that_was_asked_for(
     monkeypatch.setattr(os, "fsync", Mock(side_effect=full))
     fails(tmp_path / "state.json")
     assert list(tmp_path.iterdir()) == [source]
+
+
+def test_an_empty_path_is_refused() -> None:
+    with pytest.raises(ValueError, match="state: '' is not allowed; must be a path"):
+        Checkpoint("", KEY)

@@ -107,6 +107,20 @@ def test_a_drawing_is_covered_by_the_words_of_its_outline(word: str, turns: int)
     assert list(covering) == alike
 
 
+def test_no_folded_chain_covers_a_t() -> None:
+    assert shapes.words_of_outline(shapes.drawn_outline("###\n.#.")) == ()
+    assert shapes.words_of_outline(shapes.drawn_outline("#")) == ("",)
+
+
+@pytest.mark.parametrize("covered", [
+    (), ((0, 0), (0, 0)), ((0, 0), (1, 1), (1, 1)),
+    shapes.drawn_outline("#.#"), shapes.drawn_outline("##.\n..#"), shapes.drawn_outline("##..##"),
+])  # fmt: skip
+def test_cells_that_no_edges_connect_are_refused(covered: shapes.Outline) -> None:
+    with pytest.raises(ValueError, match="edges must connect all cells"):
+        shapes.words_of_outline(covered)
+
+
 @pytest.mark.parametrize("drawing", ["", "..\n..", "#x#", "#\t#"])
 def test_what_is_no_drawing_is_refused(drawing: str) -> None:
     with pytest.raises(ValueError, match=r"drawing: .* is not allowed; must be lines of # for"):

@@ -113,8 +113,7 @@ def command_line(words: Sequence[str]) -> tuple[str, Any, list[str]] | None:
         module = import_module(words[2] + inside)
         application = getattr(module, "app", None)
         if application is None:
-            application = options.application()
-            application.command()(module.main)
+            application = options.application_of(module.main)
         return words[2], typer.main.get_command(application), list(words[3:])
     return None
 

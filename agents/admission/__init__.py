@@ -1,1 +1,1 @@
-"""The admission rule (``python -m agents.admission``), a test whether a task needs its physics."""
+"""The admission rule (``python -m agents.admission``): whether a task needs its physics."""

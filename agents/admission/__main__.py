@@ -2,8 +2,8 @@
 
 Players (`agents.admission.players`) play the same draws, which no search and no training uses, and
 the rule (`agents.admission.rule`) sets the required differences. Lines of the rule that need
-trained policies are measured only if such policies are given. Calling the command again continues
-an interrupted run; with other policies or more episodes, it plays those that are missing.
+trained policies are measured only if such policies are given. If it is called again, the command
+continues an interrupted run; with other policies or more episodes, it plays what is missing.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -27,7 +27,7 @@ from agents.admission.players import (
     AdmissionTrack,
     own_track,
 )
-from agents.commands import Processes, progress_bar, reported_errors, run_command
+from agents.commands import Processes, progress_bar, run_command
 from agents.evaluation import report
 from agents.evaluation.episodes import Table
 from agents.open_loops.search import Ranked, Search, rounds
@@ -41,7 +41,7 @@ BLOCK = 50
 """Number of episodes in a job, if they are short."""
 
 Ranking = dict[int, list[Ranked]]
-"""The candidates of every task, by its number, the best first."""
+"""The candidates of every task, by the task's number, the best first."""
 
 
 def measure(
@@ -54,8 +54,8 @@ def measure(
     """Play the episodes that the table's folder does not contain yet.
 
     Returns every player's success and score, (runs, episodes, 2), and the ranked candidates for
-    open loops. `efforts` are the effort of the search for open loops and that of the oracle's race;
-    `given` maps names of players to the paths of their policies.
+    open loops. `efforts` contains the efforts of the search for open loops and of the oracle's
+    race; `given` maps each player's name to the paths of its policies.
     """
     searched, raced = efforts
 
@@ -140,30 +140,29 @@ def main(  # noqa: PLR0913 - one parameter per option
     searched, raced = Search(*search), Search(*race)
     seeing, unseeing = policy or [], blind or []
     given = {TRAINED: seeing, DRAWN: seeing, FROZEN: seeing, BLIND: unseeing}
-    with reported_errors():
-        track = own_track(env_id, tasks)
-        if raced.candidates > searched.candidates:
-            raise ValueError(
-                f"--race: {raced.candidates} open loops are not allowed; "
-                f"must be among the {searched.candidates} of --search"
-            )
-        for effort in (searched, raced):
-            rounds(*effort)
-        for path in (*seeing, *unseeing):
-            saved = players.own_policy(path)
-            Player(saved.policy, saved.shown, track.env_of(saved.policy.action_space))
-        # Compile the engine before several processes need it.
-        track.pool.follow(np.array(track.numbers[:1]), [0], [track.open_loops.fastest])
-        key = {
-            "id": env_id,
-            "scene": track.world.scene.model_dump(mode="json"),
-            "tasks": [track.env.tasks[number].model_dump(mode="json") for number in track.numbers],
-            "draws": EVALUATION_VERSION,
-            "physics": physics_digest(),
-        }
-        with progress_bar() as bar:
-            table = Table(bar, processes, folder, key)
-            ends, found = measure(track, table, (searched, raced), episodes, given)
+    track = own_track(env_id, tasks)
+    if raced.candidates > searched.candidates:
+        raise ValueError(
+            f"--race: {raced.candidates} open loops are not allowed; "
+            f"must be among the {searched.candidates} of --search"
+        )
+    for effort in (searched, raced):
+        rounds(*effort)
+    for path in (*seeing, *unseeing):
+        saved = players.own_policy(path)
+        Player(saved.policy, saved.shown, track.env_of(saved.policy.action_space))
+    # Compile the engine before several processes need it.
+    track.pool.follow(np.array(track.numbers[:1]), [0], [track.open_loops.fastest])
+    key = {
+        "id": env_id,
+        "scene": track.world.scene.model_dump(mode="json"),
+        "tasks": [track.env.tasks[number].model_dump(mode="json") for number in track.numbers],
+        "draws": EVALUATION_VERSION,
+        "physics": physics_digest(),
+    }
+    with progress_bar() as bar:
+        table = Table(bar, processes, folder, key)
+        ends, found = measure(track, table, (searched, raced), episodes, given)
     verdict = rule.judge(ends)
     rows = {
         name: row.model_copy(

@@ -1,11 +1,11 @@
-"""The players of the admission rule, and the way each plays the episodes of an `AdmissionTrack`.
+"""The players of the admission rule, and how each of them plays the episodes of a track.
 
 ``docs/evaluation.md`` describes them. The draws of reported results have their own stream, which no
 search and no training uses. Baselines of tasks are in `magfold_env.envs.baselines`, and open loops
 are in `agents.open_loops`. The oracle knows an episode's hidden physics but neither its start nor
 its noise. It races open loops on copies of the episode with another start and other noise, then
-plays the best. The raced open loops are the best of the task's search; with trays, half of them are
-replaced by open loops chosen for the episode's strengths.
+plays the winner. It races the best open loops of the task's search; with trays, it replaces half of
+them by open loops chosen for the strengths of the episode's magnets.
 """
 
 from collections.abc import Sequence
@@ -51,17 +51,17 @@ class AdmissionTrack(Track):
         return open_loops_of(self.env)
 
     def ranked(self, count: int, number: int, best: list[Ranked]) -> list[Any]:
-        """Return the open loops ranked `best`, among the first `count` of a task."""
+        """Return the open loops that `best` ranks, among the first `count` of a task."""
         tried = self.open_loops.candidates(count, number)
         return [tried[each.place] for each in best]
 
     @cached_property
     def pool(self) -> RolloutPool:
-        """Reusable episodes of the track's tasks, made once."""
+        """Episodes of the track's tasks, which are created once and reused."""
         return RolloutPool(self.episodes(WIDTH), self.open_loops)
 
     def drawn(self, episode: int) -> tuple[Scene, Any]:
-        """Return the scene and the task of an episode with all their draws."""
+        """Return the scene and the task of an episode, with all that is drawn."""
         numbers, seeds = self.draws(episode, episode + 1)
         self.env.reset(seed=seeds[0], options={"task": int(numbers[0])})
         return self.open_loops.drawn()
@@ -69,14 +69,14 @@ class AdmissionTrack(Track):
 
 @cache
 def own_track(env_id: str, tasks: int, randomised: bool = True) -> AdmissionTrack:
-    """Return a track that the current process makes once and reuses."""
+    """Return a track that the current process creates once and reuses."""
     return AdmissionTrack(env_id, tasks, randomised)
 
 
 def replaying(chosen: Sequence[Sequence[Any]]) -> Plan:
     """Return a plan that plays choices made earlier, one per step, and repeats the last one.
 
-    `chosen` contains every row's choices, each in the form of `World.actions` for a single row.
+    `chosen` contains every row's choices, each as `World.actions` reads the action of one row.
     """
     taken = np.zeros(len(chosen), dtype=np.int64)
 
@@ -100,7 +100,7 @@ SIMPLE = (RANDOM, FORWARD, BASELINE, OPEN_LOOP)
 def play_simple(
     track: AdmissionTrack, open_loops: dict[int, Any], start: int, stop: int
 ) -> list[list[list[float]]]:
-    """Return the success and score of every player in `SIMPLE` in some episodes."""
+    """Return the success and score of every player in `SIMPLE` in a range of episodes."""
     numbers, seeds = track.draws(start, stop)
     listed, pool = numbers.tolist(), track.pool
     ends = {
@@ -115,14 +115,14 @@ def play_simple(
 
 
 def search(track: AdmissionTrack, effort: Search, start: int, stop: int) -> list[list[Ranked]]:
-    """Return, for each of some tasks, the open loops tried, the best first."""
+    """Return the open loops tried for each task of a range, the best first."""
     return [track.pool.search(number, SEARCH, effort) for number in track.numbers[start:stop]]
 
 
 def play_oracle(
     track: AdmissionTrack, best: dict[int, list[Any]], budget: int, start: int, stop: int
 ) -> list[list[list[float]]]:
-    """Return the success and score of `ORACLE` and `SAME_DRAW` in each of some episodes."""
+    """Return the success and score of `ORACLE` and `SAME_DRAW` in a range of episodes."""
     found: list[list[list[float]]] = []
     for episode in range(start, stop):
         numbers, seeds = track.draws(episode, episode + 1)
@@ -136,7 +136,7 @@ def play_oracle(
 
 
 def copied_episodes(track: AdmissionTrack, episode: int, count: int) -> Any:
-    """Return copies of an episode with its physics and new draws of start and noise."""
+    """Return copies of an episode with the same physics, but new draws of start and noise."""
     scene, task = track.drawn(episode)
     found = track.episodes(count, track.env.make_world(scene, tasks=[task]))
     found.chains.drive_as(scene)
@@ -146,7 +146,7 @@ def copied_episodes(track: AdmissionTrack, episode: int, count: int) -> Any:
 def play_policy(
     track: AdmissionTrack, saved: SavedPolicy, kind: str, start: int, stop: int
 ) -> list[list[float]]:
-    """Return the success and score of a policy in some episodes.
+    """Return the success and score of a policy in a range of episodes.
 
     `kind` is `TRAINED`, `DRAWN`, `FROZEN` or `BLIND`.
 

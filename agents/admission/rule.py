@@ -1,7 +1,7 @@
 """The admission rule: the differences between players that show that a task needs its physics.
 
-Tasks are fixed. Intervals are 95 % intervals over episodes and, if there are several, training
-seeds. Differences are paired, because both players play the same draws.
+Tasks are fixed. Intervals are 95 % intervals over episodes and, if there are several training
+seeds, over seeds. Differences are paired, because both players play the same draws.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ class Line:
     least: float
     """Required difference of the success rates."""
     surely: bool = False
-    """Whether the whole interval of the difference must be above 0, too."""
+    """Whether the whole interval of the difference must also be above 0."""
     measured: intervals.Estimate | None = None
     """Measured difference; None if either player has not played."""
 
@@ -61,8 +61,8 @@ class Verdict:
 
     rows: dict[str, Row]
     """Results of players. Intervals are Wilson's for a single run, else the bootstrap's. The figure
-    ``normalised`` is the mean score on a scale on which random actions score 0 and the oracle 1; it
-    is None if the oracle is no better."""
+    ``normalised`` is the mean score, rescaled so that random actions score 0 and the oracle 1; it
+    is None if the oracle is no better than random actions."""
     lines: list[Line]
     headroom: intervals.Estimate | None
     """The oracle's success minus the trained policies' success; None without trained policies."""
@@ -80,7 +80,7 @@ class Verdict:
 
 
 def judge(ends: Ends) -> Verdict:
-    """Apply the rule to players, which must include random actions and the oracle."""
+    """Apply the rule to the players' results, which must include random actions and the oracle."""
     low, high = (float(ends[name][..., 1].mean()) for name in (RANDOM, ORACLE))
     rows = {
         name: Row(
@@ -95,7 +95,7 @@ def judge(ends: Ends) -> Verdict:
 
 
 def by_task(ends: intervals.Floats, numbers: Sequence[int]) -> dict[int, float | None]:
-    """Return a player's success rate in each task, by task number; None if it was not played.
+    """Return a player's success rate by the task's number; None if the task was not played.
 
     The episodes cycle through the tasks.
     """
@@ -107,7 +107,7 @@ def by_task(ends: intervals.Floats, numbers: Sequence[int]) -> dict[int, float |
 
 
 def _ahead(ends: Ends, name: str, other: str) -> intervals.Estimate | None:
-    """Return the difference of success between two players, paired by episode."""
+    """Return the difference in success between two players, paired by episode."""
     if name not in ends or other not in ends:
         return None
     better, worse = ends[name][..., 0], ends[other][..., 0]

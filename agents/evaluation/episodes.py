@@ -64,7 +64,7 @@ class Outcome:
     """The scene that replays the episode; None if `choice` is None."""
     built: bool | None = None
     """Whether the same choice under the same draws folds into the target if the chain is built
-    beforehand, so that its magnets act inside the tube, too; None if this was not tried."""
+    beforehand, so that its magnets also act inside the tube; None if this was not tried."""
     built_score: float | None = None
     """Score of the chain built beforehand."""
 
@@ -144,16 +144,16 @@ def make_env(settings: EnvSettings) -> FoldEnv[Any]:
 
 @cache
 def own_env(settings: EnvSettings) -> FoldEnv[Any]:
-    """Return an environment for evaluation that the current process makes once and reuses."""
+    """Return an environment for evaluation that the current process creates once and reuses."""
     return make_env(settings)
 
 
 own_policy = cache(policies.make_policy)
-"""Returns the policy of a name, which the current process makes once and reuses."""
+"""Returns the policy with a name; the current process loads it once and reuses it."""
 
 
 def changed(name: str, change: Change, settings: EnvSettings) -> policies.Policy:
-    """Return the policy of a name, with a part removed or unchanged."""
+    """Return the policy called `name`, unchanged or with a part removed."""
     if change == NO_MOTION:
         return own_policy(policies.NO_MOTION + name)
     policy = own_policy(name)
@@ -224,7 +224,7 @@ def play(
     seed: int,
     built: bool = False,
 ) -> Outcome:
-    """Play an episode; its draws follow from `seed`, and the policy's draws from `target`, too.
+    """Play an episode; `seed` determines its draws and, with `target`, the policy's draws.
 
     If `built`, the same choice is also folded as a chain built beforehand.
     """
@@ -286,7 +286,7 @@ def spread_over(
 ) -> Iterator[Result]:
     """Yield the results of a function for a list of arguments, in order.
 
-    Several processes share the work and are reused later; if `processes` is 1, this process works.
+    Several `processes` share the work and are reused later; 1 means the current process.
     """
     parallel: Any = joblib.Parallel(processes, return_as="generator")
     yield from without_warning(parallel(joblib.delayed(function)(*job) for job in jobs))
@@ -294,7 +294,7 @@ def spread_over(
 
 @dataclass
 class Table:
-    """Players' episodes, row by row, which several processes play."""
+    """The episodes of players, one row per player; several processes play them."""
 
     bar: Progress
     """Progress bar of every row."""
@@ -315,7 +315,7 @@ class Table:
         block: int = 1,
         key: Mapping[str, Any] | None = None,
     ) -> list[Any]:
-        """Return a number of records of a player; stored records are not played again.
+        """Return `count` records of a player; stored records are not played again.
 
         `name` names the row and its folder, and `key` contains further values on which these
         records depend. `job` maps the index of the first of at most `block` records, and the index

@@ -18,7 +18,7 @@ FRAME_RATE = 120.0
 """Number of recorded frames per simulated second [1/s]."""
 
 SHOWN = 4
-"""Number of targets whose folds the page plays."""
+"""Number of targets whose folds the page shows in motion."""
 
 _MEANING = (
     "Intervals: 95 %, bootstrap over seeds and targets together; for single targets, they are "
@@ -143,7 +143,7 @@ def _folds(settings: EnvSettings, results: report.Played) -> list[Block]:
 
 
 def _replay(outcome: episodes.Outcome) -> str:
-    """Return a self-contained page that plays an episode, which is simulated again."""
+    """Simulate an episode again, and return a self-contained page that shows it in motion."""
     assert outcome.scene is not None
     return page(page_data(recording(mf.simulate(outcome.scene, frame_rate=FRAME_RATE))))
 

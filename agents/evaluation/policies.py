@@ -41,7 +41,7 @@ class OpenLoop(NamedTuple):
 
     @classmethod
     def of_actions(cls, env: FoldEnv[Any], actions: Sequence[Any]) -> "OpenLoop":
-        """Return the choice that actions make: one for the chain, or one per component, 1 first."""
+        """Return the choice that actions make, one for the chain or one per component from 1 on."""
         read = [env.actions.decode(action) for action in actions]
         if env.actions.components > 1:
             sequence, speed = read[0]
@@ -124,7 +124,7 @@ def chosen(choices: Mapping[str, OpenLoop]) -> Policy:
 def trained(saved: policy_files.SavedPolicy, no_motion: bool = False) -> Policy:
     """Return a policy that plays a trained policy's most probable actions.
 
-    It reads observations in the form that its file sets; `no_motion` removes motion from them in
+    It reads observations in the form that its file defines; `no_motion` removes motion from them in
     any case (see `magfold_env.scoring.shown.blind`).
     """
     shown = Shown(frames=saved.shown.frames, blind=saved.shown.blind or no_motion)
@@ -137,7 +137,7 @@ def trained(saved: policy_files.SavedPolicy, no_motion: bool = False) -> Policy:
 
 
 def at_speed(policy: Policy, speed: float | None) -> Policy:
-    """Return a policy that feeds a policy's magnets at one speed [m/s], or, for None, at random."""
+    """Return a policy that feeds a policy's magnets at one speed [m/s], or at random if None."""
 
     def begin(
         env: FoldEnv[Any], numbers: Sequence[int], rngs: Sequence[np.random.Generator]
@@ -167,7 +167,7 @@ def make_policy(name: str) -> Policy:
     Raises
     ------
     ValueError
-        If it is none of these, or the file is damaged or unsupported.
+        If the name is none of these, or the file is damaged or unsupported.
     """
     no_motion = name.startswith((NO_MOTION, BLIND))
     path = name.partition(":")[2] if no_motion else name
@@ -209,7 +209,7 @@ class Chosen(NamedTuple):
     """Number of successful calls of this choice."""
     releases: int
     """Number of calls of this choice; the share of successes is optimistic, because the search
-    selected by it."""
+    selected the choice by it."""
 
 
 class ChoiceFile:

@@ -75,7 +75,7 @@ class Summary:
     built: intervals.Estimate | None
     """Success rate of the same choices as chains built beforehand; None if not tried."""
     ahead: intervals.Estimate | None
-    """Success minus `REFERENCE`'s on the same targets; None without `REFERENCE` or for it."""
+    """Success minus `REFERENCE`'s on the same targets; None for `REFERENCE` or without it."""
     targets: dict[str, Share]
     """Success by target over all runs, with Wilson's intervals."""
     ends: dict[str, int]
@@ -187,7 +187,7 @@ def results_of(
 
 
 def _run(outcomes: Sequence[episodes.Outcome]) -> Run:
-    """Return a run's episodes as columns; magnets and drawn speeds stand in place of scenes."""
+    """Return a run's episodes as columns, with magnets and drawn speeds instead of scenes."""
     details: dict[str, Any] = {
         name: [getattr(each, name) for each in outcomes]
         for name in ("word", "status", "reward", "built", "built_score")

@@ -1,8 +1,8 @@
 """Trained policies that the project ships, and the cards with their results.
 
 `load_shipped("ppo-tube-feed")` loads one, and so does `load_shipped(env)`; in `agents.evaluate`,
-the name means the policies of all its seeds. A set of policies in ``configs/policies`` consists of
-a file for each seed and a JSON card with their training, checksums and results.
+the name stands for the policies of all seeds. A set of policies in ``configs/policies`` consists of
+a file for each seed and a JSON card, which records their training, checksums and results.
 """
 
 import json
@@ -119,19 +119,19 @@ def shipped_files(name: str) -> list[Path]:
 def load_shipped(
     name: str | gymnasium.Env[Any, Any] | gymnasium.vector.VectorEnv[Any, Any, Any], number: int = 0
 ) -> policy_files.SavedPolicy:
-    """Load a policy of the project: one seed of a set such as ``ppo-tube-feed``.
+    """Load one of the project's policies: one seed of a set such as ``ppo-tube-feed``.
 
     Parameters
     ----------
     name : str or environment
-        Name of the set, or an environment or vector whose id and spaces are those of one set alone.
+        Name of the set, or an environment or vector whose id and spaces fit exactly one set.
     number : int
         Number of the seed, from 0.
 
     Raises
     ------
     ValueError
-        If there is no such policy, or its file is damaged; if not exactly one set fits an
+        If there is no such policy, if its file is damaged, or if none or several sets fit an
         environment.
     """
     files = shipped_files(name if isinstance(name, str) else _fitting(name.unwrapped))

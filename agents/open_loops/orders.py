@@ -1,16 +1,16 @@
 """Feed orders, chosen before an episode begins: a tray's components, orientations and speeds.
 
-The first orders are the minimiser's chain, which sets the baseline b, at every available speed, b's
-speed first. The sequences of all other orders are drawn from those whose only ground state by
-energy is the task's target, assuming sound magnets; their rank by gap is log-uniform. If any fold
-counts, half of these orders instead use a word that is drawn uniformly. Equal components and
+The first orders feed the minimiser's chain, which is the baseline, at every available speed, the
+baseline's speed first. The sequences of all other orders are drawn from those whose only ground
+state is the task's target if all magnets are sound; their rank by gap is log-uniform. If any fold
+is allowed, half of these orders instead use a word that is drawn uniformly. Equal components and
 equivalent orientations are selected at random. Half of the orders have one speed, and half one
 speed per component. No component is drawn back or tested, because open loops use no observations.
 
 The oracle knows the magnets' strengths in an episode, so components with equal patterns differ for
 it. Half of its candidates are the best orders of the task's search. The others are the best of
-`KNOWN` orders drawn as above: with these strengths, their lowest target word has the largest energy
-gap to all other words. They take their speeds from the best orders of the search.
+`KNOWN` orders drawn as above, namely those whose lowest target word has the largest energy gap to
+all other words with these strengths. They have the speeds of the search's best orders.
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,10 +33,10 @@ from magfold_env.scene import Scene
 from magfold_env.shapes import folded_words
 
 KNOWN = 4000
-"""Number of orders whose energies are compared, with the strengths of an episode."""
+"""Number of orders whose energies are compared for the strengths of an episode."""
 
 Fed = tuple[tuple[int, int], ...]
-"""Components, by their places on the tray, and orientations, in the order of feed."""
+"""Components, by their places on the tray, and orientations, in the order in which they are fed."""
 
 
 class FeedOrder(NamedTuple):
@@ -100,7 +100,7 @@ class Orders:
         return in_order(np.array(fed), np.array(speeds))
 
     def drawn(self) -> tuple[Scene, TrayTask]:
-        """Return the scene and the task of the environment's episode, with their draws."""
+        """Return the scene and the task of the environment's episode, with all that is drawn."""
         episodes: Any = self._env.episodes
         task: Any = self._env.task
         strengths = tuple(map(tuple, episodes.strengths[0].tolist()))
@@ -171,7 +171,7 @@ class Orders:
         return self._listed[number]
 
     def _key(self, order: FeedOrder, number: int) -> Any:
-        """Return the poles and speeds, which distinguish orders if equal patterns are alike."""
+        """Return the poles and speeds, which tell orders apart if equal patterns are alike."""
         part, lie = np.array(order.fed).T
         return tuple(LYING[self._world.patterns[number, part], lie].tolist()), order.speeds
 

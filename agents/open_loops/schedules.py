@@ -3,20 +3,20 @@
 ============== ===================================================================================
 family         what is drawn
 ============== ===================================================================================
-baseline       nothing: the constant speeds that the best is chosen from, each once, or the push,
-               pull and push that sets b
-two speeds     the speeds, and where the feed goes from one to the other, evenly along the way
-three speeds   likewise, with two places
-pulses         a speed, how far the feed goes in one push, a twentieth to half of the chain, and
-               the pause after it, 20 ms to half a second
-push-pull-push three speeds, the second one back; how far the first push goes, a fifth to all of
-               the way, and the share of it that is drawn in again, a tenth to all
-refold         for two folds: up to where the tube holds nothing but 0.1 to 0.9 diagonals of the
-               last component by one, two or three speeds or pulses; to stand, 0.1 to 1.2 s; to
-               pull in up to 0.05 to 1 diagonals; and again the whole way by any of these families
+baseline       nothing: each constant speed from which the baseline is chosen is used once; with
+               two folds, the baseline's push, pull and push is used
+two speeds     two speeds, and the advance at which the speed changes, uniformly along the way
+three speeds   three speeds, and two such advances
+pulses         a speed, the advance of one push (a twentieth to half of the chain), and the pause
+               after it (20 ms to half a second)
+push-pull-push three speeds, the second one inward; the advance of the first push (a fifth to all
+               of the way), and the share of it that is drawn in again (a tenth to all)
+refold         for two folds: one to three speeds, or pulses, until the tube holds only 0.1 to 0.9
+               diagonals of the last component; a pause (0.1 to 1.2 s); a pull to an advance of
+               0.05 to 1 diagonals; then any of the drawn families above for the whole way
 ============== ===================================================================================
 
-Speeds are from 0.03 to 0.6 m/s. Speeds, lengths of pulses and standstill times are log-uniform.
+Speeds are from 0.03 to 0.6 m/s. Speeds, lengths of pulses and pauses are drawn log-uniformly.
 Schedules that need more than four fifths of the time limit to feed the chain out are drawn again.
 Because schedules change speed at advances rather than times, they compensate for errors of the
 drive, as any player can that observes the advance of the feed.
@@ -103,7 +103,7 @@ class Schedules:
         return Following([each.way for each in found])
 
     def drawn(self) -> tuple[Scene, FeedTask]:
-        """Return the scene and the task of the environment's episode, with their draws."""
+        """Return the scene and the task of the environment's episode, with all that is drawn."""
         task: Any = self._env.task
         return self._env.to_scene(), task
 

@@ -1,8 +1,8 @@
 """The search for the best open loop of a task: all candidates play the same draws.
 
-Successive halving finds the best candidates within a budget of episodes: the better half continues
-and plays more (Jamieson and Talwalkar, *Non-stochastic best arm identification*, 2016). Every round
-gets about the same share of the budget.
+Successive halving finds the best candidates within a budget of episodes: in every round, the better
+half plays more episodes (Jamieson and Talwalkar, *Non-stochastic best arm identification*, 2016).
+Every round gets about the same share of the budget.
 """
 
 from collections.abc import Callable, Sequence
@@ -62,8 +62,8 @@ def rounds(candidates: int, budget: int) -> list[tuple[int, int]]:
 def halving(candidates: int, budget: int, trial: Trial) -> list[Ranked]:
     """Rank candidates by share of successes, then by mean score; return them, the best first.
 
-    Candidates that continued come before the others, and of equally good candidates the first is
-    preferred. `budget` is the largest number of episodes, as in `rounds`.
+    Candidates that played in more rounds come before the others, and of equally good candidates,
+    the first is preferred. `budget` is the largest number of episodes, as in `rounds`.
     """
     field, ends = np.arange(candidates), np.zeros((candidates, 0, 2))
     out: list[Ranked] = []
@@ -106,8 +106,8 @@ class RolloutPool:
     open_loops: Any
     """The open loops of the episodes' environment."""
     actions: Any = None
-    """Form of the actions in which choices are expressed, so that the nearest available speed is
-    fed; None feeds choices unchanged."""
+    """Kind of actions in which choices are expressed, so that they have the nearest available
+    speed; None leaves choices unchanged."""
 
     def search(self, number: int, stream: str, effort: Search) -> list[Ranked]:
         """Return the candidates tried in the task with this number, the best first.

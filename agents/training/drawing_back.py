@@ -6,7 +6,7 @@ another open loop; a second attempt often succeeds. It does the same with mispla
 feed stands still at the end of a first fold, before it draws the chain in for a second fold.
 
 The player's settings (the angle at which a joint counts as wrong, the length that is drawn in, and
-the next open loop) are selected once per task for many runs, among random candidates.
+the next open loop) are selected once per task from random candidates, and serve many runs.
 """
 
 from collections.abc import Sequence
@@ -39,11 +39,11 @@ SAME = 0.3
 """Share of settings that use the same open loop again."""
 
 STANDS = LONGEST_PAUSE + 1, 75
-"""Steps of standstill at the end of a first fold, longer than any pause between pulses."""
+"""Range of the standstill after a first fold, in steps; it exceeds any pause between pulses."""
 
 LEAST = 0.02
-"""Smallest length of the chain that stays outside the tube when it is drawn in, or inside when it
-is let out again before it is drawn in further [diagonals]."""
+"""Smallest length of the chain that stays outside the tube while it is drawn in, or that stays
+inside while it is let out again before it is drawn in further [diagonals]."""
 
 SLIPS = 0.9
 """Share of the drive's largest pull above which the drive may slip."""
@@ -57,11 +57,11 @@ class Redoing(NamedTuple):
 
     first: Schedule
     again: Schedule
-    """The open loop after drawing in."""
+    """The open loop that follows once joints have been drawn in."""
     wrong: float
     """Angle in the wrong direction above which a joint is drawn in [rad]."""
     at_last: float
-    """The same angle while the last component, which cannot be drawn in again, comes out [rad]."""
+    """This angle while the last component, which cannot be drawn in again, comes out [rad]."""
     depth: float
     """Advance of the feed after drawing in, relative to the point where the component before the
     joint begins to come out [diagonals]."""
@@ -93,10 +93,10 @@ class DrawingBack:
         self._goal: Floats = np.full(len(found), np.nan)
         self._stood: Ints = np.zeros(len(found), dtype=np.int64)
         self.times: Ints = np.zeros(len(found), dtype=np.int64)
-        """Number of times each row has drawn in."""
+        """Number of times that each row has drawn joints in."""
 
     def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:
-        """Return the speeds of some rows for the next step [m/s]."""
+        """Return the speeds of the given rows for the next step [m/s]."""
         diagonal = episodes.world.scene.casing.diagonal
         gone = episodes.chains.advances()
         self._judge(episodes, rows, gone / diagonal)
@@ -140,7 +140,7 @@ def _turned_wrong(episodes: Any, rows: Ints, wrong: Floats, stood: Bools) -> Boo
 
 
 class DrawingBackTwice:
-    """A plan for two folds, between which it draws the chain in, in every row of episodes."""
+    """A plan for two folds in every row of episodes; between them, it draws the chain in."""
 
     def __init__(self, found: Sequence[Refolding]) -> None:
         self._folds = {
@@ -152,7 +152,7 @@ class DrawingBackTwice:
         self._goal: Floats = np.full(len(found), np.nan)
 
     def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:
-        """Return the speeds of some rows for the next step [m/s]."""
+        """Return the speeds of the given rows for the next step [m/s]."""
         stage = episodes.stage[rows]
         speeds = np.where(stage == BACK, self._drawn_in(episodes, rows), 0.0)
         for number, fold in self._folds.items():

@@ -24,11 +24,11 @@ class ShownVecEnv(vec_env.VecEnvWrapper):
         super().__init__(venv, shown_space(shown, venv.observation_space))
 
     def reset(self) -> Any:
-        """Begin new episodes."""
+        """Begin new episodes, and return their observations as the networks read them."""
         return self.view.of(self.venv.reset(), np.ones(self.num_envs, dtype=np.bool_))
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Take the step."""
+        """Wait for the step, and return its results as the networks read them."""
         observations, rewards, dones, infos = self.venv.step_wait()
         for row in np.flatnonzero(dones).tolist():
             last = infos[row]["terminal_observation"]
@@ -42,7 +42,7 @@ def make_env(settings: EnvSettings, gamma: float | None = None) -> gymnasium.Env
 
 
 def check_envs(settings: TrainSettings) -> None:
-    """Make every environment of a run once, as a check.
+    """Create every environment of a run once, as a check.
 
     Raises
     ------

@@ -16,7 +16,7 @@ from magfold_env.envs.wrappers.mouth_order import LETTERS, mouth_order
 
 
 class FromTheMouth(BaseFeaturesExtractor):
-    """Reorders observations of tube feed, as `magfold_env.envs.wrappers.mouth_order` does.
+    """Reorders observations of ``TubeFeed``, as `magfold_env.envs.wrappers.mouth_order` does.
 
     Reordering is part of the network, so that hindsight can replace goals before it, and the policy
     plays the unchanged environment.

@@ -114,7 +114,7 @@ class RunFolder:
 
     @property
     def key(self) -> dict[str, Any]:
-        """Everything that must be unchanged when a run is resumed; its length may grow."""
+        """Everything that must be unchanged when a run is resumed; only the length may change."""
         return {
             "settings": self.settings.model_dump(mode="json", exclude=_LENGTHS),
             "physics": physics_digest(),
@@ -125,7 +125,7 @@ class RunFolder:
         """Return whether training remains; prepare the folder if the run is new.
 
         If the run is resumed, a checkpoint is at `state`. If `resume` is True, the run must exist;
-        if the settings ask for more steps or minutes, it is lengthened, finished or not. False
+        if the settings ask for more steps or minutes, it is lengthened, even if finished. False
         removes an earlier run's files. None resumes a run with equal settings and refuses others.
 
         Raises

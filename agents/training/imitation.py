@@ -1,7 +1,7 @@
 """Imitation of a fairly good player, from which reinforcement learning then continues.
 
 Where success is rare, as with two folds in one episode, random exploration never succeeds. Simple
-schedules sometimes do (`magfold_env.envs.baselines`), and players that see a failure repair it
+schedules sometimes do (`magfold_env.envs.baselines`), and players that see a failure can repair it
 (`agents.training.drawing_back`, `agents.training.mending`). The networks learn to choose the
 actions of such a player and to predict its returns. In some actions, a random entry is replaced, so
 that the learner also sees states that the player itself would never reach (Laskey et al., *DART:
@@ -166,7 +166,7 @@ def evaluated(
 ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
     """Return a policy's values, the log-probabilities of the actions, and the returns.
 
-    They are those of the steps in a `batch` from `Steps.batches`, without padding.
+    All three are for the steps in a `batch` from `Steps.batches`, without padding.
     """
     flat = batch.ravel()
     seen, actions, returns = (

@@ -1,11 +1,11 @@
 """A player of the anchor's environment that tests chains and rebuilds bad ones, for imitation.
 
-If a tray contains bad magnets, the first chain often fails, and a test shows this before the player
-leaves the chain: it bears less than the pull, or is not folded. Then the player draws it back,
-except for its first component, and builds another chain with the same fold. A search selects each
-task's chains on draws of a separate stream: the first chain on all draws, and every later chain on
-the draws in which the earlier ones fail. The search is stored beside the runs. In
-``MagFold/Tray-v0``, this does not help: only the last component shows whether a chain is right.
+If a tray contains bad magnets, the first chain often fails, and a test shows this while the chain
+can still be changed: it withstands less than the pull, or is not folded. The player then draws it
+back, except for its first component, and builds another chain with the same fold. A search selects
+each task's chains on draws of a separate stream: the first chain on all draws, and every later one
+on the draws in which the earlier ones fail. The search is stored beside the runs. Such a player is
+of no use in ``MagFold/Tray-v0``, where only the last component shows whether a chain is right.
 """
 
 from collections.abc import Sequence
@@ -45,14 +45,14 @@ PATIENCE = 0.75
 """Share of the time limit after which no more components are drawn back."""
 
 BEARS = 0.9
-"""Share of a pull that counts as the whole pull when it is measured."""
+"""A chain that withstands this share of a pull in a test counts as withstanding all of it."""
 
 
 class Chain(NamedTuple):
     """Components from the tray and the way they are fed."""
 
     fed: tuple[tuple[int, int], ...]
-    """Components and orientations, in the order of feed."""
+    """Components and orientations, in the order in which they are fed."""
     speed: float
     """Feed speed of all components [m/s]."""
 
@@ -70,7 +70,7 @@ class Mending:
         self._back: Bools = np.zeros(len(ways), dtype=np.bool_)
 
     def __call__(self, episodes: AnchorEpisodes, rows: Ints) -> TrayChoice:
-        """Return the next actions of some rows."""
+        """Return the next actions of the given rows."""
         self._judge(episodes, rows)
         fed, n = episodes.arrays.fed[rows], episodes.world.scene.n
         self._back[rows] &= fed > 1
@@ -136,7 +136,7 @@ def _tried(
     speeds: Sequence[float],
     rng: np.random.Generator,
 ) -> list[Chain]:
-    """Return chains that can follow `chains`, preferring components that these have used least."""
+    """Return chains to try after `chains`, preferably of the components used least so far."""
     if not chains:
         orders: list[Any] = [task.order_of(each) for each in sequences[: TRIED // 2]]
         best, *others = (tuple(task.as_fed(order)) for order in orders)

@@ -1,7 +1,6 @@
 """Models of Stable-Baselines3 and sb3-contrib: creation and resumption.
 
-One file contains the complete state of a training run; an interrupted write never leaves part of
-it.
+One file contains the complete state of a training run; an interrupted write leaves no partial file.
 """
 
 import io
@@ -76,7 +75,7 @@ class LearningRate:
     """Total steps at the end of the phase."""
 
     def __call__(self, remaining: float) -> float:
-        """Return the rate at which a share `remaining` of `end` steps remains."""
+        """Return the rate when a share `remaining` of `end` steps remains."""
         if not self.anneal:
             return self.rate
         # The last rollout may exceed the end.
@@ -86,7 +85,7 @@ class LearningRate:
 def make_model(
     settings: train_settings.LearnerSettings, env: vec_env.VecEnv, seed: int, device: str = "cpu"
 ) -> base_class.BaseAlgorithm:
-    """Return an untrained model; `seed` sets the initial networks and the random actions.
+    """Return an untrained model; `seed` determines its initial networks and random actions.
 
     Raises
     ------
@@ -131,8 +130,8 @@ def network(
 ) -> tuple[Any, dict[str, Any]]:
     """Return the class of a policy, and the options of its features and its memory.
 
-    `dictionary` says whether observations are a dictionary; `backward`, whether the last component
-    leaves the tube first.
+    `dictionary` says whether observations are a dictionary; `backward` says whether the last
+    component leaves the tube first.
     """
     name = f"{'MultiInput' if dictionary else 'Mlp'}{'' if lstm is None else 'Lstm'}Policy"
     kind: Any = CLASSES[algorithm].policy_aliases[name]
@@ -277,8 +276,8 @@ def unpack_model(
 ) -> base_class.BaseAlgorithm:
     """Return the model in the state that `pack` stored in `parts`.
 
-    `envs`, environments of the same phase of the same run, are restored, too, and the logger gets
-    back the values that were not yet written.
+    The state of `envs`, environments of the same phase of the same run, is also restored, and the
+    logger gets back the values that were not yet written.
     """
     rest: dict[str, Any] = pickle.loads(parts[REST])
     model = CLASSES[settings.learner.algorithm].load(
@@ -289,7 +288,7 @@ def unpack_model(
     model.set_logger(records)
     for name in _RECORDS:
         getattr(records, name).update(rest["records"][name])
-    # Restored last, because making a model seeds all of these.
+    # These states are restored last, because creating a model seeds all generators.
     model.action_space = rest["actions"]
     if isinstance(model, RecurrentPPO):
         model._last_lstm_states = rest["memory"]

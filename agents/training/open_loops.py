@@ -1,7 +1,7 @@
-"""The best open loops of every task, for which one search serves many runs.
+"""The best open loops of every task, which one search finds for many runs.
 
-The search takes long. It is stored beside the runs in ``open-loops-ID-KEY``, for all runs with the
-same imitation, scene, tasks and actions, and an interrupted search continues.
+The search takes a long time. It is stored beside the runs in ``open-loops-ID-KEY``, for all runs
+with the same imitation, scene, tasks and actions. The next run continues an interrupted search.
 """
 
 import hashlib
@@ -29,8 +29,8 @@ KEPT = 16
 def best_open_loops(settings: EnvSettings, effort: Search, folder: Path) -> list[list[Any]]:
     """Return the best open loops of every task of an environment, the best first.
 
-    Open loops use the environment's actions. `effort` is the effort per task, and `folder` contains
-    the folders of searches.
+    Open loops are expressed as the environment's actions. `effort` is the effort per task, and
+    `folder` contains the folders of searches.
     """
     env: Any = make_env(settings).unwrapped
     loops, jobs = open_loops_of(env), [(settings, n, effort) for n in range(len(env.tasks))]

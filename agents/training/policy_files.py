@@ -64,7 +64,7 @@ def save(
     """Write the policy of `model` to `path` under a temporary name and move it into place.
 
     `shown` is the form of the observations; None means unchanged observations. `before` is the
-    number of the policy's training steps before the model was made.
+    number of the policy's training steps before the model was created.
 
     Raises
     ------

@@ -83,7 +83,7 @@ def train(
 def _make_model(
     settings: TrainSettings, envs: vec_env.VecEnv
 ) -> tuple[base_class.BaseAlgorithm, int]:
-    """Return the initial model of a run and the number of steps it was trained for before."""
+    """Return the initial model of a run, and the number of steps of its earlier training."""
     model = models.make_model(settings.learner, envs, settings.seed, settings.device)
     if settings.start is None:
         return model, 0
@@ -118,7 +118,7 @@ class Validation:
 
 
 class BoundaryCallback(callbacks.BaseCallback):
-    """Validates and saves between rollouts, where a run can be resumed, and ends the run on time.
+    """Validates and saves between rollouts, where runs can be resumed, and enforces the time limit.
 
     It updates `state` and calls `validate` and `save` when either is due.
     """

@@ -87,7 +87,7 @@ class FromOneSide(FromTheMouth):
     def _first_pole_north(
         self, entries: torch.Tensor, step: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return the entries, with poles swapped if the last component needs it, and the swaps."""
+        """Return the entries, with poles swapped where needed, and where they were swapped."""
         n, start = self._layout.n, self.width * (self._layout.n - 1)
         span = self._layout.slices["magnets"]
         poles = entries[:, start + span.start : start + span.stop].reshape(-1, n, 4)
@@ -128,7 +128,7 @@ def _mirror_image(
 
 
 class _Inner(nn.Module):
-    """The hidden layers, which ignore how the view is transformed and pass this on to the actor."""
+    """The hidden layers, which ignore the features of the view but pass them on to the actor."""
 
     def __init__(self, layers: torch_layers.MlpExtractor) -> None:
         super().__init__()

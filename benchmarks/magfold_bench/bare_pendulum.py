@@ -1,9 +1,9 @@
 """The lowest possible cost of a swinging chain: a single loop for a pinned pendulum.
 
 The loop takes the engine's own steps, with Dormand and Prince's pair, the same error estimate and
-the same rule for the next step. It therefore needs as many evaluations. It omits everything that a
-pendulum does not need, such as magnets, contact, friction and recording, and all checks for them.
-Accelerations come from `recursion`, this project's shortest form of the recursion.
+the same rule for the next step, so it needs as many evaluations as the engine. It omits everything
+that a pendulum does not need, such as magnets, contact, friction and recording, and the checks for
+them. Accelerations come from `recursion`, the shortest kernel of this project that computes them.
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ from magfold_env.scene import Scene
 from magfold_env.shapes import headings
 from magfold_env.simulation.pack import pack
 
-FIRST = 0.1  # step, in units of the inverse of a typical rate
+FIRST = 0.1  # first step, in units of 1 / typical rate
 
 
 @by_pointer
@@ -47,7 +47,7 @@ class Pendulum(NamedTuple):
     stage_v: Array
     slope_q: Array  # (STAGES, n)
     slope_v: Array
-    force: Array  # (n,) zeros: nothing but gravity pulls
+    force: Array  # (n,) zeros, because only gravity acts
     scratch: Array  # (recursion.ROWS, n)
 
 
@@ -87,7 +87,7 @@ def swing(p: Pendulum, until: float) -> int:
 
 @inlined
 def accelerate(p: Pendulum, q: Array, v: Array, out: Array) -> None:
-    """Angular accelerations (n,) [rad/s²]; gravity acts as an upward acceleration of the hinge."""
+    """Compute accelerations (n,) [rad/s²]; gravity acts as an upward acceleration of the hinge."""
     recursion.accelerate(p.bodies, -p.gravity_x, -p.gravity_y, q, v, p.force, p.scratch, out)
 
 
@@ -109,7 +109,7 @@ def stages(p: Pendulum, h: float) -> None:
 
 @inlined
 def step_error(p: Pendulum, h: float) -> float:
-    """Estimated error of a step relative to the allowed error, as in the engine."""
+    """Return the estimated error of a step, relative to the allowed error, as in the engine."""
     error = 0.0
     allowed = LOCAL * p.tolerance
     for k in range(p.q.size):
@@ -124,7 +124,7 @@ def step_error(p: Pendulum, h: float) -> float:
 
 
 def pendulum(scene: Scene) -> Pendulum:
-    """Return the pendulum in its initial state for a scene, a drawn, pinned chain under gravity."""
+    """Return the pendulum of a scene, a drawn, pinned chain under gravity, in its initial state."""
     bare = scene.mount == "pinned" and scene.magnets is None and not scene.contact
     if not bare or scene.frictions.any() or scene.start_angles is None:
         raise ValueError("scene: must be a drawn, pinned chain without magnets, friction, contact")
@@ -149,7 +149,7 @@ def pendulum(scene: Scene) -> Pendulum:
 
 
 def prepare_swing(scene: Scene) -> Callable[[], int]:
-    """Return a task to time: the swing of a scene's pendulum over the scene's duration."""
+    """Return a function to time, which swings a scene's pendulum over the scene's duration."""
     made, until = pendulum(scene), scene.duration
-    reference(made)  # finds addresses now, outside the timed swing
+    reference(made)  # finds the arrays' addresses now, outside the timed swing
     return lambda: swing(made, until)

@@ -1,4 +1,4 @@
-"""Commands of `python -m magfold_bench`: each benchmark, the whole suite, `stress` and `paper`."""
+"""Commands of `python -m magfold_bench`: one per benchmark, the suite, `stress` and `paper`."""
 
 # Annotations must not be postponed: an option's help below depends on the command.
 
@@ -34,10 +34,10 @@ def suite(
         typer.Option(help="Folder of the suite's report; runs/bench-quick or -full by default."),
     ] = None,
 ) -> None:
-    """Measure this machine and this version with all benchmarks, or with one by name.
+    """Measure this machine and this version with all benchmarks, or with a named one.
 
-    One page, report.html, shows the results of all benchmarks; tables and diagrams are beside it.
-    An interrupted run continues if the same folder is given.
+    The page report.html shows the results of all benchmarks; tables and diagrams are beside it.
+    To continue an interrupted run, give the same folder.
     """
     if context.invoked_subcommand is not None:
         if quick or full or out is not None:
@@ -50,8 +50,7 @@ def suite(
         raise typer.BadParameter("one of --quick and --full must be given, or a benchmark's name")
     effort = "quick" if quick else "full"
     command = import_module("magfold_bench.suite")
-    with options.errors_in_one_line():
-        complete = command.run(effort, out or Path("runs") / f"bench-{effort}")
+    complete = command.run(effort, out or Path("runs") / f"bench-{effort}")
     if not complete:
         raise typer.Exit(1)
 
@@ -71,8 +70,7 @@ def _add(name: str, summary: Summary) -> None:
             Path | None, typer.Option(help="Folder for CSV, JSON and PNG files, created if needed.")
         ] = None,
     ) -> None:
-        with options.errors_in_one_line():
-            import_module("magfold_bench.parts").run(name, only or [], quick, out)
+        import_module("magfold_bench.parts").run(name, only or [], quick, out)
 
 
 def stress(
@@ -92,31 +90,30 @@ def stress(
         typer.Option(help="Judge only the scene in this file, as --seed draws it."),
     ] = None,
 ) -> None:
-    """Try to break the simulation with random and extreme scenes; exit code 1 if a law fails."""
+    """Try to break simulations with random and extreme scenes; exit with 1 if one breaks a law."""
     from magfold_bench.stress import campaign, laws, report  # noqa: PLC0415 - for this command only
 
-    with options.errors_in_one_line():
-        options.check_folder("--out", out)
-        if rerun is not None and not rerun.is_file():
-            raise ValueError(f"--rerun: {str(rerun)!r} is not allowed; must be a scene file")
-        if rerun is not None:
-            errors.refuse(errors.unless_whole("seed", seed, 0))
-            scene = load_scene(rerun).draw(np.random.default_rng(seed))
-            verdict = laws.check(scene)
-            options.wide_console().print(report.verdict_table(rerun.name, verdict))
-            kept = not verdict.broken
-        else:
-            with options.progress_of(cases) as tell:
-                tally = campaign.run(
-                    cases, seed, only or [], workers=workers, minutes=minutes, out=out,
-                    progress=lambda tally: tell(tally.cases, f"{len(tally.failures)} break a law"),
-                )  # fmt: skip
-            for table in (report.kinds_table(tally), report.laws_table(tally)):
-                options.wide_console().print(table)
-            options.say_written(report.write(tally, out))
-            if tally.failures:
-                typer.echo(f"failing scenes: {out / 'failures'}")
-            kept = not tally.failures
+    options.check_folder("--out", out)
+    if rerun is not None and not rerun.is_file():
+        raise ValueError(f"--rerun: {str(rerun)!r} is not allowed; must be a scene file")
+    if rerun is not None:
+        errors.refuse(errors.unless_whole("seed", seed, 0))
+        scene = load_scene(rerun).draw(np.random.default_rng(seed))
+        verdict = laws.check(scene)
+        options.wide_console().print(report.verdict_table(rerun.name, verdict))
+        kept = not verdict.broken
+    else:
+        with options.progress_of(cases) as tell:
+            tally = campaign.run(
+                cases, seed, only or [], workers=workers, minutes=minutes, out=out,
+                progress=lambda tally: tell(tally.cases, f"{len(tally.failures)} break a law"),
+            )  # fmt: skip
+        for table in (report.kinds_table(tally), report.laws_table(tally)):
+            options.wide_console().print(table)
+        options.say_written(report.write(tally, out))
+        if tally.failures:
+            typer.echo(f"failing scenes: {out / 'failures'}")
+        kept = not tally.failures
     if not kept:
         raise typer.Exit(1)
 
@@ -134,21 +131,20 @@ def paper(
     out: options.Results = Path("runs/paper"),
 ) -> None:
     """Reproduce the paper's figures and tables on one page, and judge the agreement."""
-    with options.errors_in_one_line():
-        options.need_render()
-        from magfold_bench.paper import run as runs  # noqa: PLC0415 - for this command only
+    options.need_render()
+    from magfold_bench.paper import run as runs  # noqa: PLC0415 - for this command only
 
-        with options.progress_of(1.0) as progress:
-            done = runs.run(only or [], quick, out, progress)
-        console = options.wide_console()
-        for each in done:
-            for claim in each.claims:
-                if claim.holds is False:
-                    text = f"• {each.part.name}: {claim.stated} Here: {claim.found}"
-                    console.print(escape(text), highlight=False)
-        console.print(rich_table(runs.overview(done)))
-        options.say_written(out / runs.PAGE, out / runs.NUMBERS)
-        typer.echo(f"pictures and tables of numbers: {out}")
+    with options.progress_of(1.0) as progress:
+        done = runs.run(only or [], quick, out, progress)
+    console = options.wide_console()
+    for each in done:
+        for claim in each.claims:
+            if claim.holds is False:
+                text = f"• {each.part.name}: {claim.stated} Here: {claim.found}"
+                console.print(escape(text), highlight=False)
+    console.print(rich_table(runs.overview(done)))
+    options.say_written(out / runs.PAGE, out / runs.NUMBERS)
+    typer.echo(f"pictures and tables of numbers: {out}")
 
 
 for _name, _summary in descriptions().items():

@@ -1,4 +1,4 @@
-"""Designs for every target and mode of release, compared with designs that use only energies."""
+"""Design chains for every target and mode of release, and compare with designs by energy alone."""
 
 from collections.abc import Mapping
 from itertools import product
@@ -14,14 +14,14 @@ from magfold_env.reporting.intervals import Share
 from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import folded_words
 
-WANTED = 0.9  # share of successes
+WANTED = 0.9  # required share of successes
 RUNS = 100
 SELECTION = 16
-"""Number of releases per speed that select the speed of the minimiser's design."""
+"""Number of releases at each speed, from which the minimiser's design gets its best speed."""
 
 
 def targets(quick: bool, progress: Progress) -> Measurement:
-    """Design for each target and count successes in releases that no search has used."""
+    """Design a chain for each target, and count successes in releases that no search has used."""
     scene = load_scene("design")
     if quick:
         scene = scene.replace(sequence=scene.sequence[:4])
@@ -58,7 +58,7 @@ def targets(quick: bool, progress: Progress) -> Measurement:
 def minimisers_choice(
     scene: Scene, word: str, mode: Mode, by_energy: Mapping[str, tuple[str, ...] | None], seed: int
 ) -> Choice | None:
-    """Return the sequence with the largest gap, at its best speed."""
+    """Return the word's sequence with the largest energy gap, at its best speed, or None."""
     sequence = by_energy[word]
     if sequence is None:
         return None

@@ -3,7 +3,7 @@
 Episodes are simulated at the default tolerance until the chains have settled. Magnets are random,
 and speeds are log-uniform over their whole range. In a round, all contestants play the same
 episodes, one after another or in parallel. Every round has new episodes, because some take a
-hundred times as long as others. One core is timed by processor time, threads by the wall clock.
+hundred times as long as others. One core is timed by processor time, threads by a wall clock.
 """
 
 import time
@@ -24,14 +24,14 @@ from magfold_env.envs import register_envs
 
 TUBE_FEED = "MagFold/TubeFeed-v0"
 ENVS = 64
-"""Number of environments in a vector."""
+"""Number of environments in a vector environment."""
 
 Single = gymnasium.Env[Any, Any]
 Vector = VectorEnv[Any, Any, Any]
 
 LENGTHS = (4, 6, 8, 12)
 SEED = 17
-COMPONENTS = 6  # length of the chains with the strictest requirements
+COMPONENTS = 6  # length of the chains to which most requirements apply
 
 
 class Way(NamedTuple):
@@ -62,7 +62,7 @@ WANTED = {
 
 
 class Effort(NamedTuple):
-    """Effort of a run of the benchmark."""
+    """How much a run of the benchmark measures."""
 
     lengths: tuple[int, ...]
     envs: int
@@ -74,7 +74,7 @@ FULL = Effort(LENGTHS, ENVS, 7)
 
 
 def single(**options: Any) -> Single:
-    """Return one environment as users make it, with Gymnasium's default wrappers."""
+    """Return one environment as users create it, with Gymnasium's default wrappers."""
     register_envs()
     return gymnasium.make(TUBE_FEED, **options)
 
@@ -82,7 +82,7 @@ def single(**options: Any) -> Single:
 def vector(count: int, threads: int = 1, **options: Any) -> Vector:
     """Return ``count`` parallel environments, which reset within the step that ends an episode.
 
-    They step on ``threads`` threads.
+    They are stepped on ``threads`` threads.
     """
     register_envs()
     kind: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP, "threads": threads}
@@ -110,7 +110,7 @@ def play_vector(env: Vector, seed: int, actions: NDArray[Any]) -> None:
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
-    """Measure episodes with chains of every length."""
+    """Measure the rate of episodes with chains of every length."""
     effort = QUICK if quick else FULL
     rows: list[Row] = []
     cases = list(product(effort.lengths, WAYS))
@@ -121,7 +121,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def measure(n: int, clock: str, effort: Effort, tick: Tick) -> list[Row]:
-    """Return a row for each way to play, timed by a clock, with chains of n components."""
+    """Return a row for each way to play episodes with chains of n components, timed by a clock."""
     ways = WAYS[clock]
     tasks = {way: _task(n, way, effort.envs) for way in ways}
     times = timing.take_turns(tasks, effort.rounds, 0.0, CLOCKS[clock], tick)

@@ -1,9 +1,9 @@
-"""Whole folds at several tolerances: their cost, their accuracy, and the cost of the first use.
+"""Cost and accuracy of whole folds at several tolerances, and the cost of the package's first use.
 
-The chains have six components. Sequences are drawn so that they pull towards a folded word, and are
-kept if the reference, run at the tolerance `REFERENCE`, folds. Errors are errors of the joint
-angles at the end. A fold that ends at its stops is either exact or very wrong, so a tolerance
-counts as sufficient only if every fold ends within `CLOSE` of its reference.
+The chains have six components. Each sequence is drawn so that its magnets pull the chain towards a
+folded word, and is kept if the chain folds in the reference run, at the tolerance `REFERENCE`.
+Errors are those of the joint angles at the end. A chain that ends at its stops is either exact or
+very wrong, so a tolerance is sufficient only if every chain ends within `CLOSE` of its reference.
 """
 
 import os
@@ -30,7 +30,7 @@ DEFAULT = Solver().tolerance
 
 
 FIRST, LATER = "first use", "later use"
-LIMITS = {FIRST: 60.0, LATER: 3.0}  # [s]
+LIMITS = {FIRST: 60.0, LATER: 3.0}  # largest processor times [s]
 LATER_USES = 5
 
 _FOLD = (
@@ -40,7 +40,7 @@ _FOLD = (
 
 
 class Effort(NamedTuple):
-    """Effort of a run of the benchmark."""
+    """How much a run of the benchmark measures."""
 
     sequences: int
     rounds: int
@@ -130,7 +130,7 @@ def _table(kind: str, rows: list[Row]) -> Table:
 
 
 def finding(kind: str, rows: list[Row]) -> str:
-    """Return the cost at the default tolerance and at the loosest sufficient tolerance."""
+    """Describe the cost at the default tolerance and at the loosest sufficient tolerance."""
     parts: list[str] = []
     for tolerance in sorted(tables.distinct(rows, "tolerance [rad]"), reverse=True):
         mine = _at(tolerance, rows)
@@ -146,7 +146,7 @@ def finding(kind: str, rows: list[Row]) -> str:
 
 
 def first_use(quick: bool, progress: Progress) -> Measurement:
-    """Start Python, import the package and fold a chain from a tube, first without a cache."""
+    """Start Python, import the package and fold a chain; the first time, the cache is empty."""
     rows: list[Row] = []
     uses = [FIRST, *[LATER] * (1 if quick else LATER_USES)]
     with tempfile.TemporaryDirectory() as cache:
@@ -168,6 +168,6 @@ def first_use(quick: bool, progress: Progress) -> Measurement:
 
 
 def _children() -> float:
-    """Processor time of all child processes that have ended [s]."""
+    """Return the processor time of all child processes that have ended [s]."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime

@@ -1,4 +1,4 @@
-"""Times to prove which fold of a long chain has the lowest energy."""
+"""Time that it takes to prove which fold of a long chain has the lowest energy."""
 
 import time
 
@@ -12,7 +12,7 @@ from magfold_env.scene import Scene
 
 PROVED = {12: 21, 16: 21, 20: 21, 24: 21, 28: 5, 30: 3}  # number of sequences of each length
 QUICK_PROVED = {12: 3, 16: 3}
-PROOF_BUDGETS = {20: 10.0, 24: 300.0}  # [s], for the median
+PROOF_BUDGETS = {20: 10.0, 24: 300.0}  # largest median time [s], by length
 PROOF_SEED = 4
 
 
@@ -22,7 +22,7 @@ def random_scene(rng: np.random.Generator, n: int) -> Scene:
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
-    """Time proofs of the ground states of long chains on one core, with known couplings."""
+    """Time the proofs of long chains' ground states on one core; couplings are known beforehand."""
     lengths = QUICK_PROVED if quick else PROVED
     rng = np.random.default_rng(PROOF_SEED)
     ground_state(random_scene(rng, 4))  # compiles

@@ -1,4 +1,4 @@
-"""Effects of small deviations from idealisations on how a chain ends.
+"""Effects of small deviations from the simulation's idealisations on a chain's final shape.
 
 Random chains, which are not selected for robustness, are compared with successful designs.
 """
@@ -56,7 +56,7 @@ def random_chains(count: int) -> list[Scene]:
 
 
 def designed_chains(count: int) -> list[Scene]:
-    """Return drawn chains that fold according to a suite: free, fed forward and fed backward."""
+    """Return drawn chains that a suite lists as folding free, fed forward or fed backward."""
     suite, rng = load_suite(SUITE), np.random.default_rng(0)
     found: list[tuple[Witness, Mode]]
     found = [(witnesses[mode], mode) for witnesses in suite.words.values() for mode in MODES]

@@ -1,8 +1,8 @@
 """Time the laboratory in a headless Chromium: ``python -m magfold_bench.laboratory [FILE]``.
 
 Run this in a checkout on an idle machine. Without a FILE, the page is built first. The command
-prints, each with its limit, the time until the page is ready, the time of a fold of six components
-by the page's own clock, the time from a click on a face to its frame, and the page's size.
+prints, each with its limit, the page's size, the time until the page is ready, the time of a fold
+of six components by the page's own clock, and the time from a click on a face to the next frame.
 """
 
 import gzip
@@ -19,7 +19,7 @@ from magfold_env.browser import build
 from tests.replay import chromium
 
 REPEATS = 41
-# Notes the time, counted from the navigation, when the page has made its laboratory.
+# Record the time, counted from the navigation, at which the page has created its laboratory.
 WATCH = """
 let made;
 Object.defineProperty(window, "laboratory", {
@@ -39,7 +39,7 @@ FOLD = """(() => {
   chain.free();
   return took;
 })()"""
-# Times a click from the moment of the input, before the page can handle it.
+# Time a click from the moment of the input, before the page can handle it.
 LISTEN = """addEventListener("click", ({ timeStamp }) => {
   requestAnimationFrame(() => { window.took = performance.now() - timeStamp; });
 }, true)"""
@@ -60,7 +60,7 @@ def opened(page: chromium.Page, file: Path) -> float:
 
 
 def clicked(page: chromium.Page) -> float:
-    """Turn a pole and return the time to the frame that shows it [ms]."""
+    """Change a pole by a click, and return the time to the next frame [ms]."""
     x, y = page.value(FACE)
     for kind in ("mousePressed", "mouseReleased"):
         # Click at a random moment, whatever the page is doing.
@@ -71,7 +71,7 @@ def clicked(page: chromium.Page) -> float:
 
 
 def show(what: str, values: Any, allowed: str) -> None:
-    """Print the median and the 95th percentile [ms]."""
+    """Print the median and the 95th percentile of times [ms]."""
     median, most = np.percentile(values, [50, 95])
     print(f"{what}: {median:.1f} ms, 95 % within {most:.1f} ms ({allowed})", flush=True)  # noqa: T201
 

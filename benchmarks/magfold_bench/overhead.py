@@ -1,8 +1,8 @@
 """The time that Python adds to a vector environment's step, by number of environments.
 
-There are three measurements. The first step of an episode feeds a component without physics, so the
-whole step counts. In intermediate steps, and in the last step, in which every episode ends and
-another begins, only the time outside the compiled kernels counts.
+There are three measurements. The first step of an episode feeds a component without simulation, so
+the whole step counts. In intermediate steps, and in the last step, in which every episode ends and
+another one begins, only the time outside the compiled kernels counts.
 """
 
 import sys
@@ -24,17 +24,17 @@ from magfold_env.envs.tasks.world import Fidelity
 COUNTS = (1, 4, 16, 64, 256)
 COMPONENTS = 6
 FIRST, ON_THE_WAY, LAST = "first step", "steps on the way", "last step"
-WANTED = (20.0, 0.5)  # µs per step, µs per environment
+WANTED = (20.0, 0.5)  # largest allowed µs per step, and µs per environment
 SEED = 29
 PACKAGE = "magfold_env."
 
 
 @contextmanager
 def watched_kernels() -> Generator[Callable[[], float]]:
-    """Yield a function that returns the total time so far [s] of calls from Python to kernels.
+    """Yield a function that returns the total time [s] of Python's calls to kernels so far.
 
     The time includes kernels that these kernels call, and the cost of a call before the kernel
-    begins. All kernels must have been compiled, because compilation does not find watched ones.
+    begins. All kernels must be compiled beforehand, because the compiler cannot use watched ones.
     """
     inside = 0.0
 
@@ -65,7 +65,7 @@ def watched_kernels() -> Generator[Callable[[], float]]:
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
-    """Measure both fidelities at every number of environments."""
+    """Measure steps with both fidelities and every number of environments."""
     counts, rounds = ((1, 4), 3) if quick else (COUNTS, 9)
     found = Measurement()
     fidelities: tuple[Fidelity, ...] = get_args(Fidelity)

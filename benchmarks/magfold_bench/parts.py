@@ -68,13 +68,13 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
 
 
 def run(name: str, only: Sequence[str], quick: bool, out: Path | None) -> None:
-    """Measure and print parts of a benchmark, all if `only` is empty, and write their results.
+    """Measure and print a benchmark's parts named in `only`, or all, and write their results.
 
     CSV, JSON and PNG files are written into the folder ``out``, unless it is None.
     """
     chosen = tables.chosen(BENCHMARKS[name], only)
     if out is not None:
-        plotting.figure_class()  # before the long work, if it is missing
+        plotting.figure_class()  # fails before the long work if matplotlib is missing
         out.mkdir(parents=True, exist_ok=True)
     system = machine.describe()
     measured = {each: measure(each, part, quick) for each, part in chosen.items()}
@@ -93,7 +93,7 @@ def measure(name: str, part: Part, quick: bool) -> Measurement:
 
 
 def write(name: str, part: Part, found: Measurement, folder: Path) -> list[Path]:
-    """Write a part's rows and its diagram, if it has any, and return the files."""
+    """Write a part's rows and its diagram, if there are any, and return the files."""
     if not found.rows:
         return []
     written = [folder / f"{name}.csv"]

@@ -17,7 +17,7 @@ from magfold_env.reporting import plotting
 DENSE = 20  # lines with more points have no markers
 WIDE = 1e3  # axes that span at least this factor label only powers of ten
 BESIDE: dict[str, Any] = {"textcoords": "offset points", "xytext": (5, 4), "fontsize": 8}
-MANY = 7  # with at least this many panels, each is lower
+MANY = 7  # with at least this many panels, each panel is lower
 
 
 class Description(NamedTuple):
@@ -48,7 +48,7 @@ def descriptions() -> dict[str, Summary]:
 
 
 class Lines(NamedTuple):
-    """A log-log diagram of rows, with the columns that give its axes, lines and panels."""
+    """A log-log diagram of rows, and the columns that define its axes, lines and panels."""
 
     title: str
     x: str

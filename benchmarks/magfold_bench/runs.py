@@ -1,4 +1,4 @@
-"""Whole runs of scenes: functions that set, finish, record, compare and time them."""
+"""Functions that configure, finish, record, compare and time whole runs of scenes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ KINDS: dict[str, dict[str, Any]] = {
     f"free, friction {FRICTION}": {"mount": "free", "friction": FRICTION},
     f"tube, {SPEED} m/s": {"mount": "tube", "friction": FRICTION, "feed": {"speed": SPEED}},
 }
-"""Changes that make a scene one of each kind."""
+"""Changes that turn a scene into one of each kind."""
 
 Method = Literal["adaptive", "paper"]
 
@@ -94,7 +94,7 @@ def recorded(scene: Scene) -> Fold:
 
 
 def run_task(*scenes: Scene, frame_rate: float | None = None) -> timing.Task:
-    """Return a task to time: runs of drawn scenes, one after another; preparation is not timed."""
+    """Return a task to time, which runs drawn scenes in turn; their preparation is not timed."""
 
     def prepare() -> Callable[[], None]:
         sessions = [Session(scene, frame_rate) for scene in scenes]
@@ -109,16 +109,16 @@ def run_task(*scenes: Scene, frame_rate: float | None = None) -> timing.Task:
 
 
 def difference(one: Fold, other: Fold) -> float:
-    """Largest difference in a joint's angle at any time [rad]; a chain at rest stays at rest."""
+    """Return the largest difference in a joint's angle at any time [rad]; chains stay at rest."""
     last = max(one.time, other.time)
     times = np.append(np.arange(0.0, last, 1.0 / FRAME_RATE), last)
     return float(np.abs(_joints(one, times) - _joints(other, times)).max(initial=0.0))
 
 
 def _joints(fold: Fold, times: Array) -> Array:
-    """Joint angles at some times, (n - 1, times) [rad], linear between frames and then constant.
+    """Return joint angles at some times, (n - 1, times) [rad], interpolated between frames.
 
-    The frames of the paper's solver are at the ends of its steps.
+    The angles are constant after the last frame. The paper's solver has frames at its steps' ends.
     """
     motion = fold.trajectory
     assert motion is not None
@@ -128,5 +128,5 @@ def _joints(fold: Fold, times: Array) -> Array:
 
 
 def final_difference(one: Fold, other: Fold) -> float:
-    """Largest difference in a joint's angle at the end [rad]."""
+    """Return the largest difference in a joint's angle at the end [rad]."""
     return float(np.abs(one.joint_angles - other.joint_angles).max(initial=0.0))

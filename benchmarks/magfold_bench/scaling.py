@@ -1,11 +1,11 @@
-"""Times to compute a chain's accelerations with this engine, the paper's equation 39 and peers.
+"""Time for a chain's accelerations by this engine, the paper's equation 39 and other engines.
 
 The chain is pinned, and gravity and motors in its hinges act on it. Every contender is built for
 one problem and first returns its accelerations once, which are compared before anything is timed.
 Each timed call does many evaluations, so the cost of the call itself is negligible. The contenders
-take turns, so that ratios compare measurements close in time. Their rows differ in content.
+take turns, so that ratios compare measurements close in time. Two rows include more work:
 Pinocchio's algorithm works in three dimensions and is called from Python; the cost of a call at n =
-1, with almost nothing to compute, has a separate row and is subtracted from all other times.
+1, with almost nothing to compute, has its own row and is subtracted from Pinocchio's other times.
 MuJoCo's row is a whole step in three dimensions, with positions, velocities and constraints.
 """
 
@@ -36,7 +36,7 @@ class ChainProblem(NamedTuple):
     bodies: Bodies
     angles: Array  # headings (n,) [rad]
     rates: Array  # their rates (n,) [rad/s]
-    torques: Array  # of the motors in the hinges (n,) [N·m]; motor i stands on component i − 1
+    torques: Array  # of the motors in the hinges (n,) [N·m]; motor i is fixed to component i − 1
 
     @property
     def n(self) -> int:
@@ -89,7 +89,7 @@ LONG = 60  # length from which growth is judged
 AGREE = 1e-9  # relative to the largest acceleration, up to `LONG` components
 OVERHEAD = "a call of Pinocchio"
 
-# By length, how many times faster than Pinocchio a single chain must be.
+# By length, how many times faster than Pinocchio the engine must be with a single chain.
 PINOCCHIO_FACTORS = {6: 6.0, 60: 12.0, 450: 12.0}
 LANES_AT, LANES_FACTOR = 6, 8.0
 STEEPEST = 1.1  # power of n
@@ -104,7 +104,7 @@ class Contender(NamedTuple):
 
     accelerations: Array  # of the headings (n,) [rad/s²]
     work: Callable[[], object]  # what is timed
-    evaluations: int  # how many chains' accelerations one call finds
+    evaluations: int  # number of chains whose accelerations one call computes
 
 
 Build = Callable[[ChainProblem], Contender]
@@ -134,7 +134,7 @@ def repeat_lanes(times: int, bodies: Bodies, base: tuple[float, float], lanes: A
 
 
 def scalar(problem: ChainProblem) -> Contender:
-    """One chain after another, by the engine's kernel."""
+    """Compute one chain after another with the engine's kernel."""
     out, scratch = np.zeros(problem.n), np.zeros((recursion.ROWS, problem.n))
     given = (BASE, problem.angles, problem.rates, problem.forces, scratch, out)
     times = _times(problem.n, 20_000)
@@ -143,7 +143,7 @@ def scalar(problem: ChainProblem) -> Contender:
 
 
 def lanes(problem: ChainProblem) -> Contender:
-    """`recursion.LANES` chains side by side: the problem's first, then slower copies of it."""
+    """Compute `recursion.LANES` chains side by side: the problem's, and slower copies of it."""
     n, bodies = problem.n, problem.bodies
     block = recursion.new_lanes(recursion.LANES, n)[0]
     slower = 1.0 - np.arange(recursion.LANES) / recursion.LANES
@@ -158,7 +158,7 @@ def lanes(problem: ChainProblem) -> Contender:
 
 
 def dense(problem: ChainProblem) -> Contender:
-    """Solve the paper's equation 39 directly, with precomputed parts that no state changes."""
+    """Solve the paper's equation 39 directly; the parts that no state changes are precomputed."""
     bodies = problem.bodies
     arms = levers(bodies.reach, bodies.length)
     coupling = arms.T @ (bodies.mass[:, None] * arms)
@@ -174,7 +174,7 @@ def dense(problem: ChainProblem) -> Contender:
 
 
 def pinocchio(problem: ChainProblem) -> Contender:
-    """Featherstone's articulated-body algorithm in three dimensions, in C++, called from Python."""
+    """Call Featherstone's articulated-body algorithm, in three dimensions and C++, from Python."""
     pin: Any = importlib.import_module("pinocchio")
     bodies = problem.bodies
     model = pin.Model()
@@ -200,7 +200,7 @@ def pinocchio(problem: ChainProblem) -> Contender:
 
 
 def mujoco(problem: ChainProblem) -> Contender:
-    """MuJoCo's step, which is forward dynamics and explicit Euler, repeated in C.
+    """Repeat MuJoCo's step, which is forward dynamics and explicit Euler, in C.
 
     The time step is so short that the chain does not move.
     """
@@ -233,7 +233,7 @@ def mujoco(problem: ChainProblem) -> Contender:
 
 
 def missing() -> list[str]:
-    """Names of the peers that are not installed; the extra ``peers`` contains them."""
+    """Return the names of the peers that are not installed; the extra ``peers`` contains them."""
     needs = {PINOCCHIO: "pinocchio", MUJOCO: "mujoco"}
     return [name for name, module in needs.items() if find_spec(module) is None]
 
@@ -246,7 +246,7 @@ BUILDS: dict[str, Build] = {
     DENSE: dense,
 }
 
-# Longer chains would take minutes or many gigabytes: these store matrices of at least n² numbers.
+# Longer chains would take minutes or gigabytes: these contenders store n² numbers or more.
 LONGEST = {PINOCCHIO: 450, MUJOCO: 1000, DENSE: 1000}
 
 
@@ -265,7 +265,7 @@ def measure(quick: bool, progress: Progress) -> list[Row]:
 
 
 def _measure(n: int, rounds: int, absent: list[str], tick: Tick) -> list[Row]:
-    """Rows of all contenders that can handle n components."""
+    """Return the rows of all contenders that can handle n components."""
     names = [name for name in BUILDS if name not in absent and n <= LONGEST.get(name, n)]
     problem = random_problem(n)
     contenders = {name: BUILDS[name](problem) for name in names}
@@ -297,7 +297,7 @@ def _measure(n: int, rounds: int, absent: list[str], tick: Tick) -> list[Row]:
 
 
 def _differences(n: int, contenders: Mapping[str, Contender]) -> dict[str, float]:
-    """Largest differences from the scalar kernel, as shares of the largest acceleration."""
+    """Return the largest differences from the scalar kernel, over the largest acceleration."""
     expected = contenders[SCALAR].accelerations
     scale = float(np.abs(expected).max())
     # Mass matrices, which some contenders form, become ill-conditioned as chains grow.

@@ -1,9 +1,9 @@
 """The cost of each feature of a scene; unused features must cost nothing.
 
-Starting from a scene with all features, each feature is removed separately; then all are removed
-one after another, until a pinned pendulum is left. The lower bound, or floor, is a program for that
-pendulum that has no other features. Because every scene moves differently, the benchmark compares
-the time of a run per evaluation of the accelerations, including everything else that the run does.
+From a scene with all features, each feature is removed separately; then all are removed one after
+another, until a pinned pendulum is left. The lower bound, or floor, is a program that can simulate
+nothing but that pendulum. Because the chain moves differently in every scene, the benchmark divides
+the time of a run, with everything that the run does, by its number of evaluations of accelerations.
 The preparation of a run, which converts a scene to arrays, is timed separately.
 """
 
@@ -27,7 +27,7 @@ SPEED = 0.2  # [m/s] of the feed
 TILT = (0.5, 0.0)  # [m/s²] along the feed, as on a 3° slope
 LONGEST = 10.0  # [s] after the last release; friction stops chains far sooner
 FIELD = {
-    "uniform": (0.0, 2e-5),  # [T] about the Earth's field
+    "uniform": (0.0, 2e-5),  # [T] about as strong as the Earth's field
     "magnet": {
         "position": (0.05, 0.3),  # [m]
         "heading": -0.5 * math.pi,
@@ -36,8 +36,8 @@ FIELD = {
         "thickness": 0.02,
     },
 }
-MOST_STEPS = 1000  # twice what scenes need, except the one in which magnets pass each other
-ALLOWED = 1.1  # time without any feature, relative to the floor
+MOST_STEPS = 1000  # twice what scenes need, except the one in which magnets pass through others
+ALLOWED = 1.1  # largest time without any feature, relative to the floor
 
 RECORDING = "recording"
 SWITCHED_OFF: dict[str, dict[str, Any]] = {

@@ -115,7 +115,7 @@ def entries(effort: Effort) -> list[Entry]:
 
 
 def identify() -> dict[str, str]:
-    """Return the key of a run, which includes the sources of both packages."""
+    """Return the key of a run, which includes a hash of the sources of both packages."""
     same = {key: value for key, value in machine.describe().items() if key not in PASSING}
     sources = sources_digest("**/*.py") + sources_digest("**/*.py", folder=Path(__file__).parent)
     return same | {"sources": sources}
@@ -139,7 +139,7 @@ def run(effort: Effort, out: Path) -> bool:
                 continue
             try:
                 measured = _measure(entry, effort, out / entry.benchmark)
-            except Exception as error:  # one failing part must not lose the others
+            except Exception as error:  # the other parts must not be lost
                 missing[entry.title] = f"{type(error).__name__}: {error}"
                 console.print(escape(f"{entry.title}: {missing[entry.title]}"), style="red")
                 continue

@@ -1,4 +1,4 @@
-"""Rows of measurements: functions that select, show, write and judge them."""
+"""Functions that select, show, write and judge rows of measurements."""
 
 import json
 import math
@@ -15,7 +15,7 @@ from rich.table import Table as RichTable
 from magfold_env.reporting.tables import Cell, Row, Table, cell_text
 
 Progress = Callable[[float, str], None]
-"""A function that receives the finished share of a part, 0 to 1, and the current step."""
+"""A function that receives the finished share of a part, 0 to 1, and the current step's name."""
 
 Tick = Callable[[float], None]
 """A function that receives the finished share of one case of a part, 0 to 1."""
@@ -62,7 +62,7 @@ def distinct(rows: Sequence[Row], name: str) -> list[Any]:
 
 
 def select(rows: Sequence[Row], cells: Mapping[str, Any] | None = None, **more: Any) -> list[Row]:
-    """Return the rows that have these cells."""
+    """Return the rows that have the given cells."""
     wanted = {**(cells or {}), **more}
     return [row for row in rows if all(row[name] == cell for name, cell in wanted.items())]
 

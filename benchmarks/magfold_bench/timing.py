@@ -21,7 +21,7 @@ Task = Callable[[], Callable[[], object]]
 Key = TypeVar("Key", bound=Hashable)
 
 MOST_CALLS = 10_000
-LASTING = 1e-2  # [s]; calling a kernel with many arrays takes 1e-4
+LASTING = 1e-2  # [s]; calling a kernel with many arrays takes 1e-4 s
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class Timing:
 
 
 def spread_of(samples: npt.NDArray[np.float64]) -> Spread:
-    """Median and quartiles of samples."""
+    """Return the median and quartiles of samples."""
     low, median, high = np.quantile(samples, [0.25, 0.5, 0.75])
     return Spread(float(median), float(low), float(high))
 
@@ -144,7 +144,7 @@ def enough_repeats(
 
 
 def _sample(task: Task, calls: int, clock: Callable[[], float]) -> float:
-    """Mean time of a call [s]."""
+    """Return the mean time of a call [s]."""
     total = 0.0
     for _ in range(calls):
         call = task()

@@ -1,11 +1,11 @@
 """Run time against error of whole folds, by solver tolerance, accuracy of magnets and time step.
 
 Ten named scenes are each run from several starts with every setting. A setting's error is its
-median error over the starts, and its time is the mean. Errors are errors of joint angles relative
-to the same scene run far more exactly. Starts are set aside if a nudge of 1e-6 rad changes their
+median error over the starts, and its time is the mean. Errors are those of joint angles, relative
+to a far more exact run of the same scene. Starts are set aside if a nudge of 1e-6 rad changes their
 outcome, or if their reference has not converged. The paper's solver runs only the pinned scenes. It
-stops joints in its own way, so its error does not vanish with its step. Preparing sessions is not
-timed.
+stops joints in its own way, so its error does not vanish with its step. The preparation of sessions
+is not timed.
 """
 
 from collections.abc import Sequence
@@ -51,7 +51,7 @@ LOOSER = 10.0
 
 
 class Effort(NamedTuple):
-    """Effort of a run of the benchmark."""
+    """How much a run of the benchmark measures."""
 
     starts: int
     tolerances: tuple[float, ...]
@@ -105,7 +105,7 @@ def named_scenes() -> dict[str, Scene]:
 
 
 def settings_of(scene: Scene, effort: Effort) -> list[Setting]:
-    """Return every combination that a scene allows; the paper's solver needs a pinned chain."""
+    """Return all settings that a scene allows; the paper's solver needs a pinned chain."""
     chosen = effort.accuracies if has_accuracy(scene) else (None,)
     found = [Setting("adaptive", t, accuracy) for accuracy in chosen for t in effort.tolerances]
     if scene.mount == "pinned":
@@ -118,8 +118,8 @@ class Reference(NamedTuple):
 
     scene: Scene
     fold: Fold
-    known: float  # change on the way with ten times looser settings [rad]
-    sensitivity: float  # change on the way if the start moves by `NUDGE` [rad]
+    known: float  # largest change at any time with ten times looser settings [rad]
+    sensitivity: float  # largest change at any time if the start moves by `NUDGE` [rad]
 
     @property
     def sensitive(self) -> bool:
@@ -132,7 +132,7 @@ class Reference(NamedTuple):
         return self.known > CLOSE
 
     def error_on_the_way(self, run: Fold) -> float:
-        """Largest difference in a joint's angle at any time [rad], as far as it is known."""
+        """Largest difference in a joint's angle at any time [rad], or its uncertainty if larger."""
         return max(runs.difference(run, self.fold), self.known, NUDGE)
 
 
@@ -150,7 +150,7 @@ def reference(scene: Scene, tolerance: float, accuracy: float) -> Reference:
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
-    """Measure every scene."""
+    """Measure every named scene with every setting."""
     found = Measurement()
     shown: list[Row] = []
     scenes = list(named_scenes().items())
@@ -217,7 +217,7 @@ def _errors(setting: Setting, references: Sequence[Reference]) -> Row:
 
 
 def _summary(rows: list[Row], settings: Sequence[Setting], times: Sequence[timing.Timing]) -> Row:
-    """Return the default's errors and time, and the ratio to the time of the fastest setting."""
+    """Return the default's errors and time, and its ratio to the time of the fastest setting."""
     medians = np.array([time.median for time in times])
     default = next(k for k, setting in enumerate(settings) if setting.is_default)
     way, end = tables.numbers(rows, WAY), tables.numbers(rows, END)

@@ -1,4 +1,4 @@
-"""An episode of `TubeFeedGoal` with random actions, and its reward in hindsight."""
+"""An episode of `TubeFeedGoal` with random actions, and its reward for the word that it reached."""
 
 import gymnasium
 
@@ -12,5 +12,5 @@ while not ended:
     observation, reward, ended, _, info = env.step(env.action_space.sample())
 achieved = observation["achieved_goal"]
 print("wanted", info["target"], reward, "; achieved", info["word"])
-print(env.unwrapped.compute_reward(achieved, achieved, info))  # in hindsight
+print(env.unwrapped.compute_reward(achieved, achieved, info))  # if that had been the goal
 env.unwrapped.to_html("tube_feed_goal.html")

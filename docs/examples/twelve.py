@@ -1,4 +1,4 @@
-"""A chain of twelve components with magnets for which one word is the only stable word."""
+"""A chain of twelve components whose magnets make the target its only stable word."""
 
 import magfold_env as mf
 

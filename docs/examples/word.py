@@ -1,4 +1,4 @@
-"""A design of magnets and a feed speed for a word of six components, and one release of it."""
+"""Magnets and a feed speed designed for a word of six components, and one release of the chain."""
 
 import magfold_env as mf
 

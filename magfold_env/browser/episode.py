@@ -73,7 +73,7 @@ def film(model: Model, episode: Episode) -> None:
 
 @kernel
 def judge(episode: Episode) -> None:
-    """Fill in how near the chain is to the target word; reads how it ended in ``arrays.status``."""
+    """Fill in how near the chain is to the target word; ``arrays.status`` tells how it ended."""
     angles = episode.arrays.angles
     for k in range(episode.joint.size):
         turn = float(episode.letter[k]) * (math.pi / 2.0)

@@ -89,8 +89,8 @@ def networks() -> dict[str, Any]:
 def network(name: str) -> dict[str, Any]:
     """Return a shipped policy in the form that the page's scripts expect.
 
-    Weights lose their last eight bits, a relative 2⁻¹⁶. The rest is stored by bytes: the first
-    bytes of all weights, then the second and the third ones, which compresses better.
+    Weights lose their last eight bits, a relative change of at most 2⁻¹⁶. The first bytes of all
+    weights are stored first, then the second bytes and the third ones, which compresses better.
     """
     path = configs_dir() / "policies" / f"{name}.safetensors"
     file = policy_file.read(path)

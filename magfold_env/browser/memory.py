@@ -54,7 +54,7 @@ class Chain(NamedTuple):
 
 
 class Shared(NamedTuple):
-    """Data that chains of all lengths share, and the data for computing the rest of it."""
+    """Data that chains of all lengths share, and the data from which the rest of it is computed."""
 
     tables: Tables
     far: FarKit
@@ -103,7 +103,7 @@ def _far_kit(magnets: Magnets, side: float) -> FarKit:
 
 
 def chain_of(scene: Scene, couplings: Couplings) -> Chain:
-    """Return the data of chains as long as the scene's, with what they keep of the scene."""
+    """Return the data of chains as long as the scene's, with the scene's fixed properties."""
     n, part = scene.n, scene.magnets
     model = pack(scene)._replace(
         magnets=couplings.magnets, obstacles=np.zeros((ix.WALLS + MOST_OBSTACLES, ix.RADIUS + 1))
@@ -127,7 +127,7 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
 
 
 def _word(packed: Any, name: str, count: int = 1) -> NDArray[Any]:
-    """Return a writable view of a marked NamedTuple's words, from a field on."""
+    """Return a writable view of ``count`` words of a marked NamedTuple, which begin at a field."""
     place = pointer_types.place_of(packed, name)
     words = pointer_types.words_of(packed)[place : place + count]
     return words.view(np.float64) if isinstance(getattr(packed, name), float) else words
@@ -160,7 +160,7 @@ class Image(NamedTuple):
 
 
 class Block:
-    """Memory into which NamedTuples are packed; these must live as long as the block.
+    """Memory into which NamedTuples are packed, which must live as long as the block.
 
     Arrays that are also in the ``shared`` block are stored only there.
     """
@@ -229,7 +229,7 @@ class Block:
 
 
 def _arrays(packed: Any, name: str, word: int) -> Iterator[tuple[int, str, NDArray[Any]]]:
-    """Yield the place of each address in a marked NamedTuple at a word, and the array's name."""
+    """Yield the place of each address in a NamedTuple that begins at ``word``, name and array."""
     for field, value in zip(packed._fields, packed, strict=True):
         if isinstance(value, np.ndarray):
             yield word, f"{name}.{field}", value

@@ -226,7 +226,7 @@ def rounded(x: float) -> float:
 
 @kernel
 def begin(settings: Settings, model: Model, state: State, fastest_rate: float) -> None:
-    """Fill in the initial state of every run, see `engine.workspace.new_state`."""
+    """Fill in the initial state of every run; see `engine.workspace.new_state`."""
     tube = settings.choice[MOUNT] == TUBE
     state.clock[ix.BRAKE] = state.clock[ix.BUMP] = math.inf
     state.clock[ix.STEP] = 0.1 / fastest_rate
@@ -260,7 +260,7 @@ def put_start(settings: Settings, model: Model, state: State) -> None:
 
 @kernel
 def choose(settings: Settings, state: State, k: int) -> None:
-    """Set the magnets of component k, the next to leave its tube; pause when it is out."""
+    """Set the magnets of component k, the next to leave its tube; the run pauses when it is out."""
     n, held = state.speed.size, state.counter[ix.N_HELD]
     i, turned = (n - 1 - k, True) if is_flipped(settings) else (k, False)
     for f in range(4):

@@ -1,8 +1,8 @@
 """The words of least magnetic energy, for a page: the ranking of `mf.minimise`.
 
 The search visits words depth first, in the order S, L, R, and adds a component's pair energies when
-it lays the component. Nothing is allocated here, and a search can run in parts, because its arrays
-record its progress.
+it places the component. Nothing is allocated here, and a search can run in parts, because its
+arrays record its progress.
 """
 
 import math
@@ -41,7 +41,7 @@ _HEADINGS = tuple((int(x), int(y)) for x, y in HEADINGS)
 
 @by_pointer
 class Couplings(NamedTuple):
-    """Energies of two components on the lattice, see `minimiser.arms.PairTable`."""
+    """Energies of two components on the lattice; see `minimiser.arms.PairTable`."""
 
     magnets: Magnets
     half: Array  # half a casing's diagonal, (1,) [m]
@@ -176,7 +176,7 @@ def visit(search: Search, most: int) -> int:
 
 @kernel
 def lay(search: Search, depth: int) -> None:
-    """Lay the component behind the joint whose letter was tried last."""
+    """Place the component behind the joint whose letter was tried last."""
     before, letter = int(search.quarter[depth]), int(search.tried[depth]) - 1
     after = (before + _TURNS[letter]) % 4
     x, y = _HEADINGS[before]
@@ -188,7 +188,7 @@ def lay(search: Search, depth: int) -> None:
 
 @kernel
 def keep(search: Search) -> None:
-    """Insert the laid word among the best, after words of equal energy, or discard it."""
+    """Insert the current word among the best, after words of equal energy, or discard it."""
     last, count = search.x.size - 1, search.progress[FOUND]
     energy = search.energy[last]
     place = count
@@ -210,7 +210,7 @@ def keep(search: Search) -> None:
 
 @kernel
 def is_stable(search: Search) -> int:
-    """Whether the laid word is folded and no equal poles touch."""
+    """Whether the current word is folded and no like poles touch."""
     table = PairTable(search.coupling, search.coupling.shape[0] // 2, search.charge, True)
     for k in range(1, search.x.size):
         if _TURNS[search.tried[k - 1] - 1] == 0:

@@ -1,7 +1,7 @@
 """The largest of the magnets' tables, computed by the same kernels as elsewhere.
 
-The table is a megabyte that compression does not reduce, and a page computes it in 0.2 s. The
-tables of joint angles are a quarter of that size and would take 0.35 s, so they are stored, as are
+The table takes a megabyte, which compression does not reduce, and a page computes it in 0.2 s. The
+tables of joint angles have a quarter of that size and would take 0.35 s, so they are stored, like
 small data such as the knots and matrices of `simulation.far_table`. Tests compare every bit.
 """
 
@@ -34,7 +34,7 @@ class FarKit(NamedTuple):
 
 @kernel
 def make_far_table(kit: FarKit, tables: Tables) -> None:
-    """Fill in the table for casings farther apart, see `build_far_table`."""
+    """Fill in the table for casings that are farther apart; see `build_far_table`."""
     soft, soften = tables.far.soft, tables.far.soften
     fill(kit.magnets, kit.far, soft, soften, kit.few[0], kit.few[1], kit.far_values)
     fill(kit.magnets, kit.near, soft, soften, kit.many[0], kit.many[1], kit.near_values)

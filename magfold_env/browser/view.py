@@ -1,4 +1,4 @@
-"""A chain as a page sees it: its pose, letters and energies, and how its run ended."""
+"""A chain as a page shows it: its pose, letters and energies, and how its run ended."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -100,7 +100,7 @@ def letter(angle: float) -> int:
 
 @kernel
 def loaded(model: Model, lo: int, base: float) -> int:
-    """Return how many components have their magnets, see `fold.loaded`; ``base`` is its x [m]."""
+    """Return how many components have magnets (see `fold.loaded`); ``base`` is the base's x [m]."""
     if not model.at_mouth:
         return model.n
     count = 0
@@ -112,7 +112,7 @@ def loaded(model: Model, lo: int, base: float) -> int:
 
 @kernel
 def ending(outcome: int, state: State, view: View) -> int:
-    """Return the index in STATUSES for a run that ended so, or BY_BREAKDOWN; see `look`."""
+    """Return the index in STATUSES of a run with this outcome, or BY_BREAKDOWN; see `look`."""
     if outcome == outcomes.TIMED_OUT:
         return _UNSETTLED
     if outcome != outcomes.RESTED:

@@ -1,13 +1,13 @@
 # Numba's own modules have no type annotations.
 # pyright: basic
 
-"""Compile kernels to one WebAssembly module without imports; uses compilers' internals.
+"""Compile kernels to one WebAssembly module without imports, by means of compilers' internals.
 
 Numba only lowers kernels (`engine.compile.numba_private`): its code before optimisation is the same
 on every machine, and LLVM optimises it for WebAssembly. Words of eight bytes hold addresses of
-four; their other bytes are zero. Where other machines have an instruction or a library, the
-engine's own kernels are used here: for sines, cosines, and fused multiply-adds. Then LLD links
-LLVM's output.
+four; their other bytes are zero. Where other machines have an instruction or a library function,
+as for sines and fused multiply-adds, the engine's own kernels are used here. Then LLD links LLVM's
+output.
 """
 
 import importlib.util
@@ -101,9 +101,9 @@ def cosine(x: float) -> float:
 
 @jit.kernel
 def fused(a: float, b: float, c: float) -> float:
-    """Return a·b + c, rounded once, for |a|, |b| < 2⁹⁹⁶: `elementary.fma_in_parts`, unbranched.
+    """Return a·b + c, rounded once, for |a|, |b| < 2⁹⁹⁶.
 
-    That function's branch depends on the last bits, which no processor can predict.
+    This is `elementary.fma_in_parts` without its branch, which no processor can predict.
     """
     high, low = elementary._product(a, b)
     rest, lower = elementary._sum(c, low)

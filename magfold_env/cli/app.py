@@ -51,33 +51,28 @@ def play(
     seed: options.Seed = 0,
 ) -> None:
     """Fold a chain by keyboard, in a window; H shows the keys."""
-    with options.errors_in_one_line():
-        options.need_render()
-        # Only this command needs these imports.
-        from magfold_env.envs.pictures.play import Game  # noqa: PLC0415
-        from magfold_env.envs.tube_feed import TubeFeedEnv  # noqa: PLC0415
+    options.need_render()
+    # Only this command needs these imports.
+    from magfold_env.envs.pictures.play import Game  # noqa: PLC0415
+    from magfold_env.envs.tube_feed import TubeFeedEnv  # noqa: PLC0415
 
-        length = len(target) + 1 if target else components
-        if components not in (None, length):
-            raise ValueError(
-                f"--components: {components} is not allowed; must be {length} for {target!r}"
-            )
-        env = TubeFeedEnv(
-            scene,
-            render_mode="human",
-            components=length,
-            targets=None if target is None else [target],
-            fidelity=cast("Any", fidelity),
-            randomisation=cast("Any", randomisation),
-            baseline=None,
+    length = len(target) + 1 if target else components
+    if components not in (None, length):
+        raise ValueError(
+            f"--components: {components} is not allowed; must be {length} for {target!r}"
         )
-        options.need_display()
-        game = Game(env, seed, target)
-        try:
-            game.begin()
-            game.run()
-        finally:
-            env.close()
+    env = TubeFeedEnv(
+        scene, render_mode="human", components=length, baseline=None,
+        targets=None if target is None else [target], fidelity=cast("Any", fidelity),
+        randomisation=cast("Any", randomisation),
+    )  # fmt: skip
+    options.need_display()
+    game = Game(env, seed, target)
+    try:
+        game.begin()
+        game.run()
+    finally:
+        env.close()
 
 
 for _command in (

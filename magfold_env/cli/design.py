@@ -49,33 +49,32 @@ def design(  # noqa: PLR0913 - one parameter per option
     json: options.Json = None,
 ) -> None:
     """Search for magnets and a feed speed that fold into a word; exit code 1 if none are found."""
-    with options.errors_in_one_line():
-        options.check_outputs({"--json": json})
-        options.check_folder("--out", out)
-        given = None if scene is None else load_scene(scene)
-        if given is not None and given.magnets is None:
-            raise ValueError("magnets: None is not allowed; a scene must have those to be designed")
-        with options.progress_bar() as bar:
-            tasks: dict[str, TaskID] = {}
+    options.check_outputs({"--json": json})
+    options.check_folder("--out", out)
+    given = None if scene is None else load_scene(scene)
+    if given is not None and given.magnets is None:
+        raise ValueError("magnets: None is not allowed; a scene must have those to be designed")
+    with options.progress_bar() as bar:
+        tasks: dict[str, TaskID] = {}
 
-            def show_progress(stage: str, done: float) -> None:
-                if stage not in tasks:
-                    tasks[stage] = bar.add_task(_STAGES[stage], total=1.0)
-                bar.update(tasks[stage], completed=done)
+        def show_progress(stage: str, done: float) -> None:
+            if stage not in tasks:
+                tasks[stage] = bar.add_task(_STAGES[stage], total=1.0)
+            bar.update(tasks[stage], completed=done)
 
-            found = designer.design(
-                target,
-                given,
-                # These options are text; the designer checks them.
-                cast("Any", mode),
-                cast("Any", objective),
-                search=cast("Any", search), seed=seed, speeds=speed or None,
-                budget=budget, goal=goal, runs=runs,
-                workers=workers, backend=cast("Any", backend),
-                state=None if out is None else out / "state",
-                progress=show_progress,
-            )  # fmt: skip
-        show(found)
+        found = designer.design(
+            target,
+            given,
+            # These options are text; the designer checks them.
+            cast("Any", mode),
+            cast("Any", objective),
+            search=cast("Any", search), seed=seed, speeds=speed or None,
+            budget=budget, goal=goal, runs=runs,
+            workers=workers, backend=cast("Any", backend),
+            state=None if out is None else out / "state",
+            progress=show_progress,
+        )  # fmt: skip
+    show(found)
     written = None if out is None or found.scene is None else out / "scene.yaml"
     options.save(
         (out and out / "design.json", found.to_json),

@@ -31,22 +31,16 @@ def ensemble(  # noqa: PLR0913 - one parameter per option
     png: options.Png = None,
 ) -> None:
     """Release a chain many times and show the probability of every word and status."""
-    with options.errors_in_one_line():
-        check_pictures(out, png)
-        changed = changed_scene(
-            load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread
-        )
-        with options.progress_of(runs) as tell:
-            made = releases.ensemble(
-                changed,
-                runs,
-                seed,
-                workers=workers,
-                backend=cast("Any", backend),
-                state=None if out is None else out / "state",
-                progress=lambda made, _: tell(made),
-            )
-        show(made)
+    check_pictures(out, png)
+    changed = changed_scene(
+        load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread
+    )
+    with options.progress_of(runs) as tell:
+        made = releases.ensemble(
+            changed, runs, seed, workers=workers, backend=cast("Any", backend),
+            state=None if out is None else out / "state", progress=lambda made, _: tell(made),
+        )  # fmt: skip
+    show(made)
     draw = options.drawing("draw_ensemble", made)
     options.save(
         (out and out / "ensemble.json", made.to_json),
@@ -82,12 +76,8 @@ def changed_scene(
     """
     if mode is not None:
         scene = releases.release(scene, cast("Any", mode))
-    widths: dict[str, float] = {}
-    for text in spreads or []:
-        name, width = _named_width(text)
-        if name in widths:
-            raise SceneError([Problem("--spread", text, f"must not name {name} a second time")])
-        widths[name] = width
+    options.refuse_repeated("--spread", spreads or [])
+    widths = dict(map(_named_width, spreads or []))
     feed = {"direction": direction, "speed": speed}
     asked = {"mount": mount, "friction": friction, "feed": _given(feed) or None}
     changes = _given(asked)
@@ -128,8 +118,8 @@ def cells(found: Share) -> tuple[str, str, str]:
     return str(found.successes), f"{found.rate:.1%}", f"{found.low:.1%} to {found.high:.1%}"
 
 
-def _given(options: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in options.items() if value is not None}
+def _given(values: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in values.items() if value is not None}
 
 
 def _named_width(text: str) -> tuple[str, float]:

@@ -38,7 +38,7 @@ def fold(  # noqa: PLR0913 - one parameter per option
 ) -> None:
     """Simulate one fold and print how it ended; exit code 1 if the simulation failed."""
     files = {"--gif": gif, "--png": png, "--html": html, "--sheet": sheet, "--json": json}
-    with options.errors_in_one_line(), options.busy("simulating") as shown:
+    with options.busy("simulating") as shown:
         options.check_outputs(files)
         changed = changed_scene(
             load_scene(scene), mount=mount, direction=direction, speed=speed, friction=friction

@@ -40,7 +40,7 @@ def holding(  # noqa: PLR0913 - one parameter per option
     json: options.Json = None,
 ) -> None:
     """Find the moments that open a fold's joints, and the pull at which it gives way."""
-    with options.errors_in_one_line(), options.busy("simulating"):
+    with options.busy("simulating"):
         options.check_outputs({"--png": png, "--json": json})
         if angle is not None and not np.isfinite(angle).all():
             raise ValueError(f"--angle: {angle} is not allowed; must be finite numbers")

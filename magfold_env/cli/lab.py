@@ -30,9 +30,8 @@ def lab(
 
     The laboratory is one self-contained file. In a checkout, it is compiled on first use.
     """
-    with options.errors_in_one_line((RuntimeError, ValueError, OSError, ImportError)):
-        if out is not None:
-            options.check_folder("--out", out)
+    with options.errors_in_one_line((RuntimeError,)):
+        options.check_folder("--out", out)
         link = "" if scene is None else link_of(load_scene(scene))
         # Only this command needs these imports.
         from magfold_env.browser import build  # noqa: PLC0415

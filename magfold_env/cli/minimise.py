@@ -13,7 +13,7 @@ from magfold_env import minimiser
 from magfold_env.cli import options
 from magfold_env.files import write_text
 from magfold_env.reporting.tables import joined_pairs, letters
-from magfold_env.scene import Scene, load_scene
+from magfold_env.scene import Scene, load_scene, scene_names
 
 MODES: tuple[minimiser.Mode, ...] = ("forward", "backward")
 
@@ -29,20 +29,20 @@ def minimise(
     json: options.Json = None,
 ) -> None:
     """Rank the states of a chain by magnetic energy, and search it component by component."""
-    with options.errors_in_one_line():
-        options.check_outputs({"--png": png, "--json": json})
-        loaded = load_scene(scene)
-        with options.progress_of(1.0) as tell:
-            tell(0.0, "searching")
-            # The options are text; the minimiser checks them.
-            found = minimiser.minimise(
-                loaded, cast("Any", mode), top, cast("Any", among),
-                progress=lambda done: tell(done, "searching"),
-            )  # fmt: skip
-            tell(1.0, "component by component")
-            feeds = _feeds(loaded)
+    options.check_outputs({"--png": png, "--json": json})
+    loaded = load_scene(scene)
+    with options.progress_of(1.0) as tell:
+        tell(0.0, "searching")
+        # The options are text; the minimiser checks them.
+        found = minimiser.minimise(
+            loaded, cast("Any", mode), top, cast("Any", among),
+            progress=lambda done: tell(done, "searching"),
+        )  # fmt: skip
+        tell(1.0, "component by component")
+        feeds = _feeds(loaded)
     decisions = [decisions_table(found)] if found.decisions else []
-    options.show(states_table(found), *decisions, one_by_one_table(feeds))
+    papers = scene.startswith("paper/") and scene in scene_names()
+    options.show(states_table(found, papers), *decisions, one_by_one_table(feeds))
     options.save(
         (png, options.drawing("draw_states", loaded, found.states)),
         (json, lambda path: write_text(path, to_json(loaded, found, *feeds))),
@@ -59,12 +59,15 @@ def _feeds(scene: Scene) -> list[minimiser.Minimum]:
     return found
 
 
-def states_table(found: minimiser.Minimum) -> Table:
-    """Return a table of a search's states, lowest energy first; equal outlines share a letter."""
+def states_table(found: minimiser.Minimum, papers: bool) -> Table:
+    """Return a table of a search's states, lowest energy first; equal outlines share a letter.
+
+    If ``papers``, the table contains the paper's score and stability.
+    """
     table = _table(
         f"States by energy ({found.mode}, {found.examined} words compared)",
         ("", "word", "energy", "score", "conflicts", "stable", "outline", "tied"),
-        "Energies in mJ, the score with pairs inside components.\nEqual letters: equal outlines.",
+        "Energies in mJ. Equal letters: equal outlines.",
     )
     outlines = list(dict.fromkeys(state.outline for state in found.states))
     for rank, state in enumerate(found.states, start=1):
@@ -78,6 +81,8 @@ def states_table(found: minimiser.Minimum) -> Table:
             letters(outlines.index(state.outline)).lower(),
             " ".join(state.tied) or "none",
         )
+    if not papers:
+        table.columns = [each for each in table.columns if each.header not in ("score", "stable")]
     return table
 
 

@@ -5,13 +5,14 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 from rich import progress
@@ -20,10 +21,11 @@ from rich.markup import escape
 from rich.measure import Measurement
 from rich.status import Status
 from rich.table import Table
+from typer.core import TyperCommand, TyperGroup
 
 from magfold_env.engine.compile import jit
 from magfold_env.files import pip_install
-from magfold_env.scene import SceneError
+from magfold_env.scene import Problem, SceneError
 from magfold_env.scene.errors import shortened
 
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
@@ -74,11 +76,42 @@ WIDEST = 10_000  # limit for the width of a table
 LONGEST = 4_000  # limit for the characters of a message
 
 
+class _InOneLine:
+    """A command that reports a user's errors, and Ctrl-C, in one line, and refuses empty values."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        with errors_in_one_line():
+            for before, each in pairwise(("", *args)):
+                option, equals, value = each.partition("=")
+                # Python takes an empty path for the current folder.
+                if not each or (option.startswith("--") and equals and not value):
+                    raise SceneError([Problem(option or before, "", "must not be empty")])
+            return cast("Any", super()).parse_args(ctx, args)
+
+    def invoke(self, ctx: Any) -> Any:
+        with errors_in_one_line():
+            return cast("Any", super()).invoke(ctx)
+
+
+class _Command(_InOneLine, TyperCommand): ...
+
+
+class _Group(_InOneLine, TyperGroup): ...
+
+
 def application(**settings: Any) -> typer.Typer:
     """Return a command-line application that does not have any commands yet."""
     return typer.Typer(
-        add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False, **settings
-    )
+        cls=_Group, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+        **settings,
+    )  # fmt: skip
+
+
+def application_of(main: Callable[..., None]) -> typer.Typer:
+    """Return a command line that consists of one command."""
+    made = application()
+    made.command(cls=_Command)(main)
+    return made
 
 
 @cache
@@ -125,6 +158,14 @@ def errors_in_one_line(
         for line in lines if several else ("; ".join(lines),):
             typer.echo(f"error: {shortened(line, LONGEST)}", err=True)
         raise typer.Exit(code) from None
+
+
+def refuse_repeated(option: str, texts: Sequence[str]) -> None:
+    """Refuse texts KEY=VALUE, two of which have the same key."""
+    keys = [text.partition("=")[0].strip() for text in texts]
+    for k, key in enumerate(keys):
+        if key in keys[:k]:
+            raise SceneError([Problem(option, texts[k], f"must not name {key} a second time")])
 
 
 def check_outputs(paths: Mapping[str, Path | None]) -> None:
@@ -198,7 +239,7 @@ def say_written(*paths: Path | None) -> None:
 
 def save(*files: tuple[Path | None, Callable[[Path], object]]) -> None:
     """Write each requested file, make its folder if necessary, and print the paths."""
-    with errors_in_one_line(), busy("writing"):
+    with busy("writing"):
         for path, write in files:
             if path is not None:
                 path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,19 +1,14 @@
 """`magfold scenes`: the shipped scenes and all keys of a scene."""
 
-import ast
-import inspect
 import json
-import re
-import textwrap
 from collections.abc import Iterator, Mapping
-from itertools import pairwise
 from typing import Annotated, Any, NamedTuple
 
 import typer
 from rich.markup import escape
 
 from magfold_env.cli import options
-from magfold_env.scene import Scene, load_scene, scene_names
+from magfold_env.scene import Scene, errors, load_scene, scene_names
 from magfold_env.scene.base import FrozenModel
 
 Schema = Mapping[str, Any]
@@ -73,32 +68,12 @@ def scene_keys() -> Iterator[Key]:
     yield from _keys(schema, schema["$defs"], "")
 
 
-def _meanings(group: str) -> dict[str, str]:
-    """Return the docstrings of the keys of a group.
-
-    Pydantic could read them too, but would take a tenth of a second in every process that makes a
-    scene.
-    """
-    (kind,) = (each for each in FrozenModel.__subclasses__() if each.__name__ == group)
-    source: Any = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
-    found: dict[str, str] = {}
-    for pair in pairwise(source.body):
-        match pair:
-            case (
-                ast.AnnAssign(target=ast.Name(id=name)),
-                ast.Expr(value=ast.Constant(value=str(told))),
-            ):
-                found[name] = " ".join(told.split())
-            case _:
-                pass
-    return found
-
-
 def _keys(group: Schema, groups: Mapping[str, Schema], before: str) -> Iterator[Key]:
-    required, meanings = group.get("required", ()), _meanings(group["title"])
+    (kind,) = (each for each in FrozenModel.__subclasses__() if each.__name__ == group["title"])
+    required, meanings = group.get("required", ()), errors.meanings(kind)
     for name, entry in group["properties"].items():
         told = meanings[name]
-        units = re.findall(r"\[(.+?)\]", told)
+        units = errors.UNIT.findall(told)
         if len(units) == 1:
             told = told.replace(f" [{units[0]}]", "")
         default = "must be given" if name in required else _written(entry["default"])

@@ -41,18 +41,13 @@ def score(
     Nothing in the file is run as code. A file of actions contains the track, the seed and the
     episodes for which they were chosen.
     """
-    with options.errors_in_one_line():
-        options.check_outputs({"--json": json})
-        with options.progress_bar() as bar:
-            task = bar.add_task("")
-            found = scored(
-                file,
-                env,
-                seed,
-                episodes,
-                minutes,
-                lambda played, wanted: bar.update(task, completed=played, total=wanted),
-            )
+    options.check_outputs({"--json": json})
+    with options.progress_bar() as bar:
+        task = bar.add_task("")
+        found = scored(
+            file, env, seed, episodes, minutes,
+            lambda played, wanted: bar.update(task, completed=played, total=wanted),
+        )  # fmt: skip
     ((name, row),) = found.rows.items()
     rate, low, high = (100 * each for each in row.success)
     seconds, (run,) = found.provenance["seconds"], row.runs

@@ -42,26 +42,19 @@ def sweep(  # noqa: PLR0913 - one parameter per option
     png: options.Png = None,
 ) -> None:
     """Release a chain many times at each point of a grid of one or two of its numbers."""
-    with options.errors_in_one_line():
-        ensemble.check_pictures(out, png)
-        grid = grid_of(over)
-        changed = ensemble.changed_scene(
-            load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread
-        )
-        chosen = None if outcome is None else sweeps.Outcome.parse(outcome, changed.n)
-        total = runs * math.prod(map(len, grid.values()))
-        with options.progress_of(total) as tell:
-            made = sweeps.sweep(
-                changed,
-                grid,
-                runs,
-                seed,
-                workers=workers,
-                backend=cast("Any", backend),
-                state=None if out is None else out / "state",
-                progress=lambda made, _: tell(made),
-            )
-        show(made, chosen)
+    ensemble.check_pictures(out, png)
+    grid = grid_of(over)
+    changed = ensemble.changed_scene(
+        load_scene(scene), mode=mode, speed=speed, friction=friction, spreads=spread
+    )
+    chosen = None if outcome is None else sweeps.Outcome.parse(outcome, changed.n)
+    total = runs * math.prod(map(len, grid.values()))
+    with options.progress_of(total) as tell:
+        made = sweeps.sweep(
+            changed, grid, runs, seed, workers=workers, backend=cast("Any", backend),
+            state=None if out is None else out / "state", progress=lambda made, _: tell(made),
+        )  # fmt: skip
+    show(made, chosen)
     draw = options.drawing("draw_sweep", made, outcome=chosen)
     options.save(
         (out and out / "sweep.json", made.to_json),
@@ -76,11 +69,10 @@ def grid_of(texts: list[str]) -> dict[str, list[float]]:
 
     Values within a range are rounded to twelve digits.
     """
+    options.refuse_repeated("--over", texts)
     grid: dict[str, list[float]] = {}
     for text in texts:
         key, _, values = text.partition("=")
-        if key in grid:
-            raise SceneError([Problem("--over", text, f"must not name {key} a second time")])
         try:
             grid[key] = _range(values) if ":" in values else list(map(float, values.split(",")))
         except ValueError as error:

@@ -19,16 +19,15 @@ SEQUENCE = ("NNSS", "SSNN", "NNNS", "NSSS", "NSNS")
 
 def warmup() -> None:
     """Compile all kernels now; later uses load them from disk."""
-    with options.errors_in_one_line():
-        begun = time.monotonic()
-        with options.progress_bar() as bar:
-            todo = work()
-            task = bar.add_task("compiling", total=len(todo))
-            for name, each in todo.items():
-                bar.update(task, description=f"compiling what {name} need")
-                each()
-                bar.advance(task)
-        typer.echo(f"compiled in {time.monotonic() - begun:.0f} s; kept on the disk")
+    begun = time.monotonic()
+    with options.progress_bar() as bar:
+        todo = work()
+        task = bar.add_task("compiling", total=len(todo))
+        for name, each in todo.items():
+            bar.update(task, description=f"compiling what {name} need")
+            each()
+            bar.advance(task)
+    typer.echo(f"compiled in {time.monotonic() - begun:.0f} s; kept on the disk")
 
 
 def work() -> dict[str, Callable[[], Any]]:

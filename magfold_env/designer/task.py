@@ -206,7 +206,7 @@ class Design(Shown):
             rows |= {
                 "energy": f"{1e3 * evidence.energy:.3f} mJ",
                 "next word": f"{evidence.rival}, {1e3 * abs(evidence.gap):.3f} mJ {side}",
-                "bears errors of single magnets": f"{100 * evidence.tolerance:.0f} %",
+                "tolerates errors in individual magnets": f"{100 * evidence.tolerance:.0f} %",
                 "stable": stable if evidence.stable else "no",
             }
         if (short := self.shortfall) is not None:

@@ -107,7 +107,7 @@ class Minimum(Shown):
                 "word": each.word,
                 "energy [mJ]": 1e3 * each.energy,
                 "stable": "yes" if each.stable else "no",
-                "equal poles touch": joined_pairs(each.conflicts) or "none",
+                "like poles touch": joined_pairs(each.conflicts) or "none",
                 "tied": " ".join(each.tied) or "none",
             }
             for each in self.states

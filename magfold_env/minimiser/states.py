@@ -47,7 +47,7 @@ class State:
         pairs = ", ".join(f"{i} and {j}" for i, j in self.conflicts)
         ties = f", tied with {len(self.tied)}" if self.tied else ""
         state = (
-            "stable" if self.stable else f"equal poles of {pairs} touch" if pairs else "not folded"
+            "stable" if self.stable else f"like poles of {pairs} touch" if pairs else "not folded"
         )
         return f"<State {self.word}: {1e3 * self.energy:.4g} mJ, {state}{ties}>"
 

@@ -182,7 +182,7 @@ def _prediction(scene: Scene, title: str, mode: Mode, simulated_word: str) -> Ou
         note += f", equal to {', '.join(best.tied)}"
     if best.conflicts:
         pairs = ", ".join(f"{one} and {other}" for one, other in best.conflicts)
-        note += f"; equal poles touch: {pairs}"
+        note += f"; like poles touch: {pairs}"
     return Outcome(title, best.word or "(one component)", note, word_to_angles(best.word))
 
 

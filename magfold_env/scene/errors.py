@@ -1,13 +1,21 @@
 """User errors and their messages."""
 
+import ast
+import inspect
 import re
 import sys
 from collections.abc import Hashable, Iterable, Sequence
+from contextlib import suppress
 from difflib import get_close_matches
+from functools import cache
+from itertools import pairwise
 from numbers import Integral, Real
 from typing import NamedTuple, TypeGuard
 
 from pydantic import BaseModel, ValidationError
+
+UNIT = re.compile(r"\[(.+?)\]")  # in the docstring of a key
+_KINDS = {"float_type": ("number", "number in "), "tuple_type": ("list", "list of numbers in ")}
 
 
 class Problem(NamedTuple):
@@ -135,11 +143,35 @@ def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]
         elif entry["type"] == "missing":
             allowed = f"must have a value at {key}"
             problems.append(Problem(dotted(entry["loc"][:-1]), entry["input"], allowed))
+        elif (kind := entry["type"]) in _KINDS:
+            units = UNIT.findall(meanings(model).get(str(entry["loc"][0]), ""))
+            if kind == "float_type" and len(units) > 1:  # in pairs
+                units = [units[int(entry["loc"][-1])]]
+            allowed = f"must be a {_KINDS[kind][bool(units)]}{' and '.join(units)}"
+            problems.append(Problem(key, entry["input"], allowed))
         else:
             allowed = str(cause) if cause is not None else entry["msg"]
             allowed = re.sub(r"^(Input|Tuple) should|(?<=.) after validation", _reword, allowed)
             problems.append(Problem(key, entry["input"], allowed))
     return problems
+
+
+@cache
+def meanings(model: type[BaseModel]) -> dict[str, str]:
+    """Return the docstrings of the keys of a group, none if it has no source file.
+
+    Pydantic can read them too, but then every process that makes a scene spends a tenth of a
+    second.
+    """
+    found: dict[str, str] = {}
+    with suppress(KeyError, OSError, TypeError):  # such as that of a class in a notebook
+        for group in ast.walk(ast.parse(inspect.getsource(sys.modules[model.__module__]))):
+            if isinstance(group, ast.ClassDef) and group.name == model.__name__:
+                for key, told in pairwise(group.body):
+                    if isinstance(key, ast.AnnAssign) and isinstance(told, ast.Expr):
+                        text = str(getattr(told.value, "value", ""))
+                        found[ast.unparse(key.target)] = " ".join(text.split())
+    return found
 
 
 def dotted(location: Sequence[str | int]) -> str:

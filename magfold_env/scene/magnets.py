@@ -1,6 +1,6 @@
 """The group `magnets` of a scene: four magnets per component, one behind each face."""
 
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Annotated, Any, Literal, Self, cast, get_args
 
 import numpy as np
@@ -38,9 +38,9 @@ Length = Literal["width", "height", "thickness", "inset"]
 _ONE_A_FACE = f"one a face ({', '.join(FACES)})"
 
 
-def _four(values: tuple[float, ...]) -> tuple[float, ...]:
+def _four(values: tuple[float, ...], *, also: str = "") -> tuple[float, ...]:
     if len(values) != len(FACES):
-        raise ValueError(f"must be one number, or four, {_ONE_A_FACE}")
+        raise ValueError(f"must be one number, or four, {_ONE_A_FACE}{also}")
     return values
 
 
@@ -63,9 +63,10 @@ FOUR = Field(json_schema_extra={"minItems": len(FACES), "maxItems": len(FACES)})
 Four = Annotated[tuple[T, ...], AfterValidator(_four), FOUR, Tag("<list>")]
 EachFace = Annotated[One[T] | Four[T], Discriminator(number_or_list)]
 """One number for all faces, or one number per face, in the order of `FACES`."""
+_ALSO = ", or a row of four for each component"
 Strength = Annotated[
     One[T]
-    | Four[T]
+    | Annotated[tuple[T, ...], AfterValidator(partial(_four, also=_ALSO)), FOUR, Tag("<list>")]
     | Annotated[tuple[Annotated[tuple[T, ...], BeforeValidator(_row), FOUR], ...], Tag("<rows>")],
     Discriminator(_strength_branch),
 ]

@@ -118,24 +118,25 @@ class Scene(base.FrozenModel, Shown):
 
     @model_validator(mode="after")
     def _check_fit(self) -> Self:
+        n, one = self.n, "one number, or "
         wanted = {
-            "friction": (self.friction, self.n, "components"),
-            "casing.mass": (self.casing.mass, self.n, "components"),
-            "casing.inertia": (self.casing.inertia, self.n, "components"),
-            "feed.speed": (self.feed.speed, self.n, "components"),
-            "start_angles": (self.start_angles, self.n - 1, "joints"),
-            "start_offsets": (self.start_offsets, self.n + 1, "hinges"),
+            "friction": (self.friction, n, f"{one}{n}, one for each component"),
+            "casing.mass": (self.casing.mass, n, f"{one}{n}, one for each component"),
+            "casing.inertia": (self.casing.inertia, n, f"{one}{n}, one for each component"),
+            "feed.speed": (self.feed.speed, n, f"{one}{n}, one for each component"),
+            "start_angles": (self.start_angles, n - 1, f"{n - 1} numbers, one for each joint"),
+            "start_offsets": (self.start_offsets, n + 1, f"{n + 1} numbers, one for each hinge"),
         }
+        if (magnets := self.magnets) is not None and magnets.rows is not None:
+            allowed = f"{one}four, or {n} rows of four, one for each component"
+            name = magnets.strength_name
+            wanted[f"magnets.{name}"] = getattr(magnets, name), n, allowed
         problems = [
-            Problem(key, value, f"must have {count} numbers, the scene has {count} {what}")
-            for key, (value, count, what) in wanted.items()
+            Problem(key, value, f"must be {allowed}")
+            for key, (value, count, allowed) in wanted.items()
             if isinstance(value, tuple) and len(value) != count
         ]
-        if (magnets := self.magnets) is not None:
-            if magnets.rows not in (None, self.n):
-                name = magnets.strength_name
-                allowed = f"must have {self.n} rows of four, the scene has {self.n} components"
-                problems.append(Problem(f"magnets.{name}", getattr(magnets, name), allowed))
+        if magnets is not None:
             wrong = magnets.misfits(self.casing.side)
             problems += [each._replace(key=f"magnets.{each.key}") for each in wrong]
         bore, diagonal = self.feed.bore, self.casing.diagonal

@@ -77,17 +77,8 @@ def reversed_inside(scene: Scene) -> bool:
     return scene.mount == "tube" and scene.feed.direction == "forward"
 
 
-def hinge_offsets(scene: Scene) -> Array:
-    """Return the initial offsets of hinges to the left of the tube's axis [m], (n + 1,).
-
-    The scene must have a tube and be concrete. Component 1's outer hinge comes first.
-    """
-    offsets = inner_offsets(scene)
-    return offsets[::-1] if reversed_inside(scene) else offsets
-
-
 def inner_offsets(scene: Scene) -> Array:
-    """Return the same offsets from the inner end."""
+    """Return where a tube's hinges start, left of its axis [m], (n + 1,), the inner end first."""
     turn = reversed_inside(scene)
     if scene.start_offsets is not None:
         offsets = np.array(scene.start_offsets)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import pytest
 import typer
 
-from agents.commands import reported_errors, run_command, text_table
+from agents.commands import needing, run_command, text_table
 from magfold_env.cli import options
 from tests.command_line import python
 
@@ -27,6 +27,26 @@ def test_commands_without_their_extra_tell_it_in_one_line(missing: str, tmp_path
     done = without(missing, tmp_path, "-m", "agents.train", "ppo-tube-feed")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == f"error: agents need Stable-Baselines3: {REMEDY}\n"
+
+
+# Import of what every command needs, in which Ctrl-C arrives.
+SLOW_IMPORT = """
+import sys
+
+class Interrupts:
+    def find_spec(self, name, *_):
+        if name == "agents.commands":
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Interrupts())
+"""
+
+
+def test_ctrl_c_in_imports_ends_commands_quietly(tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(SLOW_IMPORT)
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    done = python("-m", "agents.train", "ppo-tube-feed", check=False, PYTHONPATH=path)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
 
 
 @pytest.mark.medium
@@ -49,13 +69,13 @@ def test_imports_without_the_extra_end_with_it(module: str, tmp_path: Path) -> N
 
 def command(wrong: Annotated[str, typer.Option(help="What is wrong.")] = "") -> None:
     """Do nothing."""
-    with reported_errors(extras="minari"):
+    with needing("minari"):
         if wrong == "module":
             raise ModuleNotFoundError("No module named 'minari'")
-        if wrong == "folder":
-            raise NotADirectoryError("out: is not a folder")
-        if wrong:
-            raise ValueError(f"{wrong}: is not allowed\nnor is {wrong!r}")
+    if wrong == "folder":
+        raise NotADirectoryError("out: is not a folder")
+    if wrong:
+        raise ValueError(f"{wrong}: is not allowed\nnor is {wrong!r}")
 
 
 def call(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> Any:

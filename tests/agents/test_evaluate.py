@@ -16,6 +16,7 @@ from tests.markup import Markup
 
 SETTINGS = EnvSettings(targets=("LRLLL", "RLRRR"))
 FLOOR = ("MagFold/UnknownFloor-v0", "--output", "{path}")
+TWICE = ("--set", "seed=1", "--set", "seed=2")
 SHORT = ("--env", "components=3", "--env", "targets=[LR, RL]")
 
 
@@ -131,6 +132,11 @@ TRACK = "; magfold score plays the policies of "
     ("evaluate", ["ppo-tube-feed", *SHORT], "ppo-tube-feed-0: policy: its spaces"),
     ("ablate", ["ppo-tube-feed", *SHORT], "ppo-tube-feed-0: policy: its spaces"),
     ("evaluate", ["--output", "{path}"], "--output: '{path}' is not allowed"),
+    ("ablate", ["random", "--output", "{path}"], "--output: '{path}' is not allowed"),
+    ("generalise", ["--output", "{path}"], "--output: '{path}' is not allowed"),
+    ("train", ["ppo-tube-feed", *TWICE], "--set: 'seed=2' is not allowed; must not name seed a"),
+    ("tune", ["ppo-tube-feed", *TWICE], "--set: 'seed=2' is not allowed; must not name seed a"),
+    ("evaluate", [*SHORT, *SHORT], "--env: 'components=3' is not allowed; must not name"),
     ("generalise", ["--set", "learner.algorithm=dqn"], "its algorithm must be one of"),
     ("generalise", ["--components=3", "--folds=2", "--against={path}"], "{path}: target: "),
 ])  # fmt: skip

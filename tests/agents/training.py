@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 import torch
-import typer
 from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
 from typer.testing import CliRunner
 
 from agents.settings import TrainSettings
 from agents.training import policy_files
 from agents.training.run import BoundaryCallback, train
+from magfold_env.cli import options
 
 _ON = {"n_steps": 24, "batch_size": 24, "n_epochs": 2}
 _OFF = {"learning_starts": 64, "batch_size": 16, "train_freq": 4, "buffer_size": 150}
@@ -44,8 +44,7 @@ def tiny(
 
 def call(module: str, *arguments: object, code: int | None = None) -> Any:
     """Return the result of a command of `agents` that must end with the given exit code, if any."""
-    app = typer.Typer()
-    app.command()(import_module(f"agents.{module}").main)
+    app = options.application_of(import_module(f"agents.{module}").main)
     result = CliRunner().invoke(app, list(map(str, arguments)))
     assert code in (None, result.exit_code), result.output
     return result

@@ -174,6 +174,17 @@ def test_wrong_scenes_are_told_one_problem_a_line(command: str, tmp_path: Path) 
     assert mass == f"error: {path}: casing.mass: -1 is not allowed; must be greater than 0"
 
 
+# --- minimise -------------------------------------------------------------------------------------
+
+
+def test_columns_for_readers_of_the_paper_are_of_its_chains_only(tmp_path: Path) -> None:
+    own = tmp_path / "own.yaml"
+    mf.save_scene(mf.load_scene(FIRST), own)
+    for scene, papers in ((FIRST, True), (own, False)):
+        table = run("minimise", scene, "--top", 1, code=0).stdout
+        assert [name in table for name in ("energy", "score", "stable")] == [True, papers, papers]
+
+
 # --- fold -----------------------------------------------------------------------------------------
 
 

@@ -41,7 +41,17 @@ REFUSED = [
     (f"sweep {BASE} --over friction=0:1 --over friction=0:1", "is not allowed; must not name"),
     (f"sweep {BASE} --over friction=0:1 --outcome LR", "outcome: 'LR' is not allowed; must be a"),
     ("holding nowhere.json", "error: nowhere.json: No such file or directory"),
-    ("play --target ''", "targets: '' is not allowed; must be a fully folded word of 6 components"),
+    *(
+        (f"{command} {empty}", "error: --out: '' is not allowed; must not be empty")
+        for command in (f"ensemble {BASE}", "design LR", "lab", "bench whole", "bench", "stress")
+        for empty in ("--out ''", "--out=")
+    ),
+    (f"fold {BASE} --png ''", "error: --png: '' is not allowed; must not be empty"),
+    ("fold ''", "error: fold: '' is not allowed; must not be empty"),
+    (
+        "play --target LSL",
+        "targets: 'LSL' is not allowed; must be a fully folded word of ",
+    ),
     ("play --target lrl", "; did you mean LRL?"),
     ("play --target LRL --components 5", "--components: 5 is not allowed; must be 4"),
     ("score no.safetensors", "env: None is not allowed; must be one of MagFold/UnknownFloor-v0"),

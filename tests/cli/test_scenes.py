@@ -1,6 +1,7 @@
 """Tests of `magfold scenes`: the shipped scenes, and all keys of a scene."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
@@ -53,6 +54,21 @@ def test_keys_are_those_of_scenes_with_all_that_there_is(keys: dict[str, Key]) -
 def test_keys_say_what_may_be_unit_and_default(keys, key, allowed, unit, default, meaning):
     assert keys[key][:4] == (key, allowed, unit, default)
     assert keys[key].meaning.startswith(meaning)
+
+
+def test_text_instead_of_a_number_is_refused_with_its_keys_unit(
+    keys: dict[str, Key],
+) -> None:
+    for key in filter(lambda each: each.unit, keys.values()):
+        given: Any = "10 mm"
+        for name in reversed(key.key.split(".")):
+            given = {name.removesuffix("[]"): [given] if name.endswith("[]") else given}
+        with pytest.raises(mf.SceneError) as caught:
+            mf.Scene(sequence=("NSNS",), **given)
+        many = "number" if key.allowed.startswith("number") else "list of numbers"
+        unit = key.unit.replace(", ", " and ")
+        told = f"{key.key.replace('[]', '[0]')}: '10 mm' is not allowed; must be a {many} in {unit}"
+        assert told in str(caught.value).splitlines()
 
 
 def test_every_shipped_scene_and_all_keys_are_printed(keys: dict[str, Key]) -> None:

@@ -11,6 +11,9 @@ TUBE: dict[str, Any] = {"mount": "tube"}
 FIXED: dict[str, Any] = {"position": (0.05, 0.05), "width": 0.02, "height": 0.02, "thickness": 0.01}
 
 FOUR, THREE = [1.0] * 4, [1.0] * 3
+FACES_OR = (
+    "must be one number, or four, one a face (front-left, back-left, back-right, front-right)"
+)
 WRONG: list[tuple[dict[str, Any], str, str]] = [
     ({"colour": "red"}, "colour", "unknown key, must be one of sequence"),
     ({"casing": {"side": 5}}, "casing.side", "must be at most 0.5 m; 5 mm are 0.0"),
@@ -20,18 +23,19 @@ WRONG: list[tuple[dict[str, Any], str, str]] = [
     ({"casing": {"hinge": "face"}}, "casing.hinge", "must be 'corner'"),
     ({"sequence": ["NSNS", "nsns"]}, "sequence[1]", "must be four letters"),
     ({"sequence": []}, "sequence", "must have at least one component"),
-    ({"feed": {"speed": [0.1] * 4}}, "feed.speed", "must have 3"),
+    ({"feed": {"speed": [0.1] * 4}}, "feed.speed",
+     "must be one number, or 3, one for each component"),
     ({"feed": {"bore": 0.01}}, "feed.bore", "must be at least the casing's"),
     ({"feed": {"speed": 1e9}}, "feed.speed", "must be at most 20 m/s"),
     ({"feed": {"schedule": {"time": [[1.0, 0.0], [1, -0.1]]}}}, "feed.schedule.time", "a leg with"),
     ({"feed": {"schedule": {"time": [[1.0, -50]]}}}, "feed.schedule.time[0][1]", "or equal to -20"),
     ({"feed": {"schedule": {"advance": [[2.0, 0.1], [2.0, 0.2]]}}}, "feed.schedule.advance",
      "every leg must lead"),
-    ({"start_angles": [0.0] * 3}, "start_angles", "must have 2"),
+    ({"start_angles": [0.0] * 3}, "start_angles", "must be 2 numbers, one for each joint"),
     ({**TUBE, "start_angles": [0.3, 0.3]}, "start_angles", "must lie within 0.000441942 m of the"),
     ({**TUBE, "start_angles": [1.5, 1.5], "feed": {"bore": 0.1}}, "start_angles",
      "neighbouring hinges must lie at most the side"),
-    ({"start_offsets": [0.0] * 3}, "start_offsets", "must have 4"),
+    ({"start_offsets": [0.0] * 3}, "start_offsets", "must be 4 numbers, one for each hinge"),
     ({**TUBE, "start_offsets": [0.0, 0.0, 5e-4, 0.0]}, "start_offsets", "within 0.000441942 m"),
     ({**TUBE, "start_offsets": [0.0] * 4, "start_angles": [0.0] * 2}, "start_offsets",
      "must be left out where start_angles"),
@@ -43,8 +47,15 @@ WRONG: list[tuple[dict[str, Any], str, str]] = [
     ({"magnets": {"remanence": 0.6, "pole_charge": 8.0}}, "magnets.pole_charge",
      "must be left out"),
     ({"magnets": {"width": [0.006] * 3}}, "magnets.width",
-     "must be one number, or four, one a face"),
-    ({"magnets": {"remanence": [FOUR] * 2}}, "magnets.remanence", "must have 3 rows of four"),
+     FACES_OR),
+    ({"magnets": {"remanence": THREE}}, "magnets.remanence", f"{FACES_OR}, or a row of four for"),
+    ({"magnets": {"pole_charge": []}}, "magnets.pole_charge", f"{FACES_OR}, or a row of four for"),
+    ({"magnets": {"remanence": [FOUR] * 2}}, "magnets.remanence",
+     "must be one number, or four, or 3 rows of four, one for each component"),
+    ({"magnets": {"remanence": "N42"}}, "magnets.remanence", "must be a number in T"),
+    ({"magnets": {"width": [0.006] * 3 + ["6 mm"]}}, "magnets.width[3]", "must be a number in m"),
+    ({"feed": {"schedule": {"time": [[1.0, "5 mm/s"]]}}}, "feed.schedule.time[0][1]",
+     "must be a number in m/s"),
     ({"magnets": {"remanence": 1300}}, "magnets.remanence", "at most 10 T; 1300 mT are 1.3"),
     ({"magnets": {"pole_charge": [FOUR, THREE, FOUR]}}, "magnets.pole_charge[1]", "four numbers"),
     ({"magnets": {"pole_charge": [FOUR, [1, 0, 1, 1], FOUR]}}, "magnets.pole_charge[1][1]",
@@ -61,7 +72,7 @@ WRONG: list[tuple[dict[str, Any], str, str]] = [
      "as a casing is long: nowhere both x < 0.0176777 and |y| < 0.0"),
     ({**TUBE, "obstacles": [{"position": [-0.02, 0.0], "size": [0.01, 0.01]}]},
      "obstacles[0].position", "must leave free the tube's bore"),
-    ({"friction": [0.1, 0.2]}, "friction", "must have 3 numbers"),
+    ({"friction": [0.1, 0.2]}, "friction", "must be one number, or 3, one for each component"),
     ({"gravity": {"in_plane": [0.0]}}, "gravity.in_plane", "must have a value"),
     ({"solver": {"method": "paper"}}, "solver.method", "the paper's solver"),
     ({"solver": {"max_steps": 10**19}}, "solver.max_steps", "less than or equal to 1000000000000"),
@@ -122,3 +133,10 @@ def test_every_problem_has_its_own_line_and_a_misspelt_key_its_right_one() -> No
     assert friction.endswith("duration; did you mean friction?")
     with pytest.raises(mf.SceneError, match=r"^sequence: None is not allowed; must be given"):
         mf.Scene(**{})
+
+
+def test_a_class_without_a_source_has_no_units() -> None:
+    space: dict[str, Any] = {"mf": mf, "__name__": "nowhere"}
+    exec("class Own(mf.Magnets): pass", space)
+    with pytest.raises(mf.SceneError, match=r"width: '6 mm' is not allowed; must be a number$"):
+        space["Own"](width="6 mm")

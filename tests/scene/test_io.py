@@ -73,8 +73,8 @@ def test_a_missing_file_is_named(tmp_path: Path, kind: type) -> None:
     ("sequence: [NSNS]\n? {a: b}\n: 1\n", r"line 2, column 3: the key {.a.: .b.} is not text"),
     ("sequence: !!python/object:os.system {}\n", r"line 1, column 11: could not determine a"),
     ("sequence: &a [NSNS]\nstart_angles: *a\n", r"line 2, column 15: the alias \*a is not al"),
-    ("sequence: [NSNS]\nfriction: 1:30\n", r"friction: '1:30' is not allowed; must be a valid"),
-    ("sequence: [NSNS]\nfriction: 0x1\n", r"friction: '0x1' is not allowed; must be a valid"),
+    ("sequence: [NSNS]\nfriction: 1:30\n", r"friction: '1:30' is not allowed; must be a number$"),
+    ("sequence: [NSNS]\nfriction: 0x1\n", r"friction: '0x1' is not allowed; must be a number$"),
     ("- NSNS\n", r"\['NSNS'\] is not a scene; must be a mapping"),
     ("", r"None is not a scene; must be a mapping"),
 ])  # fmt: skip

@@ -123,7 +123,7 @@ def changed(**changes: Any) -> dict[str, Any]:
     (changed(actions=[[0.1], [0.2, 1.01]]), "actions[1][1]: 1.01 is not allowed; must be a n"),
     (changed(id="MagFold/Tray-v0", actions=[[0.0, 0.5]]),
      "actions[0][1]: 0.5 is not allowed; must be a whole number from 0 to 719"),
-    (changed(actions=[[0.1, "a"]]), "actions[0][1]: 'a' is not allowed; must be a valid num"),
+    (changed(actions=[[0.1, "a"]]), "actions[0][1]: 'a' is not allowed; must be a number"),
     (changed(actions=[[1e999]]), "actions[0][0]: inf is not allowed; must be"),
     (changed(episodes=3), "episodes: 3 is not allowed; unknown key, must be one of format"),
     (changed(self=3), "self: 3 is not allowed; unknown key"),

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import magfold_env as mf
+from magfold_bench.laws.outcomes import hinge_offsets
 from magfold_env.engine import outcomes
 from magfold_env.simulation import frames
 from magfold_env.simulation.endings import ending
-from magfold_env.simulation.pack import hinge_offsets
 from magfold_env.simulation.session import Session
 
 

@@ -1,1 +1,1 @@
-"""Measurements of laws of mechanics, for tests, stress campaigns and benchmarks."""
+"""Reference mechanics and checks of runs, for tests, stress campaigns and benchmarks."""

@@ -30,18 +30,18 @@ class SteppedSession(Session):
         super().__init__(scene)
         self._look = look
         self._stride = stride
-        # A limit on steps per simulated second stops the run every few steps.
+        # The run stops every few steps because it reaches a limit on steps per simulated second.
         self._whole: Model = self._model
         self._chains.remodel(self._whole._replace(max_steps_per_second=stride))
         self._second, self._second_steps = 0.0, 0
 
     def turn(self, angle: float) -> None:
-        """Turn the chain [rad] about component 1's outer hinge; not allowed in a tube."""
+        """Turn the chain by an angle [rad] about component 1's outer hinge; not in a tube."""
         self._state.q[: self.n] += angle
         self._state.counter[ix.FRESH] = 1
 
     def throw(self, rates: npt.ArrayLike, base_velocity: npt.ArrayLike = (0.0, 0.0)) -> None:
-        """Set rates (n,) [rad/s] and the outer hinge's velocity (2,) [m/s]; never in a tube."""
+        """Set rates (n,) [rad/s] and the outer hinge's velocity (2,) [m/s]; not in a tube."""
         self._state.v[: self.n] = rates
         self._state.v[self.n :] = base_velocity
         self._state.counter[ix.FRESH] = 1
@@ -49,7 +49,7 @@ class SteppedSession(Session):
     def _run(self, until: float) -> int:
         counter, clock = self._state.counter, self._state.clock
         while True:
-            # This is the engine's own rule; see `engine.outcomes`.
+            # This is the engine's own rule for the limit; see `engine.outcomes`.
             if clock[ix.TIME] >= self._second + 1.0:
                 self._second, self._second_steps = float(clock[ix.TIME]), int(counter[ix.STEPS])
             if counter[ix.STEPS] - self._second_steps >= self._whole.max_steps_per_second:
@@ -66,7 +66,7 @@ class SteppedSession(Session):
 
 @dataclass(frozen=True)
 class Motion:
-    """The m states of a fold before the first one that is not finite."""
+    """The m states of a fold that precede the first state that is not finite."""
 
     scene: Scene
     time: Floats
@@ -86,7 +86,7 @@ class Motion:
     impacts: Floats
     """Energy lost in impacts so far [J], shape (m,)."""
     released: npt.NDArray[np.int64]
-    """Number of components out of the tube, shape (m,)."""
+    """Number of components outside the tube, shape (m,)."""
     finite: bool
     """Whether all numbers are finite."""
 

@@ -27,14 +27,14 @@ Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 RATE = 1e4  # inspected states per second [1/s]
-SHARE = 0.1  # largest motion of a casing near a solid between states, over the least thickness
-# States that differ by less count as one: shares of the side and of the least thickness, which are
-# at most once or twice the depth that the laws allow for overlaps.
+SHARE = 0.1  # largest motion near a solid between two states, as a share of the least thickness
+# States that differ by less count as one. The limits are shares of the side and of the least
+# thickness, at most once or twice the depth that the laws allow for overlaps.
 STILL, FINE = 1e-3, 0.02
 
 
 class States(NamedTuple):
-    """States of a chain, m of them, component 1 first."""
+    """The states of a chain at m times, with component 1 first."""
 
     angles: Floats
     """Headings [rad], shape (m, n)."""
@@ -45,10 +45,10 @@ class States(NamedTuple):
     base_velocity: Floats
     """[m/s], shape (m, 2)."""
     released: npt.NDArray[np.int64]
-    """Number of components out of the tube, shape (m,)."""
+    """Number of components outside the tube, shape (m,)."""
 
     def of(self, kept: npt.NDArray[np.intp] | Bools) -> States:
-        """Return the states in some rows."""
+        """Return the states in the given rows."""
         moving = self.base[kept], self.base_velocity[kept]
         return States(self.angles[kept], self.rates[kept], *moving, self.released[kept])
 
@@ -68,8 +68,8 @@ class Inside:
     past_stop: float = 0.0
     """Largest angle of a joint beyond a right angle [rad]."""
     beyond_bore: float = 0.0
-    """Largest distance of held casings beyond the inner wall of the tube, as a share of the
-    side."""
+    """Largest distance by which a held casing extends beyond the tube's inner wall, as a share of
+    the side."""
     speed: float = 0.0
     """Speed of the fastest point of a casing near a solid [m/s]."""
 
@@ -82,12 +82,12 @@ class Judge:
         self._scene = scene
         self._thickness = np.array([min(each.size) for each in scene.solids])
         thinnest = float(self._thickness.min(initial=math.inf))
-        # Half the allowed difference, because states are left out twice.
+        # Half the allowed difference, because states are left out in two passes.
         self.still = 0.5 * min(STILL * scene.casing.side, FINE * thinnest)
         self._before: tuple[Floats, Bools] | None = None
 
     def look(self, states: States) -> None:
-        """Add states, which follow the earlier ones."""
+        """Inspect more states, which follow the earlier ones."""
         finite = np.logical_and.reduce([np.isfinite(each).all(axis=-1) for each in states[:4]])
         states = states.of(finite)
         if len(states.angles) == 0:
@@ -122,7 +122,7 @@ class Judge:
         return _apart(moved.max(axis=1), self.still)
 
     def _cross(self, places: Floats, free: Bools) -> None:
-        """Count the lines between a casing's consecutive centres that pass through a solid."""
+        """Count the lines between a centre's consecutive positions that pass through a solid."""
         if self._before is not None:
             places = np.concatenate([self._before[0], places])
             free = np.concatenate([self._before[1], free])
@@ -152,13 +152,13 @@ class Judge:
 
 
 def _apart(ways: Floats, still: float) -> npt.NDArray[np.intp]:
-    """Return states about ``still`` [m] apart, and the last; ``ways`` [m] separate states."""
+    """Choose states about ``still`` [m] apart, and the last; ``ways`` [m] separate the states."""
     passed = np.cumsum(np.concatenate([[0.0], ways])) // still
     return np.union1d(np.flatnonzero(np.diff(passed, prepend=-1.0)), [len(ways)])
 
 
 def _seen_from(solid: Rectangle, places: Floats) -> Floats:
-    """Return places (..., 2) in a solid's frame [m]."""
+    """Return points (..., 2) [m] in a solid's frame of reference."""
     axes = np.array([solid.axis, [-solid.axis[1], solid.axis[0]]])
     return (places - np.array(solid.position)) @ axes.T
 
@@ -203,7 +203,7 @@ class _WatchedSession(Session):
 
 
 def look_inside(scene: Scene) -> tuple[Inside, Fold]:
-    """Fold a concrete scene and inspect its states within steps."""
+    """Simulate a concrete scene and inspect its states within steps."""
     worst, fold = _look_at(scene, RATE)
     thinnest = min((min(each.size) for each in scene.solids), default=math.inf)
     needed = worst.speed / (SHARE * thinnest)

@@ -1,10 +1,10 @@
 """Exact forces between magnets, in plain NumPy and independent of the engine's kernels.
 
-A pole face is a uniformly charged rectangle, whose field has a closed form: with r the vector from
-a corner, the components of ∫ r/|r|³ dA are an arcsinh, an arcsinh and an arctangent per corner. The
-field of one face is summed over the other face with Gauss-Legendre nodes along both its sides. The
-engine instead integrates across the plane in closed form and sums over nodes of both faces. Near
-faces get more nodes, so that errors approach rounding. Faces may differ in size and charge.
+A pole face is a uniformly charged rectangle, whose field, ∫ r/|r|³ dA, has a closed form: its
+components are sums over the corners of an arcsinh, an arcsinh and an arctangent. The field of one
+face is summed over the other face with Gauss-Legendre nodes along both its sides. The engine
+instead integrates across the plane in closed form and sums over nodes of both faces. Nearer faces
+get more nodes, so that errors approach rounding errors. Faces may differ in size and charge.
 """
 
 from collections.abc import Iterator
@@ -24,11 +24,11 @@ COULOMB = MU0 / (4.0 * np.pi)  # [N/A²]
 # and across a face from that distance on. In tests, half again as many nodes change no force by
 # more than 1e-9 of the flush force.
 RULES = ((0.0, 40, 20), (0.95, 20, 10), (1.7, 12, 6), (4.0, 6, 4), (12.0, 4, 2))
-CHUNK = 400_000  # points at a time
+CHUNK = 400_000  # points computed at a time
 
 
 class Faces(NamedTuple):
-    """Pole faces; faces of casings are ordered by casing, with `FACES` per casing."""
+    """Pole faces, ordered by casing, with `FACES` per casing."""
 
     centre: Array  # (faces, 2) [m]
     along: Array  # unit vectors along the widths, (faces, 2)
@@ -66,7 +66,7 @@ def forces(scene: Scene, places: Array, headings: Array) -> tuple[Array, Array]:
     The casings have centres ``places`` (n, 2) [m] and headings (n,) [rad].
     """
     faces, n = faces_of(scene, places, headings), len(headings)
-    # Each pair of faces on different casings, once.
+    # Take each pair of faces on different casings once.
     one, other = np.triu_indices(FACES * n, 1)
     wanted = (one // FACES != other // FACES) & (faces.charge[one] * faces.charge[other] != 0.0)
     one, other = one[wanted], other[wanted]
@@ -78,25 +78,25 @@ def forces(scene: Scene, places: Array, headings: Array) -> tuple[Array, Array]:
         for axis in range(2):
             force[:, axis] += np.bincount(a, pull[:, axis], n) - np.bincount(b, pull[:, axis], n)
         torque += np.bincount(a, turning, n)
-        # The reaction acts along the same line, so its torque about b balances the moments.
+        # The reaction's torque about a is −turning; the first term refers it to b instead.
         torque += np.bincount(b, cross(reach, pull) - turning, n)
     return force, torque
 
 
 def flush_force(scene: Scene) -> float:
-    """Force [N] between opposite pole faces of casings that lie flush, which is the unit of errors.
+    """Return the force [N] between opposite pole faces of flush casings, the unit of errors.
 
-    If the four faces are unequal, the face that attracts its own kind most strongly counts, with
-    its largest charge in any component.
+    If the four faces differ, the one with the strongest attraction between two of its kind counts,
+    with the largest charge that it has in any component.
     """
     insets = magnets_of(scene).by_face("inset").tolist()
     return max(face_force(scene, 2.0 * inset, face) for face, inset in enumerate(insets))
 
 
 def face_force(scene: Scene, gap: float, face: int = 0) -> float:
-    """Force [N] between two equal pole faces that face each other across a gap [m].
+    """Return the force [N] between two equal pole faces that lie opposite across a gap [m].
 
-    Both have the largest charge that this face has in any component.
+    Both have the largest charge that the face numbered ``face`` has in any component.
     """
     magnets = magnets_of(scene)
     size = np.array([[magnets.by_face("width")[face], magnets.by_face("height")[face]]])
@@ -108,7 +108,7 @@ def face_force(scene: Scene, gap: float, face: int = 0) -> float:
 def pulls(faces: Faces, one: IntArray, other: IntArray) -> Iterator[tuple[IntArray, Array, Array]]:
     """Yield batches of pairs of faces, with the force and torque on the first face of each pair.
 
-    The forces are (k, 2) [N], and the torques about the face's centre are (k,) [N·m].
+    The forces are (k, 2) [N], and the torques about that face's centre are (k,) [N·m].
     """
     between = faces.centre[one] - faces.centre[other]
     longest = np.maximum(faces.size[one], faces.size[other]).max(axis=1)
@@ -137,13 +137,14 @@ def pulls(faces: Faces, one: IntArray, other: IntArray) -> Iterator[tuple[IntArr
 def rectangle_pull(
     offset: Array, turn: Array, size: Array, source: Array, count: int, across: int
 ) -> tuple[Array, Array]:
-    """In-plane forces (k, 2) on rectangles, and torques (k,) about their centres.
+    """Return in-plane forces (k, 2) on rectangles, and torques (k,) about their centres.
 
-    Both rectangles have unit charge, and µ0/4π is omitted [1/m², 1/m]. ``offset`` (k, 2) are the
-    centres [m] seen from the centre of the other rectangle, whose width lies along x. ``turn`` (k,)
-    are the angles from x to the widths [rad], and ``size`` and ``source`` (k, 2) the widths and
-    heights [m] of these and the other rectangles. All are centred on one plane. There are ``count``
-    nodes along the width and ``across`` over half of the height; the rest is its mirror image.
+    The rectangles of a pair have unit charge, and the factor µ0/4π is omitted, so the units are
+    1/m² and 1/m. ``offset`` (k, 2) contains the centres [m] relative to the centre of the other
+    rectangle, whose width lies along x. ``turn`` (k,) contains the angles from x to the widths
+    [rad]; ``size`` and ``source`` (k, 2) contain the widths and heights [m] of these rectangles and
+    of the other ones. All centres lie in one plane. There are ``count`` nodes along the width and
+    ``across`` nodes over half of the height; the other half is a mirror image.
     """
     node, weight = np.polynomial.legendre.leggauss(count)
     level, share = np.polynomial.legendre.leggauss(across)
@@ -163,8 +164,8 @@ def rectangle_field(
 ) -> tuple[Array, Array]:
     """In-plane components of ∫ r/|r|³ dA over the rectangle |x| ≤ width/2, |z| ≤ height/2, y = 0.
 
-    It is 4π times the field of a face with unit charge per area. The arguments [m] have shapes that
-    broadcast together.
+    The integral is 4π times the field of a face with unit charge per area. The arguments [m] have
+    shapes that broadcast together.
     """
     along, through = 0.0, 0.0
     for i in (-1.0, 1.0):
@@ -173,11 +174,11 @@ def rectangle_field(
             line = u * u + y * y
             r = np.sqrt(line + w * w)
             along = along - i * k * np.arcsinh(w / np.sqrt(line))
-            # In the rectangle's plane, outside the rectangle, the angles cancel.
+            # In the rectangle's plane, outside the rectangle, the arctangents cancel.
             through = through + i * k * np.arctan2(u * w, np.abs(y) * r)
     return np.asarray(along), np.where(y >= 0.0, 1.0, -1.0) * np.asarray(through)
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Z components of the cross products of vectors (k, 2)."""
+    """Return the z components of the cross products of vectors (k, 2)."""
     return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]

@@ -1,6 +1,6 @@
 """The paper's experiment: 100 free folds, 50 forward and 50 backward feeds of each sequence.
 
-The chains are released as if by hand, and so are random sequences, which the paper lacks.
+The chains are released as if by hand: start angles, friction, masses, magnets and feed vary.
 """
 
 from typing import Any, Literal
@@ -30,24 +30,24 @@ The paper's chain starts 3 mm from its model, on average, because its hinges are
 
 
 def by_hand(scene: Scene, mode: Mode, speed: float = SPEED) -> Scene:
-    """Return a scene that is released by hand in one of the modes."""
+    """Return a scene for releases by hand in one of the modes."""
     varied = scene.replace(spreads=SPREADS, start_angle_spread=ANGLE, start_angles=None)
     return release(varied, mode, speed)
 
 
 Kind = Literal["", "-strong"]
-"""Suffixes of the names of the paper's scenes: none for the given device, or strong magnets."""
+"""Suffix of a paper scene's name: none for the device as given, or one for strong magnets."""
 
 
 def paper_scene(sequence: int, mode: Mode, kind: Kind = "") -> Scene:
-    """Return one of the paper's sequences, released by hand."""
+    """Return the scene of one of the paper's sequences, released by hand."""
     return by_hand(load_scene(f"paper/sequence-{sequence}{kind}"), mode)
 
 
 RUNS: dict[Mode, int] = {"free": 100, "forward": 50, "backward": 50}
 QUICK_RUNS = 4
 
-# The paper's description of its experiment, with its names for the shapes.
+# How the paper describes the outcomes of its experiment, with its names for the shapes.
 _LEAST = "least lateral movement, not the global minimum"
 _ONLY = "S3A (LRLLL) or a misfold"
 PAPER: dict[tuple[int, Mode], str] = {
@@ -98,7 +98,7 @@ def run(quick: bool, progress: Progress, kind: Kind = "") -> Measurement:
 
 
 def draw_experiment(rows: list[Row]) -> Any:
-    """Return the bars of the nine ensembles, one row per sequence: the paper's Figure 18."""
+    """Draw the nine ensembles as bars, one row per sequence, like the paper's Figure 18."""
     from magfold_env.render.charts import bar_chart  # noqa: PLC0415 - an extra
 
     panels: dict[str, list[Bar]] = {}

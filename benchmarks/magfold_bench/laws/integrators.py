@@ -1,7 +1,7 @@
 """Integrators with equal steps, for comparison.
 
-Each advances ``y`` in place and returns the number of evaluations. ``y`` contains headings and base
-(n + 2), then their rates (n + 2). The chain is pinned, and its forces are smooth.
+Each advances ``y`` in place and returns the number of evaluations. ``y`` contains the headings and
+the base's position (n + 2), then their rates (n + 2). The chain is pinned, with smooth forces only.
 """
 
 import numpy as np
@@ -52,7 +52,7 @@ def velocity_verlet(model: Model, work: Work, y: Array, until: float, steps: int
 def implicit_midpoint(model: Model, work: Work, y: Array, until: float, steps: int) -> int:
     """Advance by the implicit midpoint rule, which is time-reversible.
 
-    Its equation is solved by fixed-point iteration from the last step's accelerations.
+    Its equation is solved by fixed-point iteration, starting from the last step's accelerations.
     """
     m = y.size // 2
     q, v = y[:m], y[m:]

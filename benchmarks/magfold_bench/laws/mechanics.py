@@ -1,6 +1,6 @@
 """Mechanics of a chain in plain NumPy, independent of the engine: energies, momenta, equation 39.
 
-Headings, rates and the base (the outer hinge of component 1) may be stacked: (..., n), (..., 2).
+Arrays may have leading axes: headings and rates (..., n), component 1's outer hinge (..., 2).
 """
 
 import numpy as np
@@ -15,11 +15,11 @@ Floats = npt.NDArray[np.float64]
 def equation_39(
     coupling: Floats, inertia: Floats, angles: Floats, rates: Floats, pull: Floats
 ) -> Floats:
-    """Angular accelerations (n,) [rad/s²] of a pinned chain by the paper's equation 39.
+    """Return a pinned chain's angular accelerations (n,) [rad/s²] by the paper's equation 39.
 
     ``coupling`` (n, n) contains sums of masses times products of their levers [kg m²]. ``inertia``
-    (n, n) has the moments of inertia about the centres on its diagonal [kg m²]. ``pull`` (n,) are
-    generalised forces [N·m].
+    (n, n) has the moments of inertia about the centres on its diagonal [kg m²]. ``pull`` (n,)
+    contains generalised forces [N·m].
     """
     apart = angles[:, None] - angles
     forces = pull - (coupling * np.sin(apart)) @ rates**2
@@ -27,7 +27,7 @@ def equation_39(
 
 
 def levers(reach: Floats, length: Floats) -> Floats:
-    """Lever arms with which each component's rotation moves each centre, (n, n) [m]."""
+    """Return the lever arms [m] with which each component's rotation (column) moves each centre."""
     return np.tril(np.broadcast_to(length, (len(reach), len(length))), -1) + np.diag(reach)
 
 
@@ -38,7 +38,7 @@ def pinned_accelerations(
     force: Floats | float = 0.0,
     torque: Floats | float = 0.0,
 ) -> Floats:
-    """Angular accelerations (n,) [rad/s²] of a pinned chain, solved with a dense matrix.
+    """Return a pinned chain's angular accelerations (n,) [rad/s²], solved with a dense matrix.
 
     ``force`` (n, 2) [N] and ``torque`` (n,) [N·m] act at the centres, in addition to gravity.
     """
@@ -51,21 +51,21 @@ def pinned_accelerations(
 
 
 def centre_velocities(scene: Scene, angles: Floats, rates: Floats, base_velocity: Floats) -> Floats:
-    """Velocities of the centres [m/s], shape (..., n, 2)."""
+    """Return the velocities of the centres [m/s], shape (..., n, 2)."""
     across = np.stack([-np.sin(angles), np.cos(angles)], axis=-1)
     swing = scene.casing.diagonal * rates[..., None] * across
     return base_velocity[..., None, :] + np.cumsum(swing, axis=-2) - 0.5 * swing
 
 
 def kinetic_energy(scene: Scene, angles: Floats, rates: Floats, base_velocity: Floats) -> Floats:
-    """Kinetic energy [J], shape (...)."""
+    """Return the kinetic energy [J], shape (...)."""
     velocity = centre_velocities(scene, angles, rates, base_velocity)
     linear = (velocity**2).sum(axis=-1) @ scene.masses
     return 0.5 * (linear + rates**2 @ scene.inertias)
 
 
 def weight_energy(scene: Scene, angles: Floats, base: Floats) -> Floats:
-    """Potential energy of in-plane gravity [J], shape (...); 0 at the origin."""
+    """Return the potential energy of in-plane gravity [J], shape (...); it is 0 at the origin."""
     places = centres(angles, scene.casing.side, base)
     return -(places @ np.array(scene.gravity.in_plane)) @ scene.masses
 
@@ -73,7 +73,7 @@ def weight_energy(scene: Scene, angles: Floats, base: Floats) -> Floats:
 def momenta(
     scene: Scene, angles: Floats, rates: Floats, base: Floats, base_velocity: Floats
 ) -> tuple[Floats, Floats]:
-    """Linear momentum (..., 2) [kg m/s] and angular momentum about the origin [kg m²/s]."""
+    """Return the linear momentum [kg m/s] and the angular momentum about the origin [kg m²/s]."""
     velocity = centre_velocities(scene, angles, rates, base_velocity)
     places = centres(angles, scene.casing.side, base)
     orbital = places[..., 0] * velocity[..., 1] - places[..., 1] * velocity[..., 0]

@@ -1,4 +1,4 @@
-"""Slightly moved starts, tighter settings, and comparisons of ends."""
+"""Scenes with slightly moved starts or tighter settings, and comparisons of how runs end."""
 
 from collections.abc import Iterator
 
@@ -7,19 +7,19 @@ import numpy.typing as npt
 
 from magfold_env.fold import Fold
 from magfold_env.scene import Scene
-from magfold_env.simulation.pack import hinge_offsets
+from magfold_env.simulation.pack import inner_offsets, reversed_inside
 
 Floats = npt.NDArray[np.float64]
 
-SAME_WITHIN = 0.02  # [rad] of a joint angle
-MOVED = 1e-6  # [rad] shift of a reference's start
+SAME_WITHIN = 0.02  # [rad] up to which joint angles count as the same
+MOVED = 1e-6  # [rad] by which starts are moved
 PAIRS_OF_MOVES = 3
 TIGHTER = 20  # a reference divides the scene's tolerance by this
 LEAST_TOLERANCE = 1e-12
 
 
 def reference_of(scene: Scene, tighter: int = TIGHTER) -> Scene:
-    """Return the scene with a tolerance ``tighter`` times smaller and limits as much larger."""
+    """Return the scene with the tolerance divided, and step limits multiplied, by ``tighter``."""
     solver = scene.solver
     changes = {
         "tolerance": max(solver.tolerance / tighter, LEAST_TOLERANCE),
@@ -30,7 +30,7 @@ def reference_of(scene: Scene, tighter: int = TIGHTER) -> Scene:
 
 
 def difference(one: Fold, other: Fold) -> str:
-    """Return `word`, `status` or `angles`, whichever differs first, or an empty string."""
+    """Return what differs first, `word`, `status` or `angles`, or an empty string."""
     if one.word != other.word:
         return "word"
     if one.status != other.status:
@@ -42,7 +42,7 @@ def difference(one: Fold, other: Fold) -> str:
 def moved_starts(
     scene: Scene, rng: np.random.Generator, by: float = MOVED, pairs: int = PAIRS_OF_MOVES
 ) -> Iterator[Scene]:
-    """Yield the scene with its start moved slightly, ``by`` an angle [rad], in opposite pairs.
+    """Yield scenes with slightly moved starts, in pairs of opposite moves ``by`` an angle [rad].
 
     The first pairs move all joints, or all hinges in a tube; the last pair moves only one of them.
     """
@@ -53,6 +53,15 @@ def moved_starts(
             move *= np.arange(size) == rng.integers(size)
         for moved in (move, -move):
             yield moved_start(scene, moved)
+
+
+def hinge_offsets(scene: Scene) -> Floats:
+    """Return the initial offsets of hinges to the left of the tube's axis [m], (n + 1,).
+
+    The scene must have a tube and be concrete. Component 1's outer hinge comes first.
+    """
+    offsets = inner_offsets(scene)
+    return offsets[::-1] if reversed_inside(scene) else offsets
 
 
 def moved_start(scene: Scene, move: Floats) -> Scene:

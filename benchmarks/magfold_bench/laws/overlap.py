@@ -22,7 +22,7 @@ SIGNS = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 
 
 class Boxes(NamedTuple):
-    """Rectangles; all arrays except the turn have shape (k, 2)."""
+    """Rectangles; all arrays except `turn` have the shape (k, 2)."""
 
     centre: Floats
     """[m]."""
@@ -39,7 +39,7 @@ class Boxes(NamedTuple):
 
     @property
     def corners(self) -> Floats:
-        """Shape (k, 4, 2)."""
+        """Corners [m], shape (k, 4, 2)."""
         return self.centre[:, None] + (SIGNS * self.half[:, None]) @ self.axes
 
     def of(self, chosen: npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> Boxes:
@@ -48,7 +48,7 @@ class Boxes(NamedTuple):
 
 
 class Depths(NamedTuple):
-    """Depths of overlaps [m] in m states; 0 where bodies are apart."""
+    """Depths of overlaps [m] in m states; 0 where no bodies overlap."""
 
     casings: Floats
     """The deepest overlap of two casings, shape (m,)."""
@@ -64,10 +64,10 @@ class Depths(NamedTuple):
 def depths(scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.int64]) -> Depths:
     """Return the depths of overlaps between casings and with fixed bodies.
 
-    The tube guides the components that it holds, so solids only concern components outside. The
-    tube's walls separate these from all held components except the two next to the mouth. The
-    arguments describe m states: headings (m, n) [rad], the outer hinge of component 1 (m, 2) [m],
-    and the number of components out of the tube (m,).
+    The tube guides the components that it holds, so only components outside can overlap solids.
+    The tube's walls separate the components outside from all held ones except the two next to the
+    mouth. The arguments describe m states: headings (m, n) [rad], the outer hinge of component 1
+    (m, 2) [m], and the number of components outside the tube (m,).
     """
     solids = obstacles(scene)
     found = Depths(np.zeros(len(angles)), np.zeros((len(angles), len(solids))))
@@ -80,7 +80,7 @@ def depths(scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.
 
     free = order_in_feed(scene) < released[:, None]
     inside = order_in_feed(scene) > released[:, None] + 1
-    # Beyond this distance, the circles around two casings do not meet.
+    # Casings do not meet if their centres are farther apart than a diagonal.
     reach2 = scene.casing.diagonal**2
     for apart in range(1, scene.n):
         away2 = ((places[:, apart:] - places[:, :-apart]) ** 2).sum(axis=2)
@@ -99,12 +99,12 @@ def depths(scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.
 
 
 def deepest_overlap(scene: Scene, angles: Floats, base: Floats, released: int) -> float:
-    """Return the deepest overlap [m] in one state, or 0: angles (n,), base (2,)."""
+    """Return the deepest overlap [m] in one state, or 0; angles are (n,), the base is (2,)."""
     return float(depths(scene, angles[None], base[None], np.array([released])).deepest[0])
 
 
 def order_in_feed(scene: Scene) -> npt.NDArray[np.intp]:
-    """Return the number of components that leave the tube before each, shape (n,)."""
+    """Return, for each component, how many components leave the tube before it, shape (n,)."""
     number = np.arange(scene.n)
     return number if scene.feed.direction == "forward" else number[::-1]
 
@@ -112,9 +112,9 @@ def order_in_feed(scene: Scene) -> npt.NDArray[np.intp]:
 def beyond_bore(
     scene: Scene, angles: Floats, base: Floats, released: npt.NDArray[np.int64]
 ) -> Floats:
-    """Return the largest distance of held casings beyond the tube's inner wall [m], (m,).
+    """Return the largest distance of a held casing's corner beyond the tube's inner wall [m], (m,).
 
-    The arguments are those of `depths`. Corners are taken as sharp.
+    The arguments are those of `depths`. Corners are treated as sharp.
     """
     turn = angles + TO_FACE
     half_height = 0.5 * scene.casing.side * (np.abs(np.cos(turn)) + np.abs(np.sin(turn)))
@@ -124,7 +124,7 @@ def beyond_bore(
 
 
 def obstacles(scene: Scene) -> list[tuple[Boxes, float]]:
-    """Cores of fixed bodies (the tube's mouth is at x = 0), and the radii of their corners."""
+    """Return the cores of fixed bodies and their corners' radii; the tube's mouth is at x = 0."""
     found: list[tuple[Boxes, float]] = []
     for solid in scene.solids:
         edge = min(scene.casing.corner_radius, 0.25 * min(solid.size))
@@ -134,7 +134,7 @@ def obstacles(scene: Scene) -> list[tuple[Boxes, float]]:
 
 
 def separation(one: Boxes, other: Boxes, wanted: float = np.inf) -> Floats:
-    """Distances within pairs of boxes [m], shape (k,); minus the way out for boxes that overlap.
+    """Return the distances of pairs of boxes [m], (k,), or minus the way out where they overlap.
 
     Distances of at least ``wanted`` may be inexact but are never returned as less than ``wanted``.
     """
@@ -145,7 +145,7 @@ def separation(one: Boxes, other: Boxes, wanted: float = np.inf) -> Floats:
         reach = np.abs(axes @ np.swapaxes(partner.axes, 1, 2)) @ partner.half[:, :, None]
         along = np.abs(axes @ away[:, :, None])[..., 0]
         gap = np.maximum(gap, (along - box.half - reach[..., 0]).max(axis=1))
-    # Between two corners, the distance is larger than along any side.
+    # If two corners are nearest, their distance is larger than that along any side's normal.
     close = (gap > 0.0) & (gap < wanted)
     if close.any():
         a, b = one.of(close), other.of(close)
@@ -156,8 +156,8 @@ def separation(one: Boxes, other: Boxes, wanted: float = np.inf) -> Floats:
 def squares_apart(places: Floats, headings: Floats, side: float, apart: int = 1) -> float:
     """Return the least separation of two sharp squares of a chain [m], negative if any overlap.
 
-    A separation is the largest one along an edge's normal. The squares have centres (n, 2) [m],
-    headings (n,) [rad] and a side [m]; pairs are at least ``apart`` components from each other.
+    The separation of a pair is the largest one along an edge's normal. The squares have centres
+    (n, 2) [m], headings (n,) [rad] and a side [m]; pairs are at least ``apart`` components apart.
     """
     squares = Boxes(places, headings + TO_FACE, np.full((len(headings), 2), 0.5 * side))
     one, other = np.triu_indices(len(headings), apart)
@@ -165,7 +165,7 @@ def squares_apart(places: Floats, headings: Floats, side: float, apart: int = 1)
 
 
 def _corner_distance(box: Boxes, partner: Boxes) -> Floats:
-    """Least distance from a corner of ``partner`` to a box that does not overlap it."""
+    """Return the least distance from a corner of ``partner`` to a box that does not overlap it."""
     seen = (partner.corners - box.centre[:, None]) @ np.swapaxes(box.axes, 1, 2)
     outside = np.maximum(np.abs(seen) - box.half[:, None], 0.0)
     return np.hypot(outside[..., 0], outside[..., 1]).min(axis=1)

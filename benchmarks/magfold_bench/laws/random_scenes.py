@@ -1,7 +1,7 @@
-"""Random contact scenes: a seed gives the same scene on all machines and with all engines.
+"""Random scenes with contact; a seed gives the same scene on every machine and with every engine.
 
-Scenes with even seeds have sequences designed for a folded word; the others are random. Designs use
-neither simulations nor energies, so that changes to these do not change the scenes.
+Scenes with even seeds have sequences designed for a folded word; the other sequences are random.
+Designs use neither simulations nor energies, so changes to the physics do not change the scenes.
 """
 
 import math
@@ -26,7 +26,7 @@ Sequence = tuple[str, ...]
 def random_scene(seed: int) -> Scene:
     """Return the concrete scene for a seed.
 
-    Components, friction and start angles are drawn uniformly, and feed speeds log-uniformly.
+    Feed speeds are drawn log-uniformly, and all other numbers are drawn uniformly.
     """
     rng = np.random.default_rng([seed, 0x5EED])
     n = int(rng.integers(SMALLEST, LARGEST + 1))
@@ -66,7 +66,7 @@ def random_word(rng: np.random.Generator, n: int) -> str:
 def designed_sequence(rng: np.random.Generator, n: int) -> Sequence:
     """Draw a sequence that pulls every joint towards one folded word.
 
-    Return the draw with the fewest pairs of touching equal poles where the word closes loops.
+    Return the draw with the fewest pairs of touching like poles where the word closes loops.
     """
     word = random_word(rng, n)
     lattice = from_words([word])
@@ -82,10 +82,10 @@ def designed_sequence(rng: np.random.Generator, n: int) -> Sequence:
 
 
 def pulled_sequence(rng: np.random.Generator, word: str) -> Sequence:
-    """Draw a sequence whose neighbours attract on the side they turn to and repel on the other.
+    """Draw a sequence whose neighbours attract where they are to meet and repel on the other side.
 
     A left turn brings a component's front-left face to the next component's back-left face; a right
-    turn brings the front-right face to the back-right face. No face therefore has two conditions.
+    turn brings the front-right face to the back-right face. So no face has to meet two conditions.
     """
     n = len(word) + 1
     sign = rng.choice([-1, 1], (n, 4))  # front-left, back-left, back-right, front-right

@@ -1,1 +1,1 @@
-"""Programs that make the shipped lists: tasks, suites of targets and baselines."""
+"""Programs that generate the lists shipped with the package: tasks, suites and baselines."""

@@ -1,6 +1,7 @@
 """Compute the shipped baselines: ``python -m magfold_bench.lists.baselines``."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from functools import partial
 from operator import call
 from typing import Any
@@ -8,13 +9,14 @@ from typing import Any
 import typer
 from rich.progress import track
 
+from magfold_env.cli import options
 from magfold_env.envs.anchor import AnchorEnv
 from magfold_env.envs.baselines.baseline import (
     Baseline,
     baseline_key,
     designs,
     evaluate_design,
-    save_shipped,
+    shipped_folder,
 )
 from magfold_env.envs.baselines.constant_speed import TaskStore
 from magfold_env.envs.camera_track import CameraTrackEnv
@@ -24,6 +26,7 @@ from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.targets import resolve_targets
 from magfold_env.envs.tray import TrayEnv
 from magfold_env.envs.unknown_floor import UnknownFloorEnv
+from magfold_env.files import write_json
 from magfold_env.parallel import Workers, finished
 from magfold_env.scene import load_scene
 
@@ -48,7 +51,8 @@ def main(workers: int = 2, only: str = "") -> None:
         results = finished(call, jobs, Workers(workers, "processes"))
         made = dict(track(results, name, total=len(jobs)))
         baselines = [made[place] for place in range(len(jobs))]
-        path = save_shipped(name, key, baselines)
+        path = shipped_folder() / f"{name}.json"
+        write_json(path, {"key": key, "baselines": list(map(asdict, baselines))}, "baselines")
         mean = sum(each.score for each in baselines) / len(baselines)
         typer.echo(f"{path}: mean b {mean:.3f}")
 
@@ -78,4 +82,4 @@ def _store(track: Any) -> TaskStore:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    options.application_of(main)()

@@ -2,15 +2,15 @@
 
 **Two folds.** Random chains are fed out at constant speeds. The search keeps those that fold into
 one word at one speed and into another word at another speed, each in at least three quarters of the
-draws under nominal physics, so that the feed speed decides between two reachable folds. Every such
-chain makes two tasks. The ease of a task is the share of all runs, over the available speeds, that
+draws of ``nominal`` physics, so that the feed speed decides between two reachable folds. Every such
+chain yields two tasks. The ease of a task is the share of all runs, over the available speeds, that
 end in the target.
 
-***Chambers.** Random chains are fed at constant speeds on draws of a separate stream, each with a
-different chamber, floor and strength of magnets. A word makes a task if some speed reaches it in at
-least six of eight draws, but the required speed depends on the hidden draws: no single speed
-reaches it in more than five. The search takes a chain's most frequent word of this kind. The ease
-of a task is the share of all runs that end in the target.
+**Chambers.** Random chains are fed at constant speeds in eight draws of a separate stream, each
+with a different chamber, floor and strength of magnets. A word makes a task if the chain reaches it
+in at least six of the draws at some speed or other, but at no single speed in more than five. The
+right speed then depends on what the draw hides. The search takes a chain's most frequent word of
+this kind. The ease of a task is the share of all runs that end in the target.
 """
 
 from collections import Counter
@@ -39,19 +39,19 @@ AT_ONCE = 20
 """Number of chains tried in chambers in parallel."""
 
 LEAST = 6
-"""Smallest number of chamber draws in which some speed must lead to a word."""
+"""Smallest number of a chamber task's draws in which some speed must lead to the word."""
 
 MOST = 5
-"""Largest number of chamber draws in which a single speed may lead to a word."""
+"""Largest number of a chamber task's draws in which any single speed may lead to the word."""
 
 NARROW_TUBE = {"bore": None, "loading": "preloaded", "force_limit": 1.0}
-"""The feed used to select the shipped chains; the track's tube has been widened since."""
+"""The feed with which the shipped chains were selected; the environment's tube is wider now."""
 
 Found = tuple[float, FeedTask]
 
 
 def random_faces(rng: np.random.Generator, size: int | tuple[int, int]) -> Any:
-    """Return the faces of random components, nested lists of the given shape."""
+    """Return the faces of random components as nested lists of the given shape."""
     return np.array(PATTERNS)[rng.integers(len(PATTERNS), size=size)].tolist()
 
 
@@ -67,7 +67,7 @@ def find_two_folds(seed: int = 0) -> Iterator[Found]:
 
 
 def _tasks(scene: Scene) -> list[Found]:
-    """Return the two tasks of a chain, or none if its speed does not decide between two folds."""
+    """Return a chain's two tasks, or no task if the speed does not decide between two folds."""
     still = randomised(scene, "none")
     ends = {_fold(still.replace(feed={"speed": speed})) for speed in CANDIDATE_SPEEDS[::2]}
     if len(ends - {""}) <= 1:
@@ -117,7 +117,7 @@ def find_chambers(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[F
 
 
 def takes_several_speeds(came: Any) -> bool:
-    """Return whether a word that occurred in some runs, (draws, speeds), needs several speeds."""
+    """Return whether a word needs several speeds; ``came`` (draws, speeds) marks runs with it."""
     return bool(came.any(axis=1).sum() >= LEAST and came.sum(axis=0).max() <= MOST)
 
 

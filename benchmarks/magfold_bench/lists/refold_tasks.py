@@ -1,9 +1,9 @@
 """Find chains that fold into two words, one after the other.
 
-Random chains are pushed out, pulled in and pushed out again at constant speeds. A chain that
-reaches two words, on draws of a separate stream, is tried at all available speeds. The two
-different words that occur most often at some of these speeds make a task if they occur again on
-other draws. The ease of a task is the frequency with which both words occur.
+Random chains are pushed out, pulled in and pushed out again at constant speeds, in draws of a
+separate stream. A chain that reaches two words is then tried with every pair of push speeds. The
+pair of different words that it reaches most often with one of them makes a task if it reaches both
+words again in other draws. The ease of a task is the number of these draws in which it does so.
 """
 
 from collections import Counter
@@ -30,13 +30,13 @@ AT_ONCE = 250
 DRAWS = 6
 OTHER_DRAWS = 24
 LEAST = 3
-"""Smallest number of the other draws in which both words must occur."""
+"""Smallest number of other draws in which the chain must reach both words."""
 
 Found = tuple[int, RefoldTask]
 
 
 def find_refolds(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Found]:
-    """Yield tasks endlessly, each with the number of times that both words occurred."""
+    """Yield tasks endlessly, each with the number of draws in which both words are reached."""
     rng = np.random.default_rng([seed, direction == "forward"])
     while True:
         chains = random_faces(rng, (AT_ONCE, 6))

@@ -1,6 +1,6 @@
-"""Compute the shipped target suites in an hour: ``python -m magfold_bench.lists.suites``.
+"""Compute the shipped target suites: ``python -m magfold_bench.lists.suites``.
 
-A folder stores results as they are found, so that an interrupted run can continue.
+This takes an hour. Results are stored as they are found, so that an interrupted run can continue.
 """
 
 from pathlib import Path
@@ -12,6 +12,7 @@ import yaml
 from rich.progress import Progress
 
 from magfold_env.checkpoint import Checkpoint
+from magfold_env.cli import options
 from magfold_env.designer import SPEEDS, Design, default_scene, design, suites
 from magfold_env.ensembles.releases import ensemble, release
 from magfold_env.files import configs_dir, physics_digest
@@ -22,11 +23,11 @@ from magfold_env.shapes import folded_words
 
 LENGTHS = (6, 8, 10, 12, 16)
 WORDS = 50
-"""Number of fully folded words, drawn uniformly with seed 0; chains of six have all 26."""
+"""Largest number of words in a suite, which are drawn uniformly from all fully folded words."""
 
 RELEASES = 20
 ENOUGH = 18
-"""Number of successes with which a sequence found by energy needs no search with releases."""
+"""With this many successes or more, a sequence found by energy needs no search with releases."""
 
 _COMMENT = """{count} of the {of} fully folded words of {n} components{how}. Each with witnesses: a
 sequence whose only ground state it is (gap in J), one of which it is the only stable word, and for
@@ -45,7 +46,7 @@ def main(
     workers: int = 2,
     state: Path = Path("runs/suites"),
 ) -> None:
-    """Design for every target of the suites, and write the suites to the folder of settings."""
+    """Design chains for every target of the suites, and write the suites to the configs folder."""
     with Progress() as progress:
         for n in lengths or LENGTHS:
             words = suite_words(n)
@@ -80,7 +81,7 @@ def suite_words(n: int) -> list[str]:
 
 
 def witnesses_for(word: str) -> Witnesses:
-    """Search for the witnesses of a word."""
+    """Search for the witnesses of a word, which are the sequences that a suite lists for it."""
     held = design(word, objective="unique", runs=0, workers=1)
     ground = held
     if not (held.evidence and held.evidence.ground):
@@ -97,7 +98,7 @@ def witnesses_for(word: str) -> Witnesses:
 
 
 def _released(held: Design, mode: Mode) -> suites.Witness:
-    """Release a sequence that was found by energy."""
+    """Release a sequence that was found by energy, and count its successes."""
     assert held.scene is not None
     speed = None if mode == "free" else SPEEDS[0]
     made = ensemble(release(held.scene, mode, speed), RELEASES, held.releases_seed, workers=1)
@@ -144,4 +145,4 @@ def _plain(witness: suites.Witness) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    options.application_of(main)()

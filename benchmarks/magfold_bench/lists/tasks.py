@@ -11,25 +11,26 @@ from rich.progress import track
 from magfold_bench.lists.feed_tasks import find_chambers, find_two_folds
 from magfold_bench.lists.refold_tasks import OTHER_DRAWS, find_refolds
 from magfold_bench.lists.tray_tasks import find_pulls, find_trays
+from magfold_env.cli import options
 from magfold_env.envs.tasks.feed_tasks import Task
 from magfold_env.files import configs_dir, write_text
 
 KEYS = ("sequence", "tray", "direction", "first", "pull", "towards", "target")
-"""Entries of tasks, in the order of writing."""
+"""Entries of a task, in the order in which they are written."""
 
 Found = tuple[float, Task]
 """The ease of a task, as a share or a number, and the task."""
 
 
 class TaskList(NamedTuple):
-    """A list of tasks to make."""
+    """A list of tasks to generate."""
 
     find: Callable[[int, int, int], Iterator[Any]]
     """Yields tasks, given the number per direction, a seed and the number of threads."""
     size: int
     """Number of tasks per direction of feed."""
     head: str
-    """Comment about the tasks at the top of the list."""
+    """Comment at the top of the list, which describes its tasks."""
 
 
 def of_each_direction(
@@ -41,7 +42,7 @@ def of_each_direction(
 
 
 def two_folds(count: int, seed: int, threads: int) -> Iterator[Any]:
-    """Yield tasks of chains fed, in turn, forward and backward, found on one thread."""
+    """Yield tasks with chains that are fed forward and backward in turn, found on one thread."""
     return islice(find_two_folds(seed), 2 * count)
 
 
@@ -116,4 +117,4 @@ def _line(found: Found) -> str:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    options.application_of(main)()

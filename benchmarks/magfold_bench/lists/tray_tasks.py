@@ -1,17 +1,16 @@
 """Find trays from which words can be folded, and pulls that folds can withstand.
 
-***Trays** of random components are drawn, each with a word. The search keeps a tray if, whichever
+**Trays** of random components are drawn, each with a word. The search keeps a tray if, whichever
 one of its components is missing, the minimiser finds a chain whose only ground state is the word.
 In addition, the best chain with sound magnets must fold into the word at some constant speed in at
 least three quarters of the draws. The ease of a task is the share of all such runs, over the
 available speeds, that end in the word.
 
-***Pulls** are drawn with trays: 0.2 to 1 N, log-uniform, in any direction within a right angle of
-straight away from the tube. For every word, the minimiser's chain from the tray is fed at the
-middle speed, with all draws of an episode. For the word whose chain withstands the pull most often,
-every speed is tried. The search keeps the pulls that this chain withstands at its best speed in a
-quarter to three quarters of the draws, so that pulls are neither impossible nor trivial. The ease
-of a task is that share.
+**Pulls** are drawn with trays, log-uniformly from 0.2 to 1 N and in any direction that points away
+from the tube. For every word, the minimiser's chain from the tray is fed at the middle speed in a
+few randomised episodes. The chain that withstands the pull most often is then tried at every speed.
+The search keeps pulls that this chain withstands in a quarter to three quarters of the draws at its
+best speed, so that pulls are neither impossible nor trivial. The ease of a task is that share.
 """
 
 from collections.abc import Iterator, Sequence
@@ -83,7 +82,7 @@ def sound_shares(task: TrayTask, sequence: tuple[str, ...], threads: int = 1) ->
 def find_pulls(
     direction: Any, seed: int = 0, threads: int = 1
 ) -> Iterator[tuple[float, AnchorTask]]:
-    """Yield tasks endlessly, each with the share of draws in which its chain holds."""
+    """Yield tasks endlessly, each with the share of draws in which the chain withstands it."""
     rng, n = np.random.default_rng([seed, direction == "forward"]), load_scene(ANCHOR_SCENE).n
     words = track(folded_words(n), "chains of every word")
     designs = {str(word): _designs(ANCHOR_SCENE, str(word)) for word in words}

@@ -1,1 +1,1 @@
-"""`magfold bench magnets`: time against error, compared with exact forces and with a peer."""
+"""`magfold bench magnets`: time against error, compared with exact forces and another library."""

@@ -1,9 +1,9 @@
 """Time against error for both magnet models and every way to choose nodes.
 
 Forces and torques on casings are compared with `laws.exact_magnets`. Torques are divided by the
-side, and the unit of errors is the force between two flush opposite faces, as for the bound that a
-scene's accuracy sets. Pairs of casings are random and sometimes touch. Chains of six are unfolded,
-folded or in between, and long chains are unfolded or folded.
+side, and the unit of errors is the force between two flush opposite faces, as it is for a scene's
+`accuracy`. Pairs of casings lie at random, and some touch. Chains of six are unfolded, folded or in
+between, and long chains are unfolded or folded.
 """
 
 from typing import NamedTuple
@@ -25,13 +25,13 @@ LENGTH, LONG_LENGTH = 6, 60
 
 
 class Effort(NamedTuple):
-    """Effort of a run of the benchmark."""
+    """How much a run of the benchmark measures."""
 
     pairs: int
     folds: int
     long: int
-    charges: tuple[int, ...]  # of the point model, per pole face
-    nodes: tuple[int, ...]  # of the strips, per pole face
+    charges: tuple[int, ...]  # numbers of point charges per pole face
+    nodes: tuple[int, ...]  # numbers of the strips' nodes per pole face
     bounds: tuple[float, ...]
     rounds: int  # number of samples per timing
 
@@ -49,7 +49,7 @@ FULL = Effort(
 
 
 def run(quick: bool, progress: Progress) -> Measurement:
-    """Measure all settings on pairs and on chains."""
+    """Measure errors and times of all magnet models and node choices, on pairs and on chains."""
     effort = QUICK if quick else FULL
     rng = np.random.default_rng(SEED)
     found, side = Measurement(), Casing().side
@@ -86,7 +86,7 @@ def draw_chain(
 
 
 def measure(name: str, sample: samples.Sample, effort: Effort, tick: Tick) -> list[Row]:
-    """Return a row for every setting of every way to choose nodes."""
+    """Return a row for every setting of every model and every way to choose nodes."""
     settings: dict[tuple[str, float], Magnets] = {
         **{(POINTS, count): Magnets(model="points", nodes=count) for count in effort.charges},
         **{(NODES, count): Magnets(nodes=count) for count in effort.nodes},

@@ -1,7 +1,7 @@
-"""Speed relative to a general-purpose magnetics library, at equal or smaller error.
+"""The engine's speed relative to the magnetics library magpylib, at equal or smaller error.
 
 Both compute the force and torque on every casing of a chain: magpylib with magnets divided into a
-given number of cells, and the engine with sums over nodes and a given error bound. The result for
+given mesh of cells, and the engine with sums over nodes and a given error bound. The result for
 each mesh is the ratio of its time to that of the fastest bound with no larger error.
 """
 
@@ -27,7 +27,7 @@ from magfold_env.scene import Magnets, Scene
 from magfold_env.shapes import centres
 
 MAGPYLIB = "magpylib"
-STEP = 1e-7  # [m] of magpylib's finite differences; errors of 1e-8 are below any mesh's
+STEP = 1e-7  # [m] of magpylib's finite differences; their error, 1e-8, is below any mesh's
 DEGREES = 180.0 / np.pi
 
 Mesh = tuple[int, int, int]
@@ -57,7 +57,7 @@ def installed() -> bool:
 
 
 class Peer:
-    """Casings as collections of cuboid magnets, each uniformly magnetised along its thickness.
+    """Casings as magpylib's collections of cuboids, each uniformly magnetised along its thickness.
 
     The casings have centres (n, 2) [m] and headings (n,) [rad].
     """
@@ -90,7 +90,7 @@ class Peer:
     def loads(self, mesh: Mesh) -> Loads:
         """Return forces [N] and torques about the centres [N·m], (1, n) each.
 
-        Every pair of casings is computed once, as in the engine, and gives the reactions, too.
+        As in the engine, every pair of casings is computed once and yields the reactions too.
         """
         n = len(self._casings)
         force, torque = np.zeros((n, 3)), np.zeros((n, 3))
@@ -114,7 +114,7 @@ class Peer:
 
     @contextmanager
     def one_thread(self) -> Generator[None]:
-        """Limit magpylib to one thread, which is all that the engine uses for one chain."""
+        """Limit magpylib to one thread, because the engine also uses only one for a chain."""
         defaults = self._magpylib.defaults
         threads = defaults.threads
         defaults.threads = 1
@@ -129,9 +129,9 @@ class Contender(NamedTuple):
 
     by: str
     setting: str
-    error: float  # of forces and torques on casings, in flush forces
+    error: float  # largest error of forces and torques on casings, in flush forces
     work: Callable[[], object]  # what is timed
-    evaluations: int  # how many one call does
+    evaluations: int  # number of evaluations per call
 
     @property
     def key(self) -> str:

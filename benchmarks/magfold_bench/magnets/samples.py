@@ -27,8 +27,8 @@ from magfold_env.shapes import headings as joint_headings
 from magfold_env.simulation.pack import charges, quadrature_of
 from magfold_env.simulation.quadrature import choose_rule
 
-FOLDED_SHARES = (0.05, 0.4, 0.8, 0.98, 1.0)  # shares of the joints' right angles
-ROUNDING = 1e-9  # of a side: up to this, casings touch without overlap
+FOLDED_SHARES = (0.05, 0.4, 0.8, 0.98, 1.0)  # factors of the joints' right angles
+ROUNDING = 1e-9  # of the side: casings that overlap by less only touch
 FARTHEST = 0.1  # [m] largest gap of a random pair
 EDGES = np.radians([45.0, 135.0])  # normals of a casing's edges, from its heading
 
@@ -41,8 +41,8 @@ def random_scene(rng: np.random.Generator, n: int) -> Scene:
 def random_pair(rng: np.random.Generator, side: float) -> tuple[Array, Array]:
     """Centres (2, 2) [m] and headings (2,) [rad] of two casings that touch or are close.
 
-    One third of pairs lie flush, displaced along each other; one third touch at any angle; the rest
-    have a log-uniform gap.
+    A third of the pairs lie flush, some of them displaced along each other; a third touch at any
+    angle; the others have a log-uniform gap.
     """
     kind = rng.integers(3)
     if kind == 0:
@@ -81,8 +81,8 @@ def unfolded(n: int) -> Array:
 def folded(n: int) -> Array:
     """Headings (n,) [rad] of a chain of any length folded into a compact block.
 
-    The chain forms staircases up and down, side by side, of about √n casings each; every joint is
-    at its left or right stop, and nothing overlaps.
+    The chain forms staircases of about √n casings each, up and down by turns, side by side. Every
+    joint is at its left or right stop, and no casings overlap.
     """
     most = max(2 * round(math.sqrt(n) / 2.0), 2)
     east, north = 0, 1
@@ -93,7 +93,7 @@ def folded(n: int) -> Array:
         quarters += [2, 3] * (most // 2)
         # Go west again; the next staircase begins with a step north.
         quarters += [2, north]
-    # Differences of headings are joint angles.
+    # Unwrapped, the headings differ by the joint angles.
     return np.unwrap(np.array(quarters[:n]) * (math.pi / 2.0))
 
 
@@ -106,7 +106,7 @@ class Sample:
     places: Array
     """Centres (states, n, 2) [m]."""
     headings: Array
-    """(states, n) [rad]"""
+    """Headings (states, n) [rad]."""
     exact: Loads
     """Forces and torques on the casings: arrays of shape (states, n)."""
 
@@ -118,7 +118,7 @@ class Sample:
     def errors(self, loads: Loads) -> Array:
         """Largest error in every state (states,), in units of the force between two flush faces.
 
-        Errors of forces count, and errors of torques divided by the side.
+        Both the errors of forces and those of torques, divided by the side, count.
         """
         force = np.hypot(loads.fx - self.exact.fx, loads.fy - self.exact.fy)
         torque = np.abs(loads.torque - self.exact.torque) / self.scenes[0].casing.side
@@ -126,7 +126,7 @@ class Sample:
 
 
 def sample_of(scenes: Sequence[Scene], poses: Sequence[tuple[Array, Array]]) -> Sample:
-    """Return scenes with exact forces in poses, which are centres (n, 2) and headings (n,)."""
+    """Return a sample of scenes in poses, each with centres (n, 2) [m] and headings (n,) [rad]."""
     places, headings = (np.array(arrays) for arrays in zip(*poses, strict=True))
     exact = [exact_magnets.forces(s, *pose) for s, pose in zip(scenes, poses, strict=True)]
     force, torque = (np.array(arrays) for arrays in zip(*exact, strict=True))
@@ -137,9 +137,9 @@ def sample_of(scenes: Sequence[Scene], poses: Sequence[tuple[Array, Array]]) -> 
 def sum_forces(
     times: int, magnets: Packed, charge: Array, poses: Pose, nodes: Nodes, out: Loads
 ) -> None:
-    """Compute forces by sums over the nodes of casings in any pose, repeatedly.
+    """Compute forces repeatedly by sums over the nodes of casings in any pose.
 
-    ``charge`` of the outer pole faces has the shape (states, n, 4) [A·m]; each array of the poses
+    The outer pole faces have the charges ``charge`` (states, n, 4) [A·m]; each array of the poses
     and of the result has the shape (states, n).
     """
     for _ in range(times):
@@ -154,7 +154,7 @@ def sum_forces(
 
 
 class Sums:
-    """The engine's sums over nodes in all states of a sample, with other magnets than its own."""
+    """The engine's sums over nodes in all states of a sample, with given magnets."""
 
     def __init__(self, sample: Sample, magnets: Magnets) -> None:
         casing, shape = sample.scenes[0].casing, sample.headings.shape
@@ -172,7 +172,7 @@ class Sums:
 
     @property
     def evaluations(self) -> int:
-        """Number of states that `work` evaluates, which makes the cost of a call negligible."""
+        """Number of states that `work` evaluates, so many that the cost of a call is negligible."""
         return self._times * self._size
 
     def work(self) -> None:
@@ -180,7 +180,7 @@ class Sums:
         self._evaluate(self._times)
 
     def loads(self) -> Loads:
-        """Return forces and torques."""
+        """Return the forces and torques in all states."""
         self._evaluate(1)
         return self._out
 

@@ -50,7 +50,7 @@ def state_row(state: State) -> Row:
 
 
 def search(quick: bool, progress: Progress) -> Measured:
-    """Search every sequence in both directions, with both models of magnets."""
+    """Minimise the energy of each of the paper's sequences, for both feeds and magnet models."""
     rows: list[Row] = []
     for number, _ in each_case(progress, SEQUENCES, "sequence {}".format):
         for direction, stated in quoted.TABLE_1[number].items():
@@ -102,7 +102,7 @@ def search_tables(measured: Measured) -> list[Table]:
 
 
 def search_claims(measured: Measured) -> list[Claim]:
-    """Compare the states in which searches end, for each model."""
+    """Judge, for each magnet model, whether the searches end in the paper's states."""
     made: list[Claim] = []
     for model, name in states.MODELS.items():
         rows = select(measured["ends"], magnets=model)
@@ -173,7 +173,7 @@ def lowest(quick: bool, progress: Progress) -> Measured:
 
 
 def _five(measured: Measured) -> dict[int, list[Row]]:
-    """Return the five lowest states by sequence."""
+    """Return the five states of least energy of each sequence, by the sequence's number."""
     every = measured["states"]
     return {n: select(every, sequence=n)[: states.FIVE] for n in SEQUENCES}
 
@@ -194,7 +194,7 @@ def with_digits(row: Row, *columns: str) -> Row:
 
 
 def lowest_claims(measured: Measured) -> list[Claim]:
-    """Compare with the statements about the figure in section 4.1."""
+    """Compare the states with section 4.1's statements about the figure."""
     rows = measured["states"]
     by_name = {str(row["state"]): row for row in rows if row["state"]}
     counts = {n: len(select(rows, sequence=n, stable="yes")) for n in SEQUENCES}
@@ -238,7 +238,7 @@ def _outlines(by_name: dict[str, Row]) -> Claim:
 
 
 def _below_s1c(rows: list[Row]) -> Claim:
-    """Compare with the discussion's statements about the states below S1C."""
+    """Compare the states with less energy than S1C with the statements in the discussion."""
     mine = select(rows, sequence=1)
     below = mine[: [row["state"] for row in mine].index("S1C")]
     conflicts = [row for row in below if row["conflicts"]]
@@ -277,7 +277,7 @@ def _global_minimum(rows: list[Row], by_name: dict[str, Row]) -> Claim:
 
 
 def _distance(by_name: dict[str, Row], name: str, stated: float) -> Claim:
-    """Compare a state's difference in energy from S2B."""
+    """Compare a state's energy difference from S2B with the stated one."""
     s2b, other = (float(by_name[each][SCORE]) for each in ("S2B", name))
     found = abs(other - s2b) / abs(s2b)
     turned = states.turned_joints(str(by_name["S2B"]["word"]), str(by_name[name]["word"]))
@@ -290,7 +290,7 @@ def _distance(by_name: dict[str, Row], name: str, stated: float) -> Claim:
 
 
 def _compact(rows: list[Row]) -> Claim:
-    """Compare whether lower stable states have at least as many contacts."""
+    """Judge whether stable states with less energy have at least as many contacts."""
     broken: list[str] = []
     for number in SEQUENCES:
         stable = select(rows, sequence=number, stable="yes")
@@ -347,7 +347,7 @@ STATED = {"S1A": quoted.SCORE_S1A, "S1B": quoted.SCORE_S1B}
 
 
 def nearly_equal(quick: bool, progress: Progress) -> Measured:
-    """Compute both states' energies, and count the simulated releases that end in them."""
+    """Compute the energies of S1A and S1B, and how often simulated releases end in them."""
     found = {state.word: state for state in states.folded(1)}
     rows: list[Row] = []
     for name, stated in STATED.items():
@@ -382,7 +382,7 @@ def _share(row: Row) -> str:
 
 
 def nearly_equal_claims(measured: Measured) -> list[Claim]:
-    """Compare the energies, their order, and whether S1B occurs."""
+    """Compare the energies and their order, and judge whether S1B occurs in releases."""
     a, b = measured["states"]
     scores = {str(row["state"]): float(row[SCORE]) for row in (a, b)}
     joints = states.turned_joints(str(a["word"]), str(b["word"]))
@@ -415,7 +415,7 @@ def nearly_equal_claims(measured: Measured) -> list[Claim]:
 
 
 def nearly_equal_plots(measured: Measured) -> list[Plot]:
-    """Draw both states."""
+    """Draw S1A and S1B."""
     caption = "S1A (left) and S1B (right), with their Coulomb scores."
     return [states.plot("figure-19", 1, measured["states"], caption)]
 

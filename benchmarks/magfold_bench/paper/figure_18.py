@@ -27,9 +27,9 @@ KINDS: dict[str, Kind] = {"bars": "", "strong": "-strong"}
 
 
 def measure(quick: bool, progress: Progress) -> Measured:
-    """Release as often as the paper, as `magfold bench predict` does, and with strong magnets.
+    """Release chains as often as the paper does, with the given magnets and with strong ones.
 
-    Releases take seconds, so ``quick`` does not reduce them.
+    Releases take only seconds, so ``quick`` does not reduce their number.
     """
     made: Measured = {}
 
@@ -84,7 +84,7 @@ def named(number: int, word: str) -> str:
 
 
 def claims(measured: Measured) -> list[Claim]:
-    """Compare the given device and the one with strong magnets with sections 6.1 and 7."""
+    """Compare the device, as given and with strong magnets, with sections 6.1 and 7."""
     made: list[Claim] = []
     for name, kind in KINDS.items():
         each = judge(measured[name], kind)
@@ -93,7 +93,7 @@ def claims(measured: Measured) -> list[Claim]:
 
 
 def judge(bars: list[Row], kind: Kind) -> list[Claim]:
-    """Compare the releases of one kind of scene."""
+    """Compare the releases of one kind of scene with the paper's statements."""
     free_and_forward = list(MODES[:2])
     judged: list[tuple[int, Sequence[Mode], Claim]] = [
         *((n, [mode], _least(bars, n, mode)) for n in (1, 2) for mode in free_and_forward),
@@ -107,7 +107,7 @@ def judge(bars: list[Row], kind: Kind) -> list[Claim]:
 
 
 def _least(bars: list[Row], number: int, mode: str) -> Claim:
-    """Judge whether a chain prefers stable states of least movement to the global minimum."""
+    """Judge whether a chain reaches stable states of least movement, not the global minimum."""
     mine = select(bars, sequence=number, mode=mode)
     best = states.folded(number)[0].word
     least = least_moved(number)
@@ -170,7 +170,7 @@ def _first_turned(word: str) -> str:
 
 
 def _mostly_s3a(bars: list[Row], mode: str) -> Claim:
-    """Judge whether sequence 3 prefers its only stable state and otherwise misfolds."""
+    """Judge whether sequence 3 mostly reaches its only stable state and otherwise misfolds."""
     goal = states.word_of("S3A")
     mine = select(bars, sequence=3, mode=mode)
     share = _rate(mine, goal)
@@ -198,7 +198,7 @@ def _first_apart(word: str, goal: str) -> int:
 
 
 def _misfolds(bars: list[Row]) -> Claim:
-    """Judge whether misfolds of sequence 3 are S3A except for the joints that component 5 turns.
+    """Judge whether misfolds of sequence 3 are S3A, apart from joints that component 5 turns.
 
     A straight outer joint is not enough: a chain that turned an inner joint the wrong way has
     blocked itself and misfolds for a reason other than the paper's.
@@ -253,10 +253,10 @@ def _per_cent(share: float) -> str:
 
 
 def movement(word: str) -> float:
-    """Return the movement of centres from a straight chain to a word after alignment.
+    """Return how far centres move from a straight chain to a word, in units of the side.
 
-    This is the root mean square over components, in sides, after the rotation and the shift that
-    make it smallest (Kabsch's).
+    This is the root mean square over components, after the rotation and the shift that make it
+    smallest (found by Kabsch's method).
     """
     one, other = _planar(np.zeros(len(word) + 1)), _planar(headings(word_to_angles(word)))
     turn = complex(np.vdot(other, one))
@@ -264,7 +264,7 @@ def movement(word: str) -> float:
 
 
 def _planar(angles: FloatArray) -> npt.NDArray[np.complex128]:
-    """Return the centres of casings around their mean, as complex numbers [sides]."""
+    """Return the casings' centres relative to their mean, as complex numbers, in sides."""
     places = centres(angles)
     flat = places[:, 0] + 1j * places[:, 1]
     return np.asarray(flat - flat.mean(), dtype=np.complex128)

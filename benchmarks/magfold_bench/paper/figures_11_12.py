@@ -1,4 +1,4 @@
-"""Figures 11 and 12: the error of the paper's solver, by its time step and its point charges."""
+"""Figures 11 and 12: the error of the paper's solver, by time step and number of charges."""
 
 import math
 from collections.abc import Callable
@@ -23,7 +23,7 @@ from magfold_env.shapes import BoolArray
 from magfold_env.simulation.pack import pack_magnets
 
 SMALL = 0.1
-"""A distance is small below this share of the distance between the paper's simulation and film."""
+"""Distances below this share of the paper's distance between simulation and film are small."""
 
 
 ERROR, EARLY = "error [rad²]", "before the first snap: "
@@ -177,10 +177,10 @@ FIGURE_11 = Reproduction(
 # --- Figure 12: the number of charges on a pole face -----------------------------------------
 
 COUNTS = (1, 2, 3, 5, 10, 30)
-GAPS = 1e-3 * 10.0 ** np.linspace(-0.5, 1.5, 41)  # [m]; one of them is a millimetre
+GAPS = 1e-3 * 10.0 ** np.linspace(-0.5, 1.5, 41)  # [m]; one of them is 1 mm
 NEAR_FORCE = 0.1
 """Relative error of the force below which point charges count as accurate."""
-GAP = 0.001  # [m] between two faces that touch, each magnet being 0.5 mm inside its casing
+GAP = 0.001  # [m] between the magnets of two touching faces, each 0.5 mm inside its casing
 
 MANY = "from 30 charges [rad²]"
 
@@ -238,15 +238,15 @@ def force_rows() -> list[Row]:
 def _magnet_force(face: Callable[[float], float], gap: float, thickness: float) -> float:
     """Force between two magnets [N], given the force between faces as a function of the gap [m].
 
-    Each magnet has one face of either sign, a thickness [m] apart.
+    Each magnet has two faces of opposite sign, a thickness [m] apart.
     """
     return face(gap) - 2.0 * face(gap + thickness) + face(gap + 2.0 * thickness)
 
 
 def _points_force(magnets: Packed, charge: float, nodes: Nodes, gap: float) -> float:
-    """Force [N] between two pole faces that face each other, each with a charge [A m].
+    """Return the force [N] between two opposite pole faces, each with a charge [A m].
 
-    Both have the nodes of level 0, which are all nodes if their number is given.
+    Both have the nodes of level 0, which are all their nodes if a scene gives the number of nodes.
     """
     width = math.hypot(magnets.face_tx[0], magnets.face_ty[0])
     half = magnets.face_half[0]
@@ -270,7 +270,7 @@ def points_tables(measured: Measured) -> list[Table]:
 
 
 def points_claims(measured: Measured) -> list[Claim]:
-    """Judge whether three charges do as well as thirty, and whether either is right."""
+    """Judge whether three charges do as well as thirty, and whether either number is accurate."""
     few, many = quoted.CHARGES, quoted.MANY_CHARGES
     at = _forces(measured)
     force = Claim(

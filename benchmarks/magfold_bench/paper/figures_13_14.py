@@ -87,21 +87,21 @@ def _difference_row(differing: str, one: Motion, other: Motion) -> Row:
 
 
 def tables(measured: Measured) -> list[Table]:
-    """Return the end of each fold, and mean distances between folds."""
+    """Return tables of how each fold ends, and of the mean distances between folds."""
     title = f"Mean differences over {motions.UNTIL:g} s and all components, by what is different"
     folds = Table("How the fold ends", measured["folds"])
     return [folds, Table(title, measured["differences"])]
 
 
 def claims(measured: Measured) -> list[Claim]:
-    """Compare with section 5.3's statements about the two figures."""
+    """Compare the simulations with section 5.3's statements about the two figures."""
     by_charge = {
         name: {str(row["made by"]): row for row in rows}
         for name, rows in motions.by_charge(measured["folds"]).items()
     }
     shapes = [_shape(name, folds) for name, folds in by_charge.items()]
     passive = [_passive(name, folds) for name, folds in by_charge.items()]
-    # With half the charge, hardly anything folds, so the other claims use the whole charge.
+    # With half the charge, the chain hardly folds, so the other claims use the whole charge.
     folds = by_charge[motions.WHOLE]
     (apart,) = select(measured["differences"], charge=motions.WHOLE, different="both")
     order = Claim(
@@ -181,7 +181,7 @@ def _distances(same: bool, row: Row) -> list[Claim]:
 
 
 def plots(measured: Measured) -> list[Plot]:
-    """Draw displacement over time and the angles of all joints over time."""
+    """Draw the displacement and the angles of all joints over time."""
     displacement = (
         "Figure 13's counterpart: mean distance of the components' centres between two "
         "simulations, by what differs between them. The paper gives "

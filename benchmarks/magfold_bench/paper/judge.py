@@ -1,8 +1,8 @@
-"""Agreement of the shipped sequences with the text: ``python -m magfold_bench.paper.judge``.
+"""Compare the shipped sequences with the paper's text: ``python -m magfold_bench.paper.judge``.
 
 Magnetic forces grow with the square of the remanence. In units of time proportional to 1/remanence,
 two parameters therefore remain: friction divided by the remanence squared, and speed divided by the
-remanence. Everything is released at 1 T.
+remanence. All chains are released with a remanence of 1 T.
 """
 
 from typing import Annotated, Literal, NamedTuple
@@ -14,6 +14,7 @@ from magfold_bench.laws.experiment import MODES, SEQUENCES, by_hand
 from magfold_bench.paper.figure_18 import NEARLY, movement
 from magfold_bench.paper.statements import CHAINS, ENERGIES, HOLDS, RELEASES, Released, clear
 from magfold_bench.tables import Row
+from magfold_env.cli import options
 from magfold_env.designer.suites import load_suite
 from magfold_env.ensembles.releases import Ensemble, ensemble
 from magfold_env.minimiser import Mode, minimise
@@ -49,7 +50,7 @@ POINTS = {
 
 
 def scene_at(point: Point, mode: Mode) -> Scene:
-    """Return the scene for a release by hand with a point's parameters, with sequence 1."""
+    """Return the scene in which sequence 1 is released by hand with a point's parameters."""
     scene = load_scene("paper/sequence-1")
     scene = scene.replace(magnets={"remanence": 1.0}, friction=point.ratio)
     return by_hand(scene, mode, point.speed)
@@ -91,7 +92,7 @@ def energies(number: int, faces: tuple[str, ...]) -> tuple[dict[str, str], froze
 def degrees(name: str, point: Point) -> Row:
     """Return the degree to which sequences with a point's parameters meet each statement, by name.
 
-    The draws differ from the draws that selected the alternative sequences.
+    The draws differ from those with which the alternative sequences were selected.
     """
     found: Row = {}
     for number in SEQUENCES:
@@ -107,7 +108,7 @@ def degrees(name: str, point: Point) -> Row:
 
 
 def folded(point: Point, n: int) -> float:
-    """Return the mean rate of folding of longer free chains that have one stable fold each."""
+    """Return how often longer free chains fold on average; each has only one stable fold."""
     suite = load_suite(f"n{n}")
     found = [suite.words[word]["unique"].sequence for word in suite.words]
     scene = scene_at(Point(point.ratio, SHIPPED.speed), "free")
@@ -138,7 +139,7 @@ def shipped() -> list[Row]:
 
 
 def chains() -> list[Row]:
-    """Return rates of folding of longer and shipped free chains, by friction."""
+    """Return how often longer chains and the shipped ones fold in free releases, by friction."""
     made: list[Row] = []
     for ratio in STALLING:
         point = Point(ratio, SHIPPED.speed)
@@ -153,9 +154,9 @@ def chains() -> list[Row]:
 
 
 def main(show: Annotated[Literal["shipped", "chains"], typer.Argument()] = "shipped") -> None:
-    """Print how well shipped sequences meet statements, or how longer chains fold, as CSV."""
+    """Print how well shipped sequences meet the paper's text, or how longer chains fold, as CSV."""
     typer.echo(to_csv({"shipped": shipped, "chains": chains}[show]()), nl=False)
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    options.application_of(main)()

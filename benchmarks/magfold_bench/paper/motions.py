@@ -1,7 +1,7 @@
 """Motions of sequence 3 with its first component held, and their comparison.
 
-The paper films such a fold and compares its simulation with the film. Without a film, this module
-compares the paper's solver with this project's.
+The paper films such a fold and compares its simulation with the film. The film is not available, so
+this module compares the paper's solver with this project's.
 """
 
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ HALF, WHOLE = "half charge", "whole charge"
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A fold in frames at the camera's rate; a chain that comes to rest does not move again."""
+    """The frames of a fold at the camera's rate; a chain that comes to rest stays at rest."""
 
     scene: Scene
     time: FloatArray
@@ -53,11 +53,11 @@ class Motion:
 
     @property
     def word(self) -> str:
-        """The nearest word at the end."""
+        """The word nearest to the final shape."""
         return angles_to_word(self.joints[-1])
 
     def snaps(self) -> dict[int, float]:
-        """Return when joints, from number 1, first reached the paper's snap angle [s], in order."""
+        """Return the times [s] at which joints, numbered from 1, first snapped, in this order."""
         there = np.abs(self.joints) >= SNAP
         first = {k + 1: float(self.time[there[:, k].argmax()]) for k in range(there.shape[1])}
         reached = {k: at for k, at in first.items() if there[:, k - 1].any()}
@@ -145,7 +145,7 @@ def displacement(one: Motion, other: Motion) -> FloatArray:
 
 
 def before_snap(*motions: Motion) -> BoolArray:
-    """Return the frames before any joint in any motion has come near its stop, shape (m,)."""
+    """Return which frames precede the first snap of a joint in any of the motions, shape (m,)."""
     first = min(min(motion.snaps().values(), default=UNTIL) for motion in motions)
     return motions[0].time < first
 

@@ -1,4 +1,4 @@
-"""Figures 15 and 16: pendula, with the integrators' conservation of energy and their cost."""
+"""Figures 15 and 16: how integrators change a pendulum's energy, and how long they take."""
 
 import math
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from magfold_env.simulation.pack import pack
 from magfold_env.simulation.simulate import simulate
 
 COMPONENTS = 3
-MARGIN = 0.5  # time steps beyond the last frame, so that rounding does not lose it
+MARGIN = 0.5  # time steps after the last frame, so that rounding does not omit this frame
 STEPS = (1, 2, 5, 10, 20, 50, 100, 200)
 QUICK_STEPS = (1, 5, 20, 100)
 TOLERANCE, TIGHT = 1e-4, 1e-10  # [rad]; the first is the engine's default
@@ -42,7 +42,7 @@ def problem() -> Scene:
 
 
 def depth(scene: Scene) -> float:
-    """Return the available energy [J], released between the start and hanging straight down."""
+    """Return the energy [J] that is released between the start and hanging straight down."""
     hanging, level = np.full(scene.n, -np.pi / 2), np.zeros(scene.n)
     base = np.zeros(2)
     return float(
@@ -65,7 +65,7 @@ def change(scene: Scene, angles: FloatArray, rates: FloatArray) -> float:
 
 
 def integrator_change(name: str, step: float) -> float:
-    """Return the mean change per time step [s] of an integrator with equal steps."""
+    """Return the energy's mean change per time step [s] with an integrator of equal steps."""
     scene = problem()
     model, n = pack(scene), scene.n
     work, y = new_work(model), np.zeros(2 * (n + 2))  # at rest on a horizontal line
@@ -78,7 +78,7 @@ def integrator_change(name: str, step: float) -> float:
 
 
 def pair_change(step: float) -> float:
-    """Return the mean change per time step [s] of a pair that restarts at each time step."""
+    """Return the energy's mean change with an adaptive pair that restarts at each time step [s]."""
     scene = problem().replace(solver={"tolerance": TOLERANCE})
     swinging = bare_pendulum.pendulum(scene)
     frames = np.zeros((quoted.PENDULUM_STEPS + 1, 2, scene.n))  # begins like `swinging`
@@ -89,7 +89,7 @@ def pair_change(step: float) -> float:
 
 
 def engine_change(step: float, tolerance: float) -> float:
-    """Return the engine's mean change between frames one time step [s] apart."""
+    """Return the energy's mean change in the engine between frames one time step [s] apart."""
     scene = problem().replace(
         duration=(quoted.PENDULUM_STEPS + MARGIN) * step, solver={"tolerance": tolerance}
     )
@@ -100,7 +100,7 @@ def engine_change(step: float, tolerance: float) -> float:
 
 
 def drift(quick: bool, progress: Progress) -> Measured:
-    """Let every integrator take as many time steps as the paper's, for each length of step."""
+    """Let every integrator take as many time steps as the paper's solver, for each step length."""
     cases: dict[str, Callable[[float], float]] = {
         name: partial(integrator_change, name) for name in integrators.FIXED
     }
@@ -130,7 +130,7 @@ def drift_tables(measured: Measured) -> list[Table]:
 
 
 def drift_claims(measured: Measured) -> list[Claim]:
-    """Compare with sections 5.3, 7 and 8."""
+    """Compare the changes with the statements in sections 5.3, 7 and 8."""
     rows = measured["energy"]
     changes = {
         name: {float(r[STEP]): float(r[CHANGE]) for r in select(rows, integrator=name)}
@@ -215,7 +215,7 @@ TIME = "time [µs]"
 
 
 def times(quick: bool, progress: Progress) -> Measured:
-    """Time the accelerations of a pinned chain: `magfold bench dynamics --only scaling`."""
+    """Time the accelerations of a pinned chain, like `magfold bench dynamics --only scaling`."""
     rows = scaling.measure(quick, progress)
     return {"times": rows, "absent": [{"peer": name} for name in scaling.missing()]}
 
@@ -227,7 +227,7 @@ def times_tables(measured: Measured) -> list[Table]:
 
 
 def times_claims(measured: Measured) -> list[Claim]:
-    """Compare the growth of the times, and the dense method with the recursion."""
+    """Compare the growth of the times with the paper's, and the dense method with the recursion."""
     rows = measured["times"]
     up_to, beyond = (quoted.NEAR_LINEAR_UP_TO, quoted.LONGEST)
     dense = select(rows, contender=scaling.DENSE)

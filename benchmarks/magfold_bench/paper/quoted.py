@@ -1,4 +1,4 @@
-"""Statements and numbers from the paper with which something is compared.
+"""Statements and numbers from the paper with which this project's results are compared.
 
 Fass, Hao, Cantillon-Murphy: On planar self-folding magnetic chains: Comparison of Newton-Euler
 dynamics and internal energy optimisation. Lengths are in metres, angles in radians.
@@ -28,7 +28,7 @@ CHARGES, MANY_CHARGES = 3, 30  # per pole face, Figure 12
 DISPLACEMENT = 8.2e-3  # mean over time and components, Figure 13
 ANGLE = 0.442  # mean difference in relative angles, Figure 14
 
-MAGNET_CHARGE = 17.1892  # [A m] equation 7, which gives each pole face half of it
+MAGNET_CHARGE = 17.1892  # [A m]; equation 7 gives each pole face half of it
 
 PENDULUM_STEPS = 1000  # Figure 15
 NEAR_LINEAR_UP_TO, LONGEST = 60, 450  # components, Figure 16

@@ -43,7 +43,7 @@ class Claim(NamedTuple):
 
     @classmethod
     def unless(cls, stated: str, found: str, holds: bool, why_not: str) -> Self:
-        """Return a claim whose reason is given only if it does not hold."""
+        """Return a claim that has its reason only if it does not hold."""
         return cls(stated, found, holds, "" if holds else why_not)
 
     @property
@@ -99,7 +99,7 @@ class Reproduction:
     claims: Callable[[Measured], list[Claim]]
     plots: Callable[[Measured], list[Plot]]
     inputs: str = ""
-    """Assumptions behind verdicts that name none."""
+    """Assumptions behind those verdicts whose claims name none."""
 
     def verdicts(self, measured: Measured) -> list[Claim]:
         """Return the claims, each with its assumptions."""

@@ -15,8 +15,8 @@ from magfold_env.minimiser import Mode
 HOLDS = 0.5
 """Degree above which a statement holds."""
 RARE = 0.1
-"""Smallest share of releases with an outcome that occurs according to the paper, and largest share
-with an outcome that does not."""
+"""Smallest share of releases for an outcome that occurs in the paper, and largest share for an
+outcome that does not occur there."""
 
 _BOTH: tuple[Mode, Mode] = ("free", "forward")
 _EVERY: tuple[Mode, ...] = (*_BOTH, "backward")
@@ -60,7 +60,7 @@ class Statement(NamedTuple):
 
 
 def on_the_way(word: str, goal: str, outer: Collection[int]) -> bool:
-    """Whether a word is a fold in which only some outer joints, numbered from 1, are straight."""
+    """Whether a word is the goal, except that some outer joints, numbered from 1, are straight."""
     straight = [joint for joint, letter in enumerate(word, start=1) if letter == "S"]
     turned = all(a in (b, "S") for a, b in zip(word, goal, strict=True))
     return bool(straight) and turned and set(straight) <= set(outer)
@@ -72,7 +72,7 @@ def _share(rate: float, whole: float) -> float:
 
 
 def prefers(mode: Mode, name: str) -> Callable[[Released], float]:
-    """Return the degree to which full folds prefer one state to the most frequent other state."""
+    """Return a function for the degree to which a state is more frequent than other full folds."""
 
     def degree(made: Released) -> float:
         often = made.rate(mode, name)
@@ -88,7 +88,7 @@ def _mostly(mode: Mode) -> Callable[[Released], float]:
 
 
 def _even(made: Released) -> float:
-    """S1A and S1C occur about equally often, and no other full fold more often."""
+    """Return the degree to which S1A and S1C are equally frequent and no other fold is more so."""
     rarer = min(made.rate("backward", name) for name in ("S1A", "S1C"))
     return _share(rarer, max(made.folded("backward").values(), default=0.0))
 
@@ -105,7 +105,7 @@ def _rarer(made: Released) -> float:
 
 
 def _only_stable(*exceptions: str) -> Callable[[Released], float]:
-    """Return the degree to which full folds are stable states, or exceptions, in all modes."""
+    """Return a function for the degree to which full folds are stable states or exceptions."""
 
     def degree(made: Released) -> float:
         allowed = made.stable | {made.names.get(name, "") for name in exceptions}
@@ -118,7 +118,7 @@ def _only_stable(*exceptions: str) -> Callable[[Released], float]:
 
 
 def clear(share: float) -> float:
-    """Return a degree that holds if at most a rare part is missing."""
+    """Return 1 if at most the share `RARE` is missing, else a degree that does not hold."""
     return 1.0 if share >= 1.0 - RARE else 0.5 * share
 
 

@@ -14,7 +14,7 @@ from magfold_env.scene import Scene, load_scene
 Model = Literal["literal", "device"]
 
 FIVE = 5
-"""Number of each sequence's states that have names, which are those with the least energy."""
+"""Number of states per sequence to which the paper gives names: those with the least energy."""
 
 MODELS: dict[Model, str] = {
     "literal": "the paper's point charges",

@@ -1,4 +1,4 @@
-"""Compare how random scenes end with default settings and with a reference.
+"""Compare how random scenes end with the default settings and with those of a reference.
 
 Run as ``python -m magfold_bench.stress.agreement --scenes 1000 --out runs/agreement``. An
 interrupted run continues if it is started again. Every scene that disagrees is saved as YAML;
@@ -6,10 +6,10 @@ interrupted run continues if it is started again. Every scene that disagrees is 
 
 A scene that ends differently with a 20 times tighter tolerance belongs to one of three classes:
 
-- *reference not converged*: with a 400 times tighter tolerance, it does not end as the reference;
+- *reference not converged*: with a 400 times tighter tolerance, it ends differently again;
 - *decided within tolerance*: a reference whose start is moved by the scene's tolerance also ends
 differently;
-- *firm*: neither applies, so the default settings are wrong.
+- *firm*: neither applies, so the default settings give a wrong end.
 """
 
 from collections import Counter
@@ -27,6 +27,7 @@ from magfold_bench.laws.random_scenes import random_scene
 from magfold_bench.stress.kinds import KINDS, Source
 from magfold_bench.tables import Table, rich_table
 from magfold_env.checkpoint import Checkpoint
+from magfold_env.cli import options
 from magfold_env.files import physics_digest
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.parallel import Workers, finished
@@ -61,7 +62,7 @@ def scene_of(seed: int) -> Scene:
 def compare(seed: int) -> Row:
     """Simulate one random scene with default settings and as a reference, and judge the ends.
 
-    Failures never agree, and are never set aside.
+    Failed runs count as firm, unless the start is refused, which counts as agreement.
     """
     scene = scene_of(seed)
     default, reference = simulate(scene), simulate(reference_of(scene))
@@ -123,7 +124,7 @@ def main(
     out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("runs/agreement"),
     workers: Annotated[int, typer.Option(min=1, help="Number of processes.")] = 1,
 ) -> None:
-    """Compare scenes, continuing an earlier run, and print the results."""
+    """Compare scenes, continue an earlier run if there is one, and print the results."""
     wanted = range(first, first + scenes)
     with Checkpoint(out, {"physics": physics_digest()}) as kept:
         rows = {row["seed"]: row for row in kept.load()}
@@ -143,4 +144,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    options.application_of(main)()

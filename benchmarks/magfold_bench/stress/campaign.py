@@ -1,4 +1,4 @@
-"""Named cases, and campaigns of many cases on several processes, which can be interrupted."""
+"""Named cases, and campaigns that check many cases in parallel and can be interrupted."""
 
 import time
 from collections import Counter
@@ -46,7 +46,7 @@ class Case:
         return KINDS[self.kind].make(Source(self.seed, self.number, *letters))
 
     def verdict(self) -> Verdict:
-        """Check the scene; raising an error also breaks a law."""
+        """Check the scene; an exception counts as a broken law."""
         try:
             return check(self.scene())
         except Exception as error:

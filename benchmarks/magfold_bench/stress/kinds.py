@@ -30,8 +30,8 @@ MARATHON_STEPS = 10_000_000
 STOP = 0.5 * math.pi
 NARROWEST, WIDEST = (times * Casing().diagonal for times in (1.001, 2.0))  # bores [m]
 
-# There are few geometries, because the splines of each are made once and kept.
-GAPS = (0.0, 5e-6, 5e-5)  # insets [m]: touching faces are twice as far apart
+# There are few geometries, because the splines of each one are computed once and kept.
+GAPS = (0.0, 5e-6, 5e-5)  # insets [m]; the magnets of touching faces are twice as far apart
 DEVICES: tuple[Mapping[str, Any], ...] = (
     {},
     {"accuracy": 1e-5},
@@ -44,7 +44,7 @@ Changes = dict[str, Any]
 
 
 class Source:
-    """Draws numbers and choices uniformly; each key, the seed, has its own stream."""
+    """Draws numbers and choices uniformly from a random stream, which has the key as its seed."""
 
     def __init__(self, *key: int) -> None:
         self._rng = np.random.default_rng(key)
@@ -94,7 +94,7 @@ class Kind(NamedTuple):
 
 
 def ordinary(source: Source) -> Scene:
-    """Draw ordinary scenes."""
+    """Draw an ordinary scene."""
     return scene(source, few(source))
 
 
@@ -127,7 +127,7 @@ def scene(source: Source, n: int, **changes: Any) -> Scene:
 
 
 def held(source: Source, scene: Scene) -> tuple[float, ...]:
-    """Draw offsets of hinges in the tube, either as in releases or over the whole bore."""
+    """Draw the offsets of hinges in the tube, either as `Scene.draw` or over the whole bore."""
     wide = min(source.pick((scene.start_offset_spread, scene.play)), 0.5 * scene.casing.side)
     return numbers(source, -wide, wide, scene.n + 1)
 
@@ -149,7 +149,7 @@ def mounted(source: Source, slowest: float = 0.01, fastest: float = 0.6) -> Chan
 
 
 def fed(source: Source, speed: float | tuple[float, ...]) -> Changes:
-    """Draw the feed."""
+    """Draw a feed with the given speed [m/s]."""
     return {
         "direction": source.pick(("forward", "backward")),
         "loading": source.pick(("preloaded", "at_mouth")),
@@ -166,13 +166,13 @@ def uneven(source: Source, n: int) -> Changes:
 
 
 def rubbing(source: Source, n: int) -> Changes:
-    """Draw friction of 0, 10 and all magnitudes in between, sometimes separately by component."""
+    """Draw friction of 0, 10 or any magnitude in between, sometimes for each component."""
     each = tuple(logarithmic(source, 1e-4, 10.0) for _ in range(n))
     return {"friction": source.pick((0.0, 10.0, logarithmic(source, 1e-4, 10.0), each))}
 
 
 def hurried(source: Source, n: int) -> Changes:
-    """Draw feed speeds from 0.1 mm/s to 10 m/s, sometimes separately by component."""
+    """Draw feed speeds from 0.1 mm/s to 10 m/s, sometimes one for each component."""
     one = logarithmic(source, 1e-4, 10.0)
     each = tuple(logarithmic(source, 1e-4, 10.0) for _ in range(n))
     limit = source.pick((Feed().force_limit, None))
@@ -296,7 +296,7 @@ def leaves_room(solid: Rectangle, alone: Scene) -> bool:
     casing = alone.casing
     if alone.mount == "tube":
         half = 0.5 * alone.bore + alone.feed.wall
-        # Scenes refuse solids in line with the bore, however far behind they are.
+        # Scenes refuse solids in line with the bore, however far behind the tube they are.
         behind = min(-alone.n * casing.diagonal, float(solid.corners[:, 0].min()))
         deep = behind - casing.diagonal
         bore = np.array(
@@ -324,7 +324,7 @@ def shaken(source: Source, n: int) -> Changes:
 
 
 def strong(source: Source, n: int) -> Changes:
-    """Draw magnets of 0 to 1.5 T in several shapes, sometimes each separately, or no magnets."""
+    """Draw magnets of 0 to 1.5 T in several shapes, sometimes of unequal strengths, or none."""
     if source.integer(0, 9) == 0:
         return {"magnets": None}
     one = logarithmic(source, 1e-6, 1.5)
@@ -400,7 +400,7 @@ def outside(source: Source, n: int) -> Changes:
 
 
 def paper(source: Source) -> Scene:
-    """Draw the paper's solver with time steps of up to 20 ms."""
+    """Draw scenes for the paper's solver, with time steps of up to 20 ms."""
     solver = {"method": "paper", "time_step": logarithmic(source, 1e-5, 0.02)}
     return scene(source, few(source), mount="pinned", solver=solver)
 

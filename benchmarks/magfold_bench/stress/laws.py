@@ -25,16 +25,16 @@ SETTLED = (FoldStatus.FOLDED, FoldStatus.MISFOLDED)
 STOPPED = (FoldStatus.HELD, FoldStatus.JAMMED)
 REFUSAL = "overlap at the start"
 USUAL = 1e-4  # [rad] the default tolerance
-DEEPEST, THINNEST = 1e-3, 1e-2  # overlap at it, as shares of the side and of a solid's thickness
+DEEPEST, THINNEST = 1e-3, 1e-2  # allowed overlaps then: of the side, and of a solid's thickness
 SURELY, HARDLY = 2e-3, 5e-4  # overlaps that must be refused, and that must not; 1e-3 is the bound
-WITHIN = 1e-9  # of the side: held casings beyond the bore
+WITHIN = 1e-9  # of the side: how far held casings may extend beyond the bore
 LEAST = 1e-7  # [rad] beyond a stop, at the tightest tolerances
 ROUNDING = 1e-12  # of an energy
 FOLDED_WITHIN = 0.05  # [rad] of a right angle
-AT_REST = 1e-3  # tolerances per second
-LEAST_SHARES, MOST_SHARES = 10.0, 100.0  # rise allowed in energy, in tolerances times its range
-A_STEP = 0.05  # of these per step; a step may use up 0.1
-LEFT = 0.5  # largest share of a larger error that may be left at a tenth of the tolerance
+AT_REST = 1e-3  # largest rate at rest, in tolerances per second
+LEAST_SHARES, MOST_SHARES = 10.0, 100.0  # allowed rise of energy, in tolerances times its range
+A_STEP = 0.05  # allowed rise per step in this unit; a step may use up 0.1
+LEFT = 0.5  # share of an error above the bound that may remain at a tenth of the tolerance
 FLOOR = 1e-8  # of energy and momenta, at the tightest tolerances: errors of contacts
 FLOOR_A_STEP = 1e-11  # of energy, per step: joints within 1e-9 rad of a stop are moved to it
 PAIR = 1e-4  # relative to the energy of two full charges a side apart
@@ -88,7 +88,7 @@ def is_finite(fold: Fold) -> bool:
 
 
 def check_refusal(scene: Scene, fold: Fold, verdict: Verdict) -> None:
-    """Check that overlapping starts are refused, others accepted, and that no run fails."""
+    """Check that overlapping starts are refused, others accepted, and that no run breaks down."""
     refused = fold.status is FoldStatus.FAILED and REFUSAL in fold.message
     if scene.contact and scene.mount != "tube" and scene.solver.method == "adaptive":
         assert scene.start_angles is not None
@@ -113,7 +113,7 @@ def poles_meet(scene: Scene) -> bool:
 
 
 def check_inside(scene: Scene, inside: Inside, verdict: Verdict) -> None:
-    """Check that nothing penetrates or passes through, and that joints stay within their stops."""
+    """Check that no body penetrates or crosses another, and that joints stay within their stops."""
     tolerance = scene.solver.tolerance
     if scene.contact:
         loose = max(1.0, tolerance / USUAL)
@@ -226,7 +226,7 @@ def check_momentum(motion: Motion, verdict: Verdict) -> None:
 
 
 def check_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
-    """Check that the status is true and names the limit that was reached."""
+    """Check that the status is correct, and that the message names the limit that was reached."""
     scene, solver = fold.scene, fold.scene.solver
     off = np.abs(np.abs(fold.joint_angles) - np.pi / 2.0)
     shut = bool((off <= FOLDED_WITHIN).all())
@@ -255,8 +255,8 @@ def check_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
 def energy_as_simulated(scene: Scene, angles: np.ndarray) -> float:
     """Return the energy of a chain whose components are counted as the simulation counts them.
 
-    Which of two near faces is integrated in closed form depends on their order, within the
-    accuracy of the magnets. A forward feed holds component n, which then comes first.
+    Their order decides which of two near faces is integrated in closed form, which changes the
+    energy within the magnets' accuracy. A forward feed holds component n, which then comes first.
     """
     if scene.mount == "tube" and scene.feed.direction == "forward":
         backward = {"direction": "backward"}
@@ -266,7 +266,7 @@ def energy_as_simulated(scene: Scene, angles: np.ndarray) -> float:
 
 
 def check_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
-    """Check that a chain reported at rest is at rest, and stays so in a new run from there."""
+    """Check that a chain reported at rest is at rest, and stays at rest if it is put down again."""
     if fold.status not in SETTLED:
         return
     scene = fold.scene
@@ -275,14 +275,14 @@ def check_rest(fold: Fold, motion: Motion, verdict: Verdict) -> None:
     verdict.bound("rest", turning, max(still, 1e-9), "joints turn at the end [rad/s]")
     if scene.field is None and scene.magnets is not None:
         there = energy_as_simulated(scene, fold.angles)
-        # Energies of pairs may cancel: then those of single ones are what rounding is a share of.
+        # The energies of pairs may cancel; then, rounding is relative to the energy of one pair.
         unit = max(abs(there), PAIR * pair_energy(scene), 1e-300)
         verdict.bound("energy", abs(fold.energy - there) / unit, 1e-9)
     outside = scene.field is not None or any(scene.gravity.in_plane)
     if scene.mount == "tube" or outside or touches_solid(fold):
         return
     joints = np.clip(fold.joint_angles, -np.pi / 2.0, np.pi / 2.0)
-    # Angles do not fix the chain's place among obstacles.
+    # The angles do not determine where the chain lies among obstacles.
     again = simulate(scene.replace(start_angles=joints, bumps=None, obstacles=()))
     moved = float(np.abs(again.joint_angles - joints).max(initial=0.0))
     verdict.bound("rest again", moved, 1e-6, f"put down again [rad], then {again.message}")

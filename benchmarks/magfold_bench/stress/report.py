@@ -38,7 +38,7 @@ def kinds_table(tally: Tally) -> Table:
 
 
 def laws_table(tally: Tally) -> Table:
-    """Return each law's numbers of cases that were checked and that break it."""
+    """Return, for each law, the numbers of cases in which it was checked and was broken."""
     numbers = dict.fromkeys(("judged", "broken", "nearest to breaking"), True)
     table = options.table("Laws", {"law": False, **numbers, f"cases (up to {SHOWN})": False})
     for law, count in tally.held.items():

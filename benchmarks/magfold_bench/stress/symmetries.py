@@ -1,4 +1,4 @@
-"""Symmetries: a scene folds alike if it is mirrored, turned, or seen from the other end.
+"""Symmetries: a scene ends alike if it is mirrored, turned, or seen from the other end.
 
 A fold that changes when its start moves by 1e-6 rad is not evidence, and errors within the solver's
 tolerance may differ between views. A difference therefore counts only if it persists at two much
@@ -12,13 +12,12 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from magfold_bench.laws.along_folds import SteppedSession
-from magfold_bench.laws.outcomes import SAME_WITHIN, moved_starts
+from magfold_bench.laws.outcomes import SAME_WITHIN, hinge_offsets, moved_starts
 from magfold_bench.stress.verdict import Verdict
 from magfold_env.fold import Fold, FoldStatus
 from magfold_env.scene import FixedMagnet, Rectangle, Scene
 from magfold_env.scene.base import FrozenModel
 from magfold_env.shapes import FloatArray, centres, headings
-from magfold_env.simulation.pack import hinge_offsets
 from magfold_env.simulation.simulate import simulate
 
 MIRRORED = (3, 2, 1, 0)  # faces: front-left <-> front-right, back-left <-> back-right
@@ -33,11 +32,11 @@ MOST_STEPS = 100_000  # in longer runs, symmetries are not checked
 TIGHTER = (0.1, 0.01)  # factors of the tolerance; below 1e-12 rad, rounding decides
 LEAST_TOLERANCE = 1e-12  # [rad]
 MORE_STEPS = 10  # factor of the limit of steps
-OWN = 0.1  # of the views' difference: if the tolerance changes more, it decides
+OWN = 0.1  # share of the views' difference; if the tolerance changes more, it decides the end
 
 
 class End(NamedTuple):
-    """The end of a chain."""
+    """How a run ends."""
 
     status: FoldStatus
     joints: FloatArray
@@ -46,12 +45,12 @@ class End(NamedTuple):
 
     @classmethod
     def of(cls, fold: Fold) -> Self:
-        """Return the end of a fold."""
+        """Return how a fold ends."""
         return cls(fold.status, fold.joint_angles, "are the limit" in fold.message)
 
 
 def check_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
-    """Check that a scene folds alike mirrored, turned and seen from its other end."""
+    """Check that a scene ends alike if it is mirrored, turned, or seen from its other end."""
     if scene.n == 1 or fold.steps > MOST_STEPS:
         return
     if scene.mount == "tube":
@@ -77,7 +76,7 @@ def check_symmetries(scene: Scene, fold: Fold, verdict: Verdict) -> None:
 
 
 def views(scene: Scene) -> dict[str, End]:
-    """Return the ends of a scene that is mirrored, turned, and seen from its other end."""
+    """Return how a scene ends if it is mirrored, turned, or seen from its other end."""
     image = end_of(mirrored(scene))
     ends = {"mirror": image._replace(joints=-image.joints)}
     # A chain starts along +x, where turned solids could be in the way.
@@ -119,12 +118,12 @@ def is_decided_by_error(
 
 
 def end_of(scene: Scene) -> End:
-    """Simulate a scene and return its end."""
+    """Simulate a scene and return how it ends."""
     return End.of(simulate(scene))
 
 
 def turned_end(scene: Scene) -> End:
-    """Return the end of a scene that is turned as a whole, including the chain."""
+    """Return how a scene ends if everything is turned, including the chain."""
     session = SteppedSession(turned(scene, TURN), stride=AT_ONCE)
     session.turn(TURN)
     session.settle()
@@ -137,7 +136,7 @@ def alike(one: End, other: End) -> bool:
 
 
 def _check_other_end_of_tube(scene: Scene, fold: Fold, verdict: Verdict) -> None:
-    """Check that both views run identically: the engine always counts from the held end."""
+    """Check that both views run identically, as the engine always counts from the held end."""
     other = simulate(seen_from_other_end(scene))
     same = (other.status, other.time, other.steps) == (fold.status, fold.time, fold.steps)
     off = _apart(_reversed(End.of(other)).joints, fold.joint_angles)
@@ -153,7 +152,7 @@ def _apart(one: FloatArray, other: FloatArray) -> float:
     return float(np.abs(one - other).max(initial=0.0))
 
 
-# --- the same physics, seen otherwise --------------------------------------------------------
+# --- other views of the same scene -----------------------------------------------------------
 
 
 def mirrored(scene: Scene) -> Scene:
@@ -198,7 +197,7 @@ def seen_from_other_end(scene: Scene) -> Scene:
 
 
 def faces(scene: Scene, order: Sequence[int], step: int) -> dict[str, Any]:
-    """Return the changes that reorder faces and, if ``step`` is −1, reverse components."""
+    """Return the changes that reorder faces and, if ``step`` is −1, reverse the components."""
     changes: dict[str, Any] = {
         "sequence": ["".join(each[k] for k in order) for each in scene.sequence[::step]]
     }
@@ -217,8 +216,8 @@ def faces(scene: Scene, order: Sequence[int], step: int) -> dict[str, Any]:
 def started(scene: Scene, step: int) -> dict[str, Any]:
     """Return the changes that mirror the start or, if ``step`` is −1, count it from the other end.
 
-    Joint angles change sign either way; a tube's hinges change sides of its axis only in the
-    mirror.
+    Joint angles change sign either way. Hinges in a tube change to the other side of its axis only
+    in the mirror image.
     """
     if scene.mount == "tube":
         return {"start_offsets": -step * hinge_offsets(scene)[::step]}

@@ -43,7 +43,7 @@ class Verdict:
             self.broken.append(Broken(law, value, allowed, words))
 
     def require(self, law: str, holds: bool, words: str) -> None:
-        """Record whether a law that is not about a number holds; ``words`` name its problem."""
+        """Record whether a law that is not about a number holds; ``words`` describe the problem."""
         self.worst[law] = max(self.worst.get(law, 0.0), 0.0 if holds else math.inf)
         if not holds:
             self.broken.append(Broken(law, math.nan, math.nan, words))
@@ -51,7 +51,7 @@ class Verdict:
 
 @dataclass
 class Tally:
-    """Counts of cases, and the cases that break a law; `vars` of a tally are JSON values."""
+    """Counts of cases, and the cases that break a law; `vars` turns a tally into JSON values."""
 
     statuses: dict[str, Counts] = field(default_factory=dict[str, Counts])
     """Number of cases by kind and end."""

@@ -49,7 +49,7 @@ class States {
     for (const { word, energy, stable } of this.found) {
       const row = write("tr", "", this.parent);
       row.dataset.word = word;
-      row.dataset.note = stable ? "stable" : word.includes("S") ? "not folded" : "equal poles touch";
+      row.dataset.note = stable ? "stable" : word.includes("S") ? "not folded" : "like poles touch";
       const button = write("button", word, write("td", "", row));
       button.type = "button";
       button.title = "Show its outline";

@@ -245,17 +245,6 @@ def shipped_folder() -> Path:
     return configs_dir() / "baselines"
 
 
-def save_shipped(name: str, key: str, baselines: Iterable[Baseline]) -> Path:
-    """Write baselines with a key to the shipped file `name` and return its path."""
-    path = shipped_folder() / f"{name}.json"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    rows = ",\n  ".join(json.dumps(asdict(baseline)) for baseline in baselines)
-    text = f'{{\n "key": "{key}",\n "baselines": [\n  {rows}\n ]\n}}\n'
-    write_text(path, text)
-    _shipped.cache_clear()
-    return path
-
-
 @cache
 def _shipped() -> dict[str, dict[str, Baseline]]:
     """Return the baselines that come with the package: by key, then by target."""
