@@ -1,4 +1,4 @@
-"""The site: `sphinx-build -W docs runs/site`, then open runs/site/index.html."""
+"""Settings of the site: run `sphinx-build -W docs runs/site`, then open runs/site/index.html."""
 
 import shutil
 import sys
@@ -36,7 +36,7 @@ html_title = "magfold_env"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 
-# A name in single backticks is what it names, where there is such a thing, else code.
+# A name in single backticks links to the object that it names, if there is one; else it is code.
 default_role = "py:obj"
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True}
@@ -63,7 +63,7 @@ _INCLUDED = {
 }
 _FOR_READERS = {
     'class="caption" role="heading"': 'class="caption" role="heading" aria-level="2"',
-    # Parameters, one a line, are no definitions of anything.
+    # Lists of parameters, one per line, are not definition lists.
     "<dl>\n<dd><em class": '<dl role="presentation">\n<dd><em class',
     '<dd><em class="sig-param"': '<dd role="presentation"><em class="sig-param"',
 }
@@ -71,7 +71,7 @@ _ARRAYS = stringify_annotation(ArrayLike, "smart"), stringify_annotation(ArrayLi
 
 
 def _short(_app: Sphinx, _kind: str, _name: str, found: Any, _options: Any, *told: str) -> Any:
-    """Write what NumPy takes for an array as its documentation does, not in eight lines."""
+    """Shorten the type of array-like arguments to ``ArrayLike``, and models' signatures to keys."""
     if is_model(found):
         return "(**keys)", ""
     signature, returned = (text or "" for text in told)
@@ -81,14 +81,14 @@ def _short(_app: Sphinx, _kind: str, _name: str, found: Any, _options: Any, *tol
 
 
 def _linked(_app: Sphinx, _page: str, source: list[str]) -> None:
-    """Lead to the site's pages where files of the repository are named that they include."""
+    """Replace links to files of the repository with links to the pages that include them."""
     for path, page in _INCLUDED.items():
         for up in ("", "../"):
             source[0] = source[0].replace(f"]({up}../{path}", f"]({up}{page}")
 
 
 def _keys(_app: Sphinx, page: str, source: list[str]) -> None:
-    """Put the table of `magfold scenes --keys` on its page, with the units beside the limits."""
+    """Add the table of `magfold scenes --keys`, with units beside the limits, to its page."""
     if page == "keys":
         rows = [("key", "allowed", "default", "meaning"), ("---",) * 4]
         for key in scene_keys():
@@ -99,12 +99,12 @@ def _keys(_app: Sphinx, page: str, source: list[str]) -> None:
 
 
 def _tables(_app: Sphinx, _page: str, source: list[str]) -> None:
-    """Fill the tables of environments."""
+    """Fill in the tables on the environments' pages."""
     source[0] = written(source[0])
 
 
 def _open_to_all(_app: Sphinx, _page: str, _template: str, context: Any, _tree: object) -> None:
-    """Say what screen readers need to know of what Sphinx and the theme write."""
+    """Add attributes for screen readers to the HTML of Sphinx and the theme."""
     for part in ("body", "furo_navigation_tree"):
         if written := context.get(part):
             for old, new in _FOR_READERS.items():
@@ -113,7 +113,7 @@ def _open_to_all(_app: Sphinx, _page: str, _template: str, context: Any, _tree: 
 
 
 def _laboratory(app: Sphinx, error: Exception | None) -> None:
-    """Put the laboratory beside the pages."""
+    """Copy the laboratory page into the site."""
     if error is None and app.builder.format == "html":
         folder = Path(app.outdir) / "laboratory"
         folder.mkdir(exist_ok=True)
@@ -121,14 +121,14 @@ def _laboratory(app: Sphinx, error: Exception | None) -> None:
 
 
 def _forget(_app: Sphinx, error: Exception | None) -> None:
-    """Remove what notebooks gave with other versions of the package."""
+    """Remove the notebook output of other versions of the package."""
     for other in RUNS.glob("notebooks-*"):
         if error is None and str(other) != nb_execution_cache_path:
             shutil.rmtree(other)
 
 
 def setup(app: Sphinx) -> None:
-    """Connect what is done to signatures, to links and to pages."""
+    """Connect the handlers for signatures, links and pages."""
     app.connect("autodoc-process-signature", _short)
     app.connect("source-read", _linked)
     app.connect("source-read", _keys)

@@ -1,6 +1,6 @@
-"""Pictures of the site: `python docs/pictures.py` draws what explains words.
+"""Pictures for the site: `python docs/pictures.py` draws the picture that explains words.
 
-`python docs/pictures.py laboratory` photographs the laboratory, which takes a Chromium.
+`python docs/pictures.py laboratory` takes a screenshot of the laboratory, which needs Chromium.
 """
 
 import sys
@@ -21,7 +21,7 @@ WIDTH, HEIGHT = 176.0, 66.0  # [mm]
 
 
 def component_and_word(path: Path) -> None:
-    """Draw a component with its faces, and beside it a fold with its joints."""
+    """Draw a component with its faces next to a fold with its joints."""
     scene = mf.load_scene("paper/sequence-3")
     figure = figure_class()(figsize=(WIDTH / 25.4, HEIGHT / 25.4))
     axis = figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -42,7 +42,7 @@ def component_and_word(path: Path) -> None:
 
 
 def laboratory(path: Path) -> None:
-    """Photograph the laboratory as it opens, at the end of its fold."""
+    """Take a screenshot of the laboratory at the end of its first fold."""
     from magfold_env.browser import build  # noqa: PLC0415 - slow to import
     from tests.replay import chromium  # noqa: PLC0415 - POSIX only
 

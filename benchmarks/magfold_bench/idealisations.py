@@ -92,8 +92,8 @@ CHANGES: dict[str, Change] = {
         magnets={"inset": np.asarray(magnets_of(scene).inset) + 1e-4}
     ),
     "mass of each component ±5 %": _drawn(mass=0.05),
-    "side ±1 %": _drawn(side=0.01),
-    "another start, within ±0.03 rad": lambda scene, rng: scene.replace(
+    "side of all casings ±1 %": _drawn(side=0.01),
+    "different initial joint angles, within ±0.03 rad": lambda scene, rng: scene.replace(
         start_angles=None, start_offsets=None
     ).draw(rng),
     "solver tolerance ten times tighter": lambda scene, _: scene.replace(

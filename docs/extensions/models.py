@@ -1,4 +1,4 @@
-"""How the site tells of pydantic's models: keys, what is allowed, what is taken if left out."""
+"""How the site documents pydantic models: their keys, allowed values and defaults."""
 
 from collections.abc import Iterator
 from types import NoneType, UnionType
@@ -13,12 +13,12 @@ SIGNS = {"ge": "≥", "gt": ">", "le": "≤", "lt": "<"}
 
 
 def is_model(found: object) -> bool:
-    """Return whether something is a model, and not the base of all."""
+    """Return whether an object is a pydantic model other than `BaseModel` itself."""
     return isinstance(found, type) and issubclass(found, BaseModel) and found is not BaseModel
 
 
 def fields(model: type[BaseModel]) -> Iterator[str]:
-    """Yield lines of reStructuredText, an attribute a key."""
+    """Yield the lines of reStructuredText that document each key as an attribute."""
     for name, field in model.model_fields.items():
         yield f".. py:attribute:: {name}"
         yield f"   :type: {_limited(_told(field.annotation), field.metadata)}"
@@ -40,7 +40,7 @@ def _docstring(model: type[BaseModel], name: str) -> list[str]:
 
 
 def _told(kind: Any) -> str:
-    """Return a type in words."""
+    """Return a description of a type."""
     origin, inner = get_origin(kind), get_args(kind)
     if origin is Annotated:
         return _limited(_told(inner[0]), inner[1:])
@@ -57,7 +57,7 @@ def _told(kind: Any) -> str:
 
 
 def _limited(told: str, metadata: Any) -> str:
-    """Return a type in words with the limits that pydantic's metadata set."""
+    """Return a type's description with the limits from pydantic's metadata."""
     limits = [
         f"{sign} {value:.6g}"
         for each in metadata
@@ -71,7 +71,7 @@ def _limited(told: str, metadata: Any) -> str:
 def _without_fields(
     app: Sphinx, kind: str, name: str, found: Any, skip: bool, options: Any
 ) -> bool | None:
-    """Leave out what `fields` tells."""
+    """Omit the members that `fields` documents."""
     return True if name == "model_config" or name in _FIELDS else None
 
 
@@ -86,11 +86,11 @@ def _with_fields(
 
 
 _FIELDS: set[str] = set()
-"""Keys of the model that is being told of."""
+"""Keys of the model that is being documented."""
 
 
 def setup(app: Sphinx) -> None:
-    """Connect what is done to models."""
-    app.setup_extension("sphinx.ext.napoleon")  # it has had the docstring before
+    """Connect the handlers that document models."""
+    app.setup_extension("sphinx.ext.napoleon")  # its handler must run first
     app.connect("autodoc-process-docstring", _with_fields)
     app.connect("autodoc-skip-member", _without_fields)

@@ -1,10 +1,10 @@
-"""Moving pictures of examples, made as the site is built: the directive `moving-picture`.
+"""The directive `moving-picture`, which animates the examples when the site is built.
 
-Its argument names a program in ``docs/examples``, which leaves a `Fold` as ``fold`` or an
-environment as ``env``, and writes a page that plays it. On the site stands a GIF of it, which leads
-to that page; below, on demand, the program. With the option ``values`` it is run once for each, in
-place of what its only constant is, such as ``WORD = "LRLLL"``. What was made is kept until the
-program or the package changes.
+Its argument names a program in ``docs/examples``. The program assigns a `Fold` to ``fold`` or an
+environment to ``env``, and writes a page that plays it. The site shows a GIF that links to this
+page, and the program in a block that opens on request. With the option ``values``, the program
+runs once for each value, which replaces that of its only constant, such as ``WORD = "LRLLL"``.
+Pictures and pages are cached until the program or the package changes.
 """
 
 import ast
@@ -42,7 +42,7 @@ FOLDER = "_moving"
 
 SMALL = (320, 240)  # [px] width and height
 LARGE = (640, 480)
-FRAMES = (90, 60, 40, 20)  # of an episode: the first that make no more than
+FRAMES = (90, 60, 40, 20)  # of an episode: the first number for which a GIF has at most
 BYTES = 1_000_000
 FPS = 15
 
@@ -50,13 +50,13 @@ _log = logging.getLogger(__name__)
 
 
 class MovingPicture(SphinxDirective):
-    """Shows what programs do."""
+    """Directive that shows animations of an example program."""
 
     required_arguments = 1
     option_spec = {"values": directives.unchanged, "small": directives.flag}  # noqa: RUF012
 
     def run(self) -> list[nodes.Node]:
-        """Return a figure for each run."""
+        """Return the nodes of one figure for each run of the program."""
         path = EXAMPLES / f"{self.arguments[0]}.py"
         self.env.note_dependency(str(path))
         program = path.read_text("utf-8")
@@ -89,7 +89,7 @@ class MovingPicture(SphinxDirective):
 
 
 def with_value(program: str, value: str) -> str:
-    """Return a program with another value of its constant."""
+    """Return a program in which the only constant has another value."""
     changed, count = re.subn(r'(?m)^([A-Z]+) = ".*"$', rf'\1 = "{value}"', program)
     if count != 1:
         raise ValueError(f"values: {value!r}: the program has {count} constants; must be one")
@@ -97,7 +97,7 @@ def with_value(program: str, value: str) -> str:
 
 
 def made(program: str, size: tuple[int, int]) -> str:
-    """Return the name of a program's picture and page in the cache; make them if need be."""
+    """Return the name of a program's picture and page in the cache, which are made if missing."""
     name = hashlib.sha256(f"{program}{size}{package_digest()}".encode()).hexdigest()[:16]
     picture, page = CACHE / f"{name}.gif", CACHE / f"{name}.html"
     if not (picture.is_file() and page.is_file()):
@@ -112,7 +112,7 @@ def made(program: str, size: tuple[int, int]) -> str:
 
 
 def run(program: str, folder: Path) -> tuple[dict[str, Any], Path]:
-    """Run a program in a folder, and return its variables and the page that it has written."""
+    """Run a program in a folder, and return its variables and the path of the page it wrote."""
     (folder / "configs").symlink_to(ROOT / "configs")
     space: dict[str, Any] = {"__name__": "__main__"}
     with contextlib.chdir(folder), contextlib.redirect_stdout(io.StringIO()):
@@ -122,7 +122,7 @@ def run(program: str, folder: Path) -> tuple[dict[str, Any], Path]:
 
 
 def draw(space: dict[str, Any], path: Path, size: tuple[int, int]) -> None:
-    """Draw the fold or the episode that a program has left."""
+    """Draw the fold or the episode among a program's variables as a GIF."""
     fold, env = space.get("fold"), space.get("env")
     if isinstance(fold, Fold):
         save_gif(fold, path, fps=FPS, seconds=3.0, hold=1.5, size=size)
@@ -140,7 +140,7 @@ def draw(space: dict[str, Any], path: Path, size: tuple[int, int]) -> None:
 
 @cache
 def package_digest() -> str:
-    """Return a hash of all that pictures and pages are made with."""
+    """Return a hash of all files that pictures and pages depend on."""
     digest = hashlib.sha256(Path(__file__).read_bytes())
     for path in sorted([*ROOT.glob("magfold_env/**/*"), *ROOT.glob("configs/**/*")]):
         if path.is_file() and "__pycache__" not in path.parts:
@@ -149,7 +149,7 @@ def package_digest() -> str:
 
 
 def _copy(app: Sphinx, failed: Exception | None) -> None:
-    """Put what pages show into the site."""
+    """Copy the pictures and pages that the site shows, and remove others from the cache."""
     if failed is not None or app.builder.format != "html":
         return
     target = Path(app.outdir) / FOLDER
@@ -165,7 +165,7 @@ def _copy(app: Sphinx, failed: Exception | None) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Add the directive."""
+    """Register the directive `moving-picture`."""
     app.add_directive("moving-picture", MovingPicture)
     app.connect("build-finished", _copy)
     return {"parallel_read_safe": False}
