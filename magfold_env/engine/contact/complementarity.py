@@ -13,6 +13,7 @@ from magfold_env.engine.state import Array, Work
 
 RIDGE = 1e-11
 CANCEL, SOFT = 1e4, 1e-6  # ratio at which multipliers cancel; ridge for the smallest
+EQUAL = 1e-4  # of the energy of a change of velocity: smaller differences do not count
 ROUNDING = 1e-10
 CANCELLED = 1e-13
 
@@ -51,18 +52,20 @@ def take_least(count: int, work: Work) -> None:
     """Replace multipliers that nearly cancel with the smallest ones that change the rates equally.
 
     If two rows describe one contact almost identically, they may need huge multipliers that have
-    almost no effect except an impulse on the drive.
+    almost no effect except an impulse on the drive. A wedge also needs huge multipliers, but these
+    set components in motion, so they stay.
     """
     delassus, passive, lam = work.rows.delassus, work.rows.passive, work.rows.multiplier
-    diagonal, change = work.rows.diagonal, work.rows.update
-    largest, most = 0.0, 0.0
+    diagonal, least = work.rows.diagonal, work.rows.trial
+    largest, most, energy = 0.0, 0.0, 0.0
     for r in range(count):
         total, size = 0.0, 0.0
         for c in range(count):
             part = delassus[r, c] * lam[c]
             total, size = total + part, size + abs(part)
-        change[r] = total
+        least[r] = total
         largest, most = max(largest, abs(total)), max(most, size)
+        energy += total * lam[r]
     if most <= CANCEL * largest:
         return
     for r in range(count):
@@ -70,9 +73,17 @@ def take_least(count: int, work: Work) -> None:
         diagonal[r] = SOFT * delassus[r, r]
     cholesky.load(count, delassus, passive, diagonal, work.rows.cholesky)
     cholesky.factorise(count, work.rows.cholesky, work.rows.inverse)
-    cholesky.solve(count, work.rows.cholesky, work.rows.inverse, change)
+    cholesky.solve(count, work.rows.cholesky, work.rows.inverse, least)
+    off = 0.0  # energy of the difference between the two changes of velocity
     for r in range(count):
-        lam[r] = change[r] if passive[r] == 1 else 0.0
+        least[r] = least[r] if passive[r] == 1 else 0.0
+        rest = lam[r] - least[r]
+        for c in range(r):
+            off += 2.0 * rest * delassus[r, c] * (lam[c] - least[c])
+        off += delassus[r, r] * rest**2
+    if off <= EQUAL * energy:
+        for r in range(count):
+            lam[r] = least[r]
 
 
 @kernel

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from magfold_env.engine.contact.complementarity import solve_nonnegative
+from magfold_env.engine.contact.complementarity import solve_nonnegative, take_least
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Scene
 from magfold_env.simulation.pack import pack
@@ -65,3 +65,21 @@ def test_equalities_hold_with_either_sign(seed):
     assert lam[free].min() >= 0.0
     assert w[free].min() >= -1e-8
     assert np.abs((lam * w)[free]).max() <= 1e-8
+
+
+@given(seed=seeds, apart=st.floats(-13.0, -2.0))
+def test_the_least_multipliers_change_the_velocities_equally(seed, apart):
+    rng = np.random.default_rng(seed)
+    work, rows = workspace(), rng.normal(size=(5, 9))
+    # Two opposite rows: a component that both press, or a wedge that it is driven into.
+    rows[1] = -rows[0] + 10.0**apart * rng.normal(size=9)
+    m = load(work, rows, np.zeros(5))
+    lam = rng.uniform(0.0, 1.0, m)
+    lam[:2] += 1e5
+    work.rows.multiplier[:m] = lam
+    take_least(m, work)
+    least = work.rows.multiplier[:m]
+    before, after = lam @ rows, least @ rows
+    assert np.linalg.norm(after - before) <= 0.011 * np.linalg.norm(before)
+    if apart < -9.0:
+        assert np.abs(least).max() < 1e4
