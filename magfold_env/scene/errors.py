@@ -3,11 +3,14 @@
 import re
 import sys
 from collections.abc import Hashable, Iterable, Sequence
+from contextlib import suppress
 from difflib import get_close_matches
 from numbers import Integral, Real
 from typing import NamedTuple, TypeGuard
 
 from pydantic import BaseModel, ValidationError
+
+MOST_TOLD = 20  # problems in a message
 
 
 class Problem(NamedTuple):
@@ -24,10 +27,12 @@ class Problem(NamedTuple):
 
 def quoted(value: object) -> str:
     """Return a value as messages show it: on one line, without the middle of a long one."""
-    return shortened(re.sub(r"\n\s*", " ", repr(value)))  # arrays are shown in lines
+    with suppress(Exception):  # of a foreign class, or an integer of more than 4300 digits
+        return shortened(re.sub(r"\n\s*", " ", repr(value)))  # arrays are shown in lines
+    return object.__repr__(value)
 
 
-def shortened(text: str, most: int = 400) -> str:
+def shortened(text: str, most: int = 160) -> str:
     """Return a text without the middle if it is much longer than ``most`` characters."""
     half = most // 2
     return text if len(text) <= most else f"{text[:half]} … {text[-half:]}"
@@ -49,7 +54,8 @@ class SceneError(ValueError):
         self.lines = (problems,) if isinstance(problems, str) else tuple(map(str, self.problems))
         self.source = source
         prefix = f"{source}: " if source else ""
-        super().__init__("\n".join(prefix + line for line in self.lines))
+        rest = self.lines[MOST_TOLD:] and [f"and {len(self.lines) - MOST_TOLD} more"]
+        super().__init__("\n".join(prefix + line for line in [*self.lines[:MOST_TOLD], *rest]))
 
 
 def unless_one_of(key: str, value: object, allowed: Iterable[object]) -> list[Problem]:
