@@ -4,9 +4,10 @@ import ast
 import hashlib
 import json
 import os
+import reprlib
 import uuid
 from collections.abc import Generator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, cast
@@ -67,10 +68,19 @@ def _code(source: str) -> str:
 
 def a_path(key: str, value: str | os.PathLike[str]) -> Path:
     """Return a value as a path; if it is not a path, raise a ValueError that names ``key``."""
-    given = cast("object", value)
-    if not isinstance(given, str | os.PathLike) or not os.fspath(given):
-        raise ValueError(f"{key}: {given!r} is not allowed; must be a path")
-    return Path(value)
+    with suppress(TypeError, UnicodeError):
+        if (name := os.fsencode(value)) and b"\0" not in name:
+            return Path(value)
+    raise ValueError(f"{key}: {reprlib.repr(value)} is not allowed; must be a path")
+
+
+def read_text(path: Path, most: int = 1 << 40) -> str:
+    """Return the text of a file; refuse folders, devices and files of more than `most` bytes."""
+    if path.exists() and not path.is_file():
+        raise ValueError("a folder or device is not allowed; must be a file")
+    if (size := path.stat().st_size) > most:
+        raise ValueError(f"{size} bytes are not allowed; must be at most {most}")
+    return path.read_text(encoding="utf-8")
 
 
 @contextmanager
@@ -127,12 +137,12 @@ def reading_json(path: str | Path, what: str, form: str) -> Generator[dict[str, 
     """
     path = a_path("path", path)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_text(path))
         if not isinstance(content, dict):
             raise TypeError("must be a mapping of keys")
         data = cast("dict[str, Any]", content)
-        if data["format"] != form:
-            raise ValueError(f"format: {data['format']!r} is not allowed; must be {form!r}")
+        if (given := data["format"]) != form:
+            raise ValueError(f"format: {reprlib.repr(given)} is not allowed; must be {form!r}")
         yield data
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise ValueError(f"{path}: is not {what}; {error}") from None

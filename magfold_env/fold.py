@@ -243,16 +243,20 @@ class Fold(Shown):
         write_html(recording(self), path)
 
 
+def motion_of(fold: Fold) -> Trajectory:
+    """Return a fold's finite frames, or refuse a fold that was not recorded."""
+    if fold.trajectory is None:
+        allowed = "a fold without trajectory is not allowed; simulate it with a frame_rate"
+        raise ValueError(f"fold: {allowed}")
+    return fold.trajectory.finite()
+
+
 def recording(fold: Fold) -> Recording:
     """Return the data that a page needs to play a fold, including energies over time.
 
     A fold that was not recorded, or failed at its start, raises a ValueError.
     """
-    if fold.trajectory is None:
-        raise ValueError(
-            "fold: a fold without trajectory is not allowed; simulate it with a frame_rate"
-        )
-    scene, motion = fold.scene, fold.trajectory.finite()
+    scene, motion = fold.scene, motion_of(fold)
     find = fold.magnetic_energy if scene.magnets is not None else None
     return Recording(
         scene=scene,

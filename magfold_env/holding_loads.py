@@ -13,7 +13,6 @@ import importlib
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -35,6 +34,7 @@ from magfold_env.reporting.tables import Row
 from magfold_env.scene import Problem, SceneError, errors
 from magfold_env.shapes import BoolArray, FloatArray
 from magfold_env.simulation.pack import pack, pack_obstacles
+from magfold_env.simulation.simulate import numbers
 
 # Neither package has type annotations.
 clarabel: Any = importlib.import_module("clarabel")
@@ -183,14 +183,17 @@ def holding(
     mounted = bool(fixed[0]) or fold.scene.mount == "pinned"
     if pulled is None:
         pulled = n if mounted else 1
+    errors.refuse(errors.unless_whole("pulled", pulled, 1, n))
     if held is None:
         end = 1 if pulled == n else n
         held = 0 if n == 1 or fixed[end - 1] else end
     if directions is None:
         directions = np.arange(DIRECTIONS) * (2.0 * math.pi / DIRECTIONS)
-    angles = _headings(directions)
-    errors.refuse(errors.unless_whole("pulled", pulled, 1, n))
-    if held == pulled or errors.unless_whole("held", held, 0, n):
+    angles = numbers(directions)
+    if angles is None or angles.ndim != 1 or not angles.size or not np.isfinite(angles).all():
+        allowed = "must be finite numbers, one a direction"
+        raise SceneError([Problem("directions", directions, allowed)])
+    if errors.unless_whole("held", held, 0, n) or held == pulled:
         allowed = f"must be from 1 to {n} and not the one that is pulled, or 0 for none"
         raise SceneError([Problem("held", held, allowed)])
     forces = _Forces(fold)
@@ -214,15 +217,6 @@ def in_tube(fold: Fold) -> BoolArray:
     if fold.scene.feed.direction == "backward":
         return numbers < fold.in_tube
     return numbers >= fold.scene.n - fold.in_tube
-
-
-def _headings(directions: npt.ArrayLike) -> FloatArray:
-    """Return directions as an array (m,), or raise a SceneError."""
-    with suppress(TypeError, ValueError):
-        headings: FloatArray = np.array(directions, dtype=np.float64)
-        if headings.ndim == 1 and headings.size and np.isfinite(headings).all():
-            return headings
-    raise SceneError([Problem("directions", directions, "must be a list of finite numbers")])
 
 
 # --- loads of the components -----------------------------------------------------------------

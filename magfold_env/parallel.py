@@ -31,6 +31,15 @@ _WAVE = 2.0
 """Target time of a batch of tasks on a cluster [s]."""
 
 
+def threads_of(threads: int | None) -> int:
+    """Return how many threads to use; None stands for as many as the process may use cores."""
+    if threads is None:
+        usable = getattr(os, "sched_getaffinity", None)
+        return len(usable(0)) if usable else os.cpu_count() or 1
+    errors.refuse(errors.unless_whole("threads", threads, 1, MOST_WORKERS))
+    return threads
+
+
 @dataclass(frozen=True)
 class Workers:
     """The number and the kind of workers. Values that are not allowed raise a SceneError."""

@@ -4,6 +4,7 @@ A word has one letter per joint, from component 1 to n: L (+90°), S (0) or R (-
 length is half a diagonal, so that all centres have integer coordinates; see `cells`.
 """
 
+import reprlib
 from functools import lru_cache
 from typing import cast
 
@@ -39,18 +40,17 @@ def parse_word(word: str, n: int | None = None, key: str = "word") -> str:
     ValueError
         If there are other letters, or not n-1 letters.
     """
-    given = cast("object", word)
-    if not isinstance(given, str):
-        raise ValueError(f"{key}: {given!r} is not allowed; must be text of the letters L, S and R")
+    if not isinstance(cast("object", word), str):
+        raise ValueError(f"{key}: {reprlib.repr(word)} is not allowed; must be text of L, S and R")
     if set(word) - set(LETTERS):
         upper = word.upper()
         meant = "" if set(upper) - set(LETTERS) else f"; did you mean {upper}?"
         raise ValueError(
-            f"{key}: {word!r} is not allowed; must consist of the letters L, S and R{meant}"
+            f"{key}: {word[:100]!r} is not allowed; must consist of the letters L, S and R{meant}"
         )
     if n is not None and len(word) != n - 1:
         raise ValueError(
-            f"{key}: {word!r} is not allowed; must have {n - 1} letters for {n} components"
+            f"{key}: {word[:100]!r} is not allowed; must have {n - 1} letters for {n} components"
         )
     return word
 

@@ -52,8 +52,6 @@ def design(  # noqa: PLR0913 - one parameter per option
     options.check_outputs({"--json": json})
     options.check_folder("--out", out)
     given = None if scene is None else load_scene(scene)
-    if given is not None and given.magnets is None:
-        raise ValueError("magnets: None is not allowed; a scene must have those to be designed")
     with options.progress_bar() as bar:
         tasks: dict[str, TaskID] = {}
 

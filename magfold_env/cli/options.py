@@ -26,7 +26,7 @@ from typer.core import TyperCommand, TyperGroup
 from magfold_env.engine.compile import jit
 from magfold_env.files import pip_install
 from magfold_env.scene import Problem, SceneError
-from magfold_env.scene.errors import shortened
+from magfold_env.scene.errors import quoted, shortened
 
 SceneName = Annotated[str, typer.Argument(help="Name of a shipped scene, or path of a YAML file.")]
 Mode = Annotated[str, typer.Option(help="free, forward or backward.")]
@@ -73,7 +73,7 @@ PICTURES = ("--gif", "--png", "--sheet")
 STUBBORN = 3.0  # [s] time allowed for a compiler to stop
 FILE_WIDTH = 150  # of wide tables, if stdout is not a terminal
 WIDEST = 10_000  # limit for the width of a table
-LONGEST = 4_000  # limit for the characters of a message
+LONGEST = 800  # limit for the characters of a message
 
 
 class _InOneLine:
@@ -181,7 +181,9 @@ def check_outputs(paths: Mapping[str, Path | None]) -> None:
         elif suffixes is not None and path.suffix.lower() not in suffixes:
             allowed = f"must end in {' or '.join(suffixes)}"
         if allowed:
-            raise ValueError(f"{option}: {str(path)!r} is not allowed; {allowed}")
+            raise ValueError(f"{option}: {quoted(str(path))} is not allowed; {allowed}")
+        if path.is_file() or not path.exists():
+            check_folder(option, path.parent)
         if option in PICTURES:
             need_render()
 
@@ -191,7 +193,7 @@ def check_folder(option: str, path: Path | None) -> None:
     if path is None:
         return
     existing = next(each for each in (path, *path.parents) if each.exists())
-    given = f"{option}: {str(path)!r} is not allowed; {existing}"
+    given = f"{option}: {quoted(str(path))} is not allowed; {existing}"
     if not existing.is_dir():
         raise ValueError(f"{given} is not a folder")
     try:

@@ -17,6 +17,7 @@ from magfold_env.reporting.notebook import Shown, facts_table
 from magfold_env.reporting.page import Block
 from magfold_env.scene import Problem, Scene, base, errors, load_scene, unless_a_scene
 from magfold_env.shapes import cells, headings, is_fully_folded, parse_word, word_to_angles
+from magfold_env.simulation.simulate import numbers
 
 Objective = Literal["probability", "ground", "unique", "gap", "sensitivity"]
 Search = Literal["exhaustive", "annealing", "cross-entropy"]
@@ -110,8 +111,10 @@ def task_for(  # noqa: PLR0913 - all that a search depends on
         *([] if scene is None else unless_a_scene(scene)),
     ]
     errors.refuse(problems)
-    asked: Any = speeds
-    if speeds is not None and (not isinstance(asked, Sequence | np.ndarray) or not len(speeds)):
+    if scene is not None and scene.magnets is None:
+        problems.append(Problem("magnets", None, "a scene must have those to be designed"))
+    asked = numbers([1.0] if speeds is None else speeds)
+    if asked is None or asked.ndim != 1 or not asked.size:
         problems.append(Problem("speeds", speeds, "must be one or several numbers"))
     if n < 2:
         problems.append(Problem("target", target, "must have at least one letter"))

@@ -205,8 +205,9 @@ class Ensemble(Columns, Shown):
         """
         hits = np.ones(len(self), dtype=np.bool_)
         if word is not None:
-            # The word is empty if the simulation failed.
-            hits &= self.word == (word and parse_word(word, self.scene.n))
+            if errors.unless_one_of("word", word, ("",)):  # the word of failed simulations
+                parse_word(word, self.scene.n)
+            hits &= self.word == word
         if status is not None:
             errors.refuse(errors.unless_one_of("status", status, FoldStatus))
             hits &= self.status == FoldStatus(status).value

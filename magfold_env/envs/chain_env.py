@@ -15,9 +15,11 @@ from magfold_env.envs.episodes import Columns, Episodes, EpisodesState
 from magfold_env.envs.pictures.snapshots import recording, snapshot_of
 from magfold_env.envs.pictures.viewer import FILM_FPS, FRAME_RATE, RENDER_MODES, Viewer
 from magfold_env.envs.spaces.observation import Layout
+from magfold_env.envs.tasks.checks import seeds_of
 from magfold_env.envs.tasks.world import World
 from magfold_env.replay import write_html
 from magfold_env.scene import Scene
+from magfold_env.scene.errors import refuse, unless_a
 from magfold_env.simulation.view import ChainState
 
 if TYPE_CHECKING:
@@ -129,7 +131,8 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
         ValueError
             If an option is unknown or its value is not allowed.
         """
-        super().reset(seed=seed)
+        refuse(unless_a("options", options, (Mapping, type(None)), "a mapping"))
+        super().reset(seed=seeds_of([seed], 1)[0])
         episodes = self.episodes
         episodes.rngs[0] = self.np_random
         given = episodes.parse_reset_options({key: [each] for key, each in (options or {}).items()})

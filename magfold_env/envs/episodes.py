@@ -10,7 +10,7 @@ import zlib
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar, cast
 
 import gymnasium
 import numpy as np
@@ -22,7 +22,7 @@ from magfold_env.envs.chains.arrays import STATUSES, Bools, ChainArrays, Floats,
 from magfold_env.envs.chains.dynamic import DynamicChains
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.chains.quasistatic import QuasistaticChains
-from magfold_env.envs.tasks.checks import given_for_each
+from magfold_env.envs.tasks.checks import given_for_each, require
 from magfold_env.envs.tasks.goals import Goals
 from magfold_env.envs.tasks.reward import energy_potential
 from magfold_env.envs.tasks.world import World
@@ -319,6 +319,8 @@ class Episodes(Generic[ObsType]):
 
     def set_state(self, state: EpisodesState) -> None:
         """Restore a state of these episodes, or of others in a world made with the same options."""
+        right = isinstance(cast("object", state), EpisodesState) and len(state.rngs) == self.count
+        require(right, "state", state, f"must be get_state() of {self.count} such environments")
         for row, own in enumerate(state.rngs):
             if self.rngs[row] is None:
                 self.rngs[row] = seeding.np_random(0)[0]

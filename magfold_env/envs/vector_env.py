@@ -21,6 +21,8 @@ from magfold_env.envs.episodes import Columns, Episodes, EpisodesState
 from magfold_env.envs.pictures.snapshots import snapshot_of
 from magfold_env.envs.pictures.viewer import Viewer
 from magfold_env.envs.tasks import checks
+from magfold_env.parallel import threads_of
+from magfold_env.scene.errors import refuse, unless_a, unless_one_of
 
 if TYPE_CHECKING:
     from magfold_env.render.snapshot import Snapshot
@@ -75,22 +77,18 @@ class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as
         **options: Any,
     ) -> None:
         checks.whole("num_envs", num_envs, 1)
-        if options.get("render_mode") in ("human", "rgb_array_list"):
-            raise ValueError(
-                f"render_mode: {options['render_mode']!r} is not allowed with many environments; "
-                "must be None, 'rgb_array' or 'ansi'"
-            )
+        shown, allowed = options.get("render_mode"), "must be None, 'rgb_array' or 'ansi'"
+        alone = str(shown) in ("human", "rgb_array_list")
+        checks.require(not alone, "render_mode", shown, f"{allowed} with many environments")
         mode = getattr(autoreset_mode, "value", autoreset_mode)
         checks.one_of("autoreset_mode", mode, [each.value for each in AutoresetMode])
         self.autoreset_mode = AutoresetMode(mode)
-        threads = checks.threads_of(threads)
+        threads = threads_of(threads)
         one = self.single(**options)
-        own = max_episode_steps in (None, -1)
-        self.max_episode_steps = (
-            one.max_episode_steps
-            if own
-            else checks.whole("max_episode_steps", max_episode_steps, 1)
-        )
+        given: Any = max_episode_steps
+        own = not unless_one_of("", given, (None, -1))
+        limit = None if own else checks.whole("max_episode_steps", given, 1, None)
+        self.max_episode_steps = one.max_episode_steps if own else limit
         self.template: Any = one
         """A single environment with the same options, which is never stepped."""
         self.num_envs = num_envs
@@ -125,6 +123,7 @@ class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as
         ValueError, TypeError
             If the number of seeds is wrong, or an option is unknown or not allowed.
         """
+        refuse(unless_a("options", options, (Mapping, type(None)), "a mapping"))
         options, episodes = options or {}, self.episodes
         given = episodes.parse_reset_options(options, ("reset_mask",))
         mask = checks.mask_of(options, self.num_envs)

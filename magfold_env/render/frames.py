@@ -10,10 +10,11 @@ import numpy.typing as npt
 from PIL import Image
 
 from magfold_env.files import replacing
-from magfold_env.fold import Fold, Trajectory, loaded, turns
+from magfold_env.fold import Fold, Trajectory, loaded, motion_of, turns
 from magfold_env.render import chain, style
 from magfold_env.render.canvas import Canvas, Size, View, save_image, tiled
 from magfold_env.scene import Scene
+from magfold_env.scene.errors import refuse, unless_a, unless_positive, unless_whole
 from magfold_env.shapes import BoolArray, FloatArray, centres, headings, parse_word, word_to_angles
 
 _INSET = 0.24  # edge of the target's square in the corner, relative to the picture's height
@@ -42,6 +43,7 @@ def save_png(
     ValueError
         If an angle or the base of the fold is not finite.
     """
+    refuse(unless_a("fold", fold, Fold, "a fold"))
     if not (np.isfinite(fold.angles).all() and np.isfinite(fold.base).all()):
         raise ValueError(f"fold: angles {fold.angles.tolist()} cannot be drawn; must be finite")
     released = fold.scene.n - fold.in_tube
@@ -89,25 +91,18 @@ def save_gif(
         If there is no fold, a fold has no recording, `targets` has a different length, or a number
         is out of range.
     """
-    shown = [folds] if isinstance(folds, Fold) else list(folds)
+    shown = list(folds) if isinstance(folds, Sequence) else [folds]
+    refuse([wrong for each in shown for wrong in unless_a("folds", each, Fold, "folds")])
     wanted = [None] * len(shown) if targets is None else list(targets)
     if not shown:
         raise ValueError("folds: [] is not allowed; must hold at least one fold")
     if len(wanted) != len(shown):
         raise ValueError(f"targets: {wanted!r} is not allowed; must have {len(shown)} words")
-    if not 1 <= fps <= _MOST_FPS:
-        raise ValueError(f"fps: {fps!r} is not allowed; must be between 1 and {_MOST_FPS}")
-    if not (math.isfinite(seconds) and seconds > 0 and math.isfinite(hold) and hold >= 0):
-        given = f"seconds, hold: {seconds!r}, {hold!r} are not allowed"
-        raise ValueError(f"{given}; must be positive, and at least 0")
-    for fold in shown:
-        if fold.trajectory is None:
-            raise ValueError(
-                "folds: a fold without trajectory is not allowed; simulate it with a frame_rate"
-            )
+    refuse([*unless_whole("fps", fps, 1, _MOST_FPS), *unless_positive("seconds", seconds)])
+    refuse([] if hold == 0.0 else unless_positive("hold", hold))
+    motions = [*map(motion_of, shown)]
     columns = _columns(len(shown), size)
     panel = (size[0] // columns, size[1] // math.ceil(len(shown) / columns))
-    motions = [fold.trajectory.finite() for fold in shown if fold.trajectory is not None]
     longest = max(float(motion.time[-1] - motion.time[0]) for motion in motions)
     times = np.linspace(0.0, longest, max(2, round(seconds * fps)))
     films = [_film(*each, panel, times) for each in zip(shown, motions, wanted, strict=True)]

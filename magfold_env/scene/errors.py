@@ -16,6 +16,7 @@ from pydantic import BaseModel, ValidationError
 
 UNIT = re.compile(r"\[(.+?)\]")  # in the docstring of a key
 _KINDS = {"float_type": ("number", "number in "), "tuple_type": ("list", "list of numbers in ")}
+MOST_TOLD = 20  # problems in a message
 
 
 class Problem(NamedTuple):
@@ -32,10 +33,12 @@ class Problem(NamedTuple):
 
 def quoted(value: object) -> str:
     """Return a value as text for messages: on one line, and without its middle if it is long."""
-    return shortened(re.sub(r"\n\s*", " ", repr(value)))  # arrays are shown in lines
+    with suppress(Exception):  # of a foreign class, or an integer of more than 4300 digits
+        return shortened(re.sub(r"\n\s*", " ", repr(value)))  # arrays are shown in lines
+    return object.__repr__(value)
 
 
-def shortened(text: str, most: int = 400) -> str:
+def shortened(text: str, most: int = 160) -> str:
     """Return a text, without its middle if it is longer than ``most`` characters."""
     half = most // 2
     return text if len(text) <= most else f"{text[:half]} … {text[-half:]}"
@@ -57,7 +60,8 @@ class SceneError(ValueError):
         self.lines = (problems,) if isinstance(problems, str) else tuple(map(str, self.problems))
         self.source = source
         prefix = f"{source}: " if source else ""
-        super().__init__("\n".join(prefix + line for line in self.lines))
+        rest = self.lines[MOST_TOLD:] and [f"and {len(self.lines) - MOST_TOLD} more"]
+        super().__init__("\n".join(prefix + line for line in [*self.lines[:MOST_TOLD], *rest]))
 
 
 def unless_one_of(key: str, value: object, allowed: Iterable[object]) -> list[Problem]:

@@ -1,13 +1,13 @@
 """Read and write scenes as YAML files; a shipped scene has a name, any other a path."""
 
+import os
 import re
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import yaml
 
-from magfold_env.files import configs_dir, write_text
+from magfold_env.files import configs_dir, read_text, write_text
 from magfold_env.scene.base import FrozenModel
 from magfold_env.scene.errors import SceneError, nearest, quoted, refuse, shortened, unless_a
 from magfold_env.scene.scene import Scene, unless_a_scene
@@ -15,6 +15,9 @@ from magfold_env.scene.scene import Scene, unless_a_scene
 ModelType = TypeVar("ModelType", bound=FrozenModel)
 
 _SUFFIXES = (".yaml", ".yml")
+
+MOST_BYTES = 2 << 20
+"""In a file of YAML, which takes about four seconds to read."""
 
 
 _NUMBERS = {
@@ -101,7 +104,7 @@ def save_scene(scene: Scene, path: str | Path, comment: str = "") -> None:
     SceneError
         If `scene` is not a `Scene`.
     """
-    refuse(unless_a_scene(scene))
+    refuse([*unless_a_scene(scene), *unless_a("comment", comment, str, "text")])
     data = scene.model_dump(mode="json")
     write_commented(path, yaml.safe_dump(data, sort_keys=False, default_flow_style=None), comment)
 
@@ -129,14 +132,12 @@ def read_named(
     path = Path(name_or_path)
     if isinstance(name_or_path, str) and name_or_path in names:
         path = configs_dir() / folder / f"{name_or_path}.yaml"
-    found = False
-    with suppress(OSError):  # such as a name that is too long
-        found = path.is_file()
-    if not found:
+    if not os.path.isfile(path):  # which takes names that no file can have
         named = isinstance(name_or_path, str) and path.suffix not in _SUFFIXES
+        shown = f"no such {what}; shipped: {', '.join(names)}" if named else "no such file"
+        missing = f"must be a {what}'s name or file" if os.path.exists(path) else shown
         meant = nearest(str(name_or_path), names)
-        missing = f"no such {what if named else 'file'}; shipped: {', '.join(names)}{meant}"
-        raise SceneError(f"{shortened(str(name_or_path))}: {missing}")
+        raise SceneError(f"{quoted(str(name_or_path))[1:-1]}: {missing}{meant}")
     try:
         return kind(**read_mapping(path, what))
     except SceneError as error:
@@ -151,7 +152,7 @@ def read_mapping(path: Path, what: str) -> dict[str, Any]:
     ``what`` names the kind of content in messages, such as "scene".
     """
     try:
-        data = parse_yaml(path.read_text(encoding="utf-8"))
+        data = parse_yaml(read_text(path, MOST_BYTES))
     except (OSError, ValueError) as error:
         told = str(error) if isinstance(error, SceneError) else f"cannot be read: {error}"
         raise SceneError(told, source=str(path)) from None
@@ -165,15 +166,11 @@ def parse_yaml(text: str) -> object:
     """Parse YAML, or raise a `SceneError`. The package parses all YAML with this function."""
     try:
         return yaml.load(text, Loader=_Loader)
+    except yaml.MarkedYAMLError as error:
+        mark, told = error.problem_mark or error.context_mark, shortened(error.problem or "")
+        where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
+        raise SceneError(where + told) from None
     except yaml.YAMLError as error:
-        raise SceneError(_describe(error)) from None
+        raise SceneError(f"not YAML: {shortened(' '.join(str(error).split()))}") from None
     except (ValueError, RecursionError) as error:
         raise SceneError(f"cannot be read: {error}") from None
-
-
-def _describe(error: yaml.YAMLError) -> str:
-    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
-        mark = error.problem_mark
-        where = f"line {mark.line + 1}, column {mark.column + 1}"
-        return f"{where}: {shortened(error.problem or '')}"
-    return f"not YAML: {shortened(str(error))}"

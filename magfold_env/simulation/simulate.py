@@ -1,9 +1,9 @@
 """Simulate one fold, or many on all cores, and compute magnet forces."""
 
-import os
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from magfold_env.engine.magnets.chain import magnet_energy, magnet_loads
 from magfold_env.engine.magnets.outer_field import add_magnet_forces
 from magfold_env.engine.workspace import new_work
 from magfold_env.fold import Fold
-from magfold_env.parallel import MOST_WORKERS
+from magfold_env.parallel import threads_of
 from magfold_env.scene import Problem, Scene, SceneError, errors, unless_a_scene
 from magfold_env.shapes import centres
 from magfold_env.simulation.pack import pack
@@ -60,7 +60,7 @@ def simulate(
     SceneError
         If an argument is not allowed.
     """
-    errors.refuse(unless_a_scene(scene))
+    errors.refuse([*unless_a_scene(scene), *errors.unless_function("progress", progress)])
     session = Session(scene.draw(_generator(seed)), frame_rate)
     if progress is not None:
         session.progress = progress
@@ -101,7 +101,10 @@ def simulate_batch(
     SceneError
         If an argument is not allowed, or the numbers of scenes and seeds differ.
     """
-    errors.refuse(errors.unless_a("seeds", seeds, Iterable, "seeds, one a fold"))
+    given: Any = seeds
+    ordered = isinstance(given, Iterable) and not isinstance(given, str | bytes | set | Mapping)
+    if not ordered or getattr(seeds, "ndim", 1) != 1:
+        raise SceneError([Problem("seeds", given, "must be seeds in order, one a fold")])
     if not isinstance(scenes, Scene):
         errors.refuse(errors.unless_a("scenes", scenes, Sequence, "a Scene, or one for each seed"))
     draws = list(seeds)
@@ -109,8 +112,7 @@ def simulate_batch(
     if len(chosen) != len(draws):
         allowed = f"must be one, or as many as the {len(draws)} seeds"
         raise SceneError([Problem("scenes", len(chosen), allowed)])
-    workers = (os.cpu_count() or 1) if threads is None else threads
-    errors.refuse(errors.unless_whole("threads", workers, 1, MOST_WORKERS))
+    workers = threads_of(threads)
 
     stopped = threading.Event()
 
@@ -216,12 +218,9 @@ def checked(key: str, values: npt.ArrayLike, scene: Scene, *, stacked: bool = Fa
     """
     errors.refuse(unless_a_scene(scene))
     n = scene.n
-    try:
-        given: Any = np.asarray(values)
-        # NumPy would drop imaginary parts and parse texts as numbers.
-        array = given.astype(np.float64, casting="unsafe" if given.dtype == object else "same_kind")
-    except (TypeError, ValueError, OverflowError):
-        raise SceneError([Problem(key, values, f"must be {n} numbers")]) from None
+    array = numbers(values)
+    if array is None:
+        raise SceneError([Problem(key, values, f"must be {n} numbers")])
     if array.shape[-1:] != (n,) or (array.ndim > 1 and not stacked):
         wanted = f"(..., {n})" if stacked else f"({n},)"
         raise SceneError([Problem(key, array.shape, f"must have shape {wanted}")])
@@ -231,13 +230,19 @@ def checked(key: str, values: npt.ArrayLike, scene: Scene, *, stacked: bool = Fa
     return array
 
 
+def numbers(values: Any) -> Floats | None:
+    """Return numbers as a new array; None if there are others."""
+    with suppress(TypeError, ValueError, OverflowError):
+        given: Any = np.asarray(values)
+        # NumPy would drop imaginary parts and read texts.
+        return given.astype(np.float64, casting="unsafe" if given.dtype == object else "same_kind")
+    return None
+
+
 def places(key: str, values: Any, allowed: str) -> Floats:
     """Return places [m] of shape (k, 2), or refuse what is not finite or of another shape."""
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        array = np.array(np.nan)
-    if array.ndim != 2 or array.shape[1] != 2 or not np.isfinite(array).all():
+    array = numbers(values)
+    if array is None or array.ndim != 2 or array.shape[1] != 2 or not np.isfinite(array).all():
         raise SceneError([Problem(key, values, f"must be finite numbers, {allowed}")])
     return array
 

@@ -19,7 +19,6 @@ REFUSED = [
         f"fold {BASE} --sheet x.gif",
         "--sheet: 'x.gif' is not allowed; must end in .pdf or .png or .svg or .dxf",
     ),
-    *((f"{command} /", "error: /: ") for command in ("fold", "minimise", "ensemble")),
     (f"minimise {BASE} --top 0", "top: 0 is not allowed; must be from 1 to 10000000"),
     (f"minimise {BASE} --png /nowhere/x.png", "--png: '/nowhere/x.png' is not allowed; its "),
     ("design LR --scene nowhere", "nowhere: no such scene"),

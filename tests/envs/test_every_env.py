@@ -101,10 +101,10 @@ def test_steps_on_the_way_are_all_worth_the_same_without_shaping(env_id: str) ->
 @every_id
 @pytest.mark.parametrize(("options", "message"), [
     ({"actions": "dict"}, "actions: 'dict' is not allowed; must be one of multidiscrete"),
-    ({"speeds": 1}, "speeds: 1 is not allowed; must be at least 2"),
-    ({"speeds": 2.5}, "speeds: 2.5 is not allowed; must be a whole number, at least 2"),
-    ({"difficulty": "x"}, "difficulty: 'x' is not allowed; must be above 0 and at most 1"),
-    ({"difficulty": 0.0}, "difficulty: 0.0 is not allowed; must be above 0 and at most 1"),
+    ({"speeds": 1}, "speeds: 1 is not allowed; must be from 2"),
+    ({"speeds": 2.5}, "speeds: 2.5 is not allowed; must be a whole number, from 2"),
+    ({"difficulty": "x"}, "difficulty: 'x' is not allowed; must be a number, greater than 0"),
+    ({"difficulty": 0.0}, "difficulty: 0.0 is not allowed; must be greater than 0 and at most 1"),
     ({"fidelity": "exact"}, "fidelity: 'exact' is not allowed; must be"),
     ({"match": "cells"}, "match: 'cells' is not allowed; must be one of word, outline"),
     ({"randomisation": "wild"}, "randomisation: 'wild' is not allowed; must be one of none"),

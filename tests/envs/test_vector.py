@@ -105,7 +105,7 @@ def test_tasks_can_be_given() -> None:
     assert set(env.reset(options={"task": np.int64(5)})[1]["target"]) == {tasks[5].target}
     with pytest.raises(ValueError, match=r"options\['task'\]: 2 numbers are not allowed"):
         env.reset(options={"task": [1, 2]})
-    with pytest.raises(ValueError, match=r"options\['task'\]: 2.5 is not allowed; must be 0..39"):
+    with pytest.raises(ValueError, match=r"options\['task'\]: 2.5 is .* must be a whole n"):
         env.reset(options={"task": 2.5})
 
 

@@ -4,7 +4,6 @@ A value that is not allowed raises a `ValueError` that names the argument, the v
 allowed values.
 """
 
-import os
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar, cast, get_args
 
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 
 from magfold_env.scene.errors import (
     Problem,
-    is_number,
     nearest,
     refuse,
     unless_one_of,
@@ -43,17 +41,10 @@ def one_of(key: str, value: T, kind: Any) -> T:
     return value
 
 
-def whole(key: str, value: int, least: int) -> int:
-    """Return `value` if it is a whole number of at least `least`; otherwise raise an error."""
-    refuse(unless_whole(key, value, least))
+def whole(key: str, value: int, least: int, most: int | None = 100_000) -> int:
+    """Return `value` if it is a whole number within limits; otherwise raise an error."""
+    refuse(unless_whole(key, value, least, most))
     return int(value)
-
-
-def share_of(key: str, value: float) -> float:
-    """Return `value` if it is above 0 and at most 1; otherwise raise an error."""
-    right = is_number(value) and 0.0 < value <= 1.0
-    require(right, key, value, "must be above 0 and at most 1")
-    return value
 
 
 def refuse_unknown(options: Mapping[str, Any], known: type) -> None:
@@ -67,21 +58,14 @@ def refuse_unknown(options: Mapping[str, Any], known: type) -> None:
         )
 
 
-def threads_of(threads: int | None) -> int:
-    """Return the number of threads to use; None means one per core that the process may use."""
-    if threads is None:
-        usable = getattr(os, "sched_getaffinity", None)
-        return len(usable(0)) if usable else os.cpu_count() or 1
-    return whole("threads", threads, 1)
-
-
 def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:
     """Return one seed per environment; a single number is the first seed, and others count up."""
     if seed is None:
         return [None] * count
-    if isinstance(seed, (int, np.integer)):
-        return [int(seed) + k for k in range(count)]
-    return _one_each("seed", "seeds", seed, count)
+    if not hasattr(seed, "__len__"):
+        return [whole("seed", cast("int", seed), 0, None) + k for k in range(count)]
+    each = _one_each("seed", "seeds", cast("Any", seed), count)
+    return [None if one is None else whole("seed", one, 0, None) for one in each]
 
 
 def mask_of(options: Mapping[str, Any], count: int) -> NDArray[np.bool_]:

@@ -51,6 +51,7 @@ the bore may limit further. Feed jitter varies the speed at which each component
 
 def randomised(scene: Scene, randomisation: Randomisation) -> Scene:
     """Return `scene` with the spreads of `randomisation`."""
+    one_of("randomisation", randomisation, Randomisation)
     allowed = "environments draw no {}; must be {}"
     if scene.bumps is not None and scene.bumps.seed is None:
         refuse([Problem("bumps.seed", None, allowed.format("trains of bumps", "given"))])
@@ -64,6 +65,6 @@ def randomised(scene: Scene, randomisation: Randomisation) -> Scene:
             ]
         )
         return scene
-    spreads, angle = PRESETS[one_of("randomisation", randomisation, Randomisation)]
+    spreads, angle = PRESETS[randomisation]
     changes = {} if angle == 0.0 else {"start_angles": None}
     return scene.replace(spreads=spreads, start_angle_spread=angle, **changes)

@@ -1,5 +1,6 @@
 """Tasks: a given chain or given components, and the folds to reach."""
 
+import os
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -11,11 +12,11 @@ from magfold_env.envs.baselines.baseline import chain_name
 from magfold_env.envs.spaces.actions import LYING, PATTERNS
 from magfold_env.envs.tasks.checks import require
 from magfold_env.envs.tasks.targets import is_target
-from magfold_env.files import configs_dir
+from magfold_env.files import configs_dir, read_text
 from magfold_env.scene import Problem, SceneError
 from magfold_env.scene.base import FrozenModel, Positive
 from magfold_env.scene.errors import refuse
-from magfold_env.scene.io import parse_yaml
+from magfold_env.scene.io import MOST_BYTES, parse_yaml
 from magfold_env.scene.scene import Component
 
 Order = list[tuple[int, int]]
@@ -163,10 +164,10 @@ def read_tasks(
     path = Path(tasks) if isinstance(tasks, (str, Path)) else None
     if path is not None and str(tasks) in task_list_names():
         path = configs_dir() / "tasks" / f"{tasks}.yaml"
-    if path is None or not path.is_file():
+    if path is None or not os.path.isfile(path):
         return _checked(tasks, kind)
     try:
-        return _checked(cast("Any", parse_yaml(path.read_text(encoding="utf-8"))), kind)
+        return _checked(cast("Any", parse_yaml(read_text(path, MOST_BYTES))), kind)
     except (OSError, ValueError) as error:
         problems = error.problems if isinstance(error, SceneError) else ()
         raise SceneError(problems or str(error), source=str(path)) from None

@@ -21,12 +21,13 @@ which policies are best (Ng, Harada and Russell 1999). Φ is half of one of thes
 """
 
 from dataclasses import dataclass
-from typing import Literal, cast, get_args
+from typing import Literal, get_args
 
 import numpy as np
 
 from magfold_env.envs.chains.arrays import Bools, Floats
 from magfold_env.envs.tasks.checks import one_of, require
+from magfold_env.scene.errors import is_number
 
 RewardKind = Literal["relative", "score", "sparse"]
 Shaping = Literal["similarity", "energy"]
@@ -48,7 +49,7 @@ class RewardRule:
         """Return the rule for the options of an environment."""
         one_of("reward", kind, RewardKind)
         one_of("shaping", shaping, (True, False, *get_args(Shaping)))
-        right = isinstance(cast("object", gamma), (int, float)) and 0.0 <= gamma <= 1.0
+        right = is_number(gamma) and 0.0 <= gamma <= 1.0
         require(right, "gamma", gamma, "must be between 0 and 1")
         if isinstance(shaping, bool):
             return cls(kind, "similarity" if shaping else None, gamma)

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from magfold_env.envs.chains.lattice import TURNS, LatticeFeed, lay_many
 from magfold_env.envs.spaces.actions import SIGNS
-from magfold_env.envs.tasks.checks import require, share_of
+from magfold_env.envs.tasks.checks import require
 from magfold_env.scene import Scene
-from magfold_env.scene.errors import Problem, nearest, refuse
+from magfold_env.scene.errors import Problem, nearest, refuse, unless_one_of, unless_positive
 from magfold_env.shapes import folded_words, overlaps
 
 LONGEST_LISTED = 16
@@ -61,7 +61,7 @@ def is_target(word: object, n: int) -> bool:
 
 def pick_target(word: object, targets: Sequence[str]) -> str:
     """Return `word` if it is one of `targets`."""
-    if word not in targets:
+    if unless_one_of("", word, targets):
         allowed = f"must be one of {_listed(targets)}{nearest(str(word), targets)}"
         refuse([Problem("options['target']", word, allowed)])
     return str(word)
@@ -93,7 +93,8 @@ def difficulties(scene: Scene, words: tuple[str, ...]) -> dict[str, float]:
 
 def easiest(scene: Scene, words: tuple[str, ...], share: float) -> tuple[str, ...]:
     """Return the easiest `share` of `words`, at least one, in the order given."""
-    count = math.ceil(share_of("difficulty", share) * len(words) - 1e-9)
+    refuse(unless_positive("difficulty", share, 1.0))
+    count = math.ceil(share * len(words) - 1e-9)
     if count == len(words):
         return words
     hardness = difficulties(scene, words)

@@ -1,6 +1,7 @@
 """What all episodes of an environment share, and the options that define it."""
 
 import math
+import os
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from itertools import cycle, islice
@@ -15,13 +16,14 @@ from magfold_env.envs.baselines.baseline import Baseline, BaselineStore, unknown
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.spaces.actions import PATTERNS, ActionKind, ActionTable, read_catalogue
 from magfold_env.envs.spaces.observation import Layout, chain_layout
-from magfold_env.envs.tasks.checks import one_of, refuse_unknown, require, share_of, whole
+from magfold_env.envs.tasks.checks import one_of, refuse_unknown, require, whole
 from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.feed_tasks import Task, read_tasks
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardKind, RewardRule, Shaping
 from magfold_env.envs.tasks.targets import easiest, pick_target, resolve_targets
 from magfold_env.scene import Scene, load_scene
+from magfold_env.scene.errors import refuse, unless_one_of, unless_positive
 
 if TYPE_CHECKING:
     from magfold_env.envs.camera_track import CameraEpisodes
@@ -187,8 +189,7 @@ class FoldTask(World):
             read_catalogue(options.get("catalogue")),
         )
         self.layout = chain_layout(given.n, given.casing.side)
-        baseline = options.get("baseline", "auto")
-        require(baseline in ("auto", None), "baseline", baseline, "must be 'auto' or None")
+        baseline = one_of("baseline", options.get("baseline", "auto"), ("auto", None))
         self._baselines = None
         wanted = baseline == "auto" and self.rule.kind == "relative"
         if wanted and self.fidelity == "dynamics":
@@ -232,7 +233,7 @@ def _suite(name: str) -> Suite:
     """Return the suite that the option `targets` names."""
     names = suite_names()
     allowed = "must be a list of fold words, the path of a suite or one of the suites "
-    right = name in names or Path(name).is_file()
+    right = name in names or os.path.isfile(name)
     require(right, "targets", name, allowed + ", ".join(names))
     return load_suite(name)
 
@@ -254,11 +255,12 @@ class TaskWorld(World):
         refuse_unknown(options, FeedOptions)
         fidelity = options.get("fidelity", "dynamics")
         allowed = "must be 'dynamics', because energy minimisation ignores speeds"
-        require(fidelity == "dynamics", "fidelity", fidelity, allowed)
+        require(not unless_one_of("", fidelity, ["dynamics"]), "fidelity", fidelity, allowed)
         scene = scene if isinstance(scene, Scene) else load_scene(scene)
         require(scene.mount == "tube", "scene.mount", scene.mount, "must be 'tube'")
         found = read_tasks(options.get("tasks", ()), episodes.task_kind)
-        share = share_of("difficulty", options.get("difficulty", 1.0))
+        share = options.get("difficulty", 1.0)
+        refuse(unless_positive("difficulty", share, 1.0))
         self.tasks = found[: math.ceil(share * len(found) - 1e-9)]
         self.words = tuple(task.target for task in self.tasks)
         scene = scene.replace(sequence=found[0].parts[: found[0].n], start_angles=None)
@@ -286,6 +288,4 @@ class TaskWorld(World):
 
     def number_of(self, value: int) -> int:
         """Return the number of a task; see `World.number_of`."""
-        last = len(self.tasks) - 1
-        require(value in range(last + 1), "options['task']", value, f"must be 0..{last}")
-        return int(value)
+        return whole("options['task']", value, 0, len(self.tasks) - 1)

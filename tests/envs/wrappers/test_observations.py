@@ -90,5 +90,5 @@ def test_what_cannot_be_shown_so_is_named() -> None:
         vector.MouthOrderObservation(gymnasium.make_vec(floor, num_envs=2))
     with pytest.raises(ValueError, match=r"env: observations Dict.* must be a Box"):
         vector.FrameStackObservation(native(AutoresetMode.SAME_STEP, goal), 2)
-    with pytest.raises(ValueError, match="stack_size: 0 is not allowed; must be at least 1"):
+    with pytest.raises(ValueError, match="stack_size: 0 is not allowed; must be from 1"):
         vector.FrameStackObservation(native(AutoresetMode.SAME_STEP), 0)
