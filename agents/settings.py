@@ -12,11 +12,18 @@ from magfold_env.envs.spaces.actions import ActionKind
 from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardKind, Shaping
-from magfold_env.envs.tasks.world import Fidelity
+from magfold_env.envs.tasks.setup import Fidelity
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Problem, SceneError, errors, io
 from magfold_env.scene.base import FrozenModel
-from magfold_env.scoring.policy_file import Algorithm, Count, Features, LSTMSettings, Shown, Widths
+from magfold_env.scoring.policy_file import (
+    Algorithm,
+    Count,
+    Features,
+    LSTMSettings,
+    ObservationForm,
+    Widths,
+)
 from magfold_env.scoring.track import FEED_TRACKS, TRACKS
 
 MAX_TRAINING_SEED = 2**31 - 1
@@ -83,7 +90,7 @@ ShapingOption = Annotated[
 class EnvOptions(Group, frozen=True):
     """Options of an environment; None means the default.
 
-    `magfold_env.envs.tasks.world` describes the options that have no description here. The
+    `magfold_env.envs.tasks.setup` describes the options that have no description here. The
     environment decides which options it accepts.
     """
 
@@ -133,7 +140,7 @@ class EnvSettings(EnvOptions, frozen=True):
         return self.model_copy(update={"shaping": None})
 
 
-class _Learner(Shown):
+class _Learner(ObservationForm):
     """Settings that all learners share."""
 
     learning_rate: Positive = 3e-4

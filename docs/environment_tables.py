@@ -19,7 +19,7 @@ from sphinx.pycode import ModuleAnalyzer
 
 from magfold_env.envs.camera_track import FeedTrackEnv
 from magfold_env.envs.fold_env import FoldEnv
-from magfold_env.envs.tasks import world
+from magfold_env.envs.tasks import setup
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.unknown_floor import UnknownFloorEnv
 
@@ -102,7 +102,7 @@ def options_of(env: Any) -> Iterator[tuple[str, str]]:
     (kind,) = get_args(hint)
     values = {
         name: " ".join(lines)
-        for module in (world.__name__, kind.__module__)
+        for module in (setup.__name__, kind.__module__)
         for (owner, name), lines in ModuleAnalyzer.for_module(module).find_attr_docs().items()
         if owner.endswith("Options")
     }
@@ -125,8 +125,8 @@ def spec(env_id: str) -> Iterator[str]:
 
 
 def _facts(env_id: str, env: Any) -> Iterator[tuple[str, str]]:
-    name, _ = env.world.option
-    tasks = f"{len(set(env.world.words))} words"
+    name, _ = env.setup.option
+    tasks = f"{len(set(env.setup.words))} words"
     fixed = repr(env.targets[0]) if name == "target" else "0"
     if name == "task":
         tasks = f"{len(env.tasks)}, from the list `{env.default_tasks}`"
@@ -156,7 +156,7 @@ def observation(env_id: str) -> Iterator[str]:
 
 def _groups(env: Any) -> Iterator[tuple[str, ...]]:
     entries = Entries(*classes_of(env))
-    names = {"n": env.layout.n, "parts": getattr(env.world.actions, "parts", 0)}
+    names = {"n": env.layout.n, "parts": getattr(env.setup.actions, "parts", 0)}
     for group, place in env.layout.slices.items():
         count = place.stop - place.start
         if group not in entries.described or entries.count(group, **names) != count:

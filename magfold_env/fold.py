@@ -16,7 +16,7 @@ from pydantic_core import from_json, to_json
 from magfold_env.files import reading_json, write_text
 from magfold_env.replay import Recording, page, page_data, write_html
 from magfold_env.replay.data import feed_text
-from magfold_env.reporting.notebook import Shown
+from magfold_env.reporting.notebook import NotebookDisplay
 from magfold_env.reporting.page import Block, Frame
 from magfold_env.reporting.tables import Columns
 from magfold_env.scene import Scene
@@ -120,7 +120,7 @@ class Trajectory(Columns):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fold(Shown):
+class Fold(NotebookDisplay):
     """The result of one simulation."""
 
     scene: Scene

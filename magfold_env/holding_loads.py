@@ -28,7 +28,7 @@ from magfold_env.engine.stepping.dynamics import smooth_accelerations
 from magfold_env.engine.workspace import MOST_CONSTRAINED, new_work
 from magfold_env.files import write_text
 from magfold_env.fold import Fold, FoldStatus, loaded
-from magfold_env.reporting.notebook import Shown, short_table
+from magfold_env.reporting.notebook import NotebookDisplay, short_table
 from magfold_env.reporting.page import Block
 from magfold_env.reporting.tables import Row
 from magfold_env.scene import Problem, SceneError, errors
@@ -58,7 +58,7 @@ FOUND, BOUNDLESS = ("Solved", "AlmostSolved"), ("DualInfeasible", "AlmostDualInf
 
 
 @dataclass(frozen=True, eq=False)
-class Holding(Shown):
+class Holding(NotebookDisplay):
     """The loads that a fold at rest withstands.
 
     The fold gives way when forces cannot balance at its present pose. The motion that follows is

@@ -71,7 +71,7 @@ class FoldVecEnv(VecEnv):
         """Begin new episodes, with the seeds and options set earlier, if any."""
         options = self._options[0]
         if any(each != options for each in self._options):
-            key = self.vector.template.world.option[0]
+            key = self.vector.template.setup.option[0]
             if any(each.keys() != {key} for each in self._options):
                 raise ValueError(
                     f"options: {self._options!r} are not allowed; must be the same for all "

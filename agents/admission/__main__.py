@@ -155,7 +155,7 @@ def main(  # noqa: PLR0913 - one parameter per option
     track.pool.follow(np.array(track.numbers[:1]), [0], [track.open_loops.fastest])
     key = {
         "id": env_id,
-        "scene": track.world.scene.model_dump(mode="json"),
+        "scene": track.setup.scene.model_dump(mode="json"),
         "tasks": [track.env.tasks[number].model_dump(mode="json") for number in track.numbers],
         "draws": EVALUATION_VERSION,
         "physics": physics_digest(),

@@ -76,7 +76,7 @@ def own_track(env_id: str, tasks: int, randomised: bool = True) -> AdmissionTrac
 def replaying(chosen: Sequence[Sequence[Any]]) -> Plan:
     """Return a plan that plays choices made earlier, one per step, and repeats the last one.
 
-    `chosen` contains every row's choices, each as `World.actions` reads the action of one row.
+    `chosen` contains every row's choices, each as `Setup.actions` reads the action of one row.
     """
     taken = np.zeros(len(chosen), dtype=np.int64)
 
@@ -138,7 +138,7 @@ def play_oracle(
 def copied_episodes(track: AdmissionTrack, episode: int, count: int) -> Any:
     """Return copies of an episode with the same physics, but new draws of start and noise."""
     scene, task = track.drawn(episode)
-    found = track.episodes(count, track.env.make_world(scene, tasks=[task]))
+    found = track.episodes(count, track.env.make_setup(scene, tasks=[task]))
     found.chains.drive_as(scene)
     return found
 
@@ -205,13 +205,13 @@ def _at_random(track: AdmissionTrack, numbers: Sequence[int], seeds: Sequence[in
     """Return a plan that draws actions uniformly, separately for each row."""
     own: list[Any] = []
     for number, seed in zip(numbers, seeds, strict=True):
-        key = (1, crc32(track.world.words[number].encode()))
+        key = (1, crc32(track.setup.words[number].encode()))
         sequence = np.random.SeedSequence(seed, spawn_key=key)
         own.append(deepcopy(track.env.action_space))
         own[-1].seed(int(sequence.generate_state(1)[0]))
 
     def plan(_: Any, rows: Ints) -> Any:
         actions = np.array([own[row].sample() for row in rows.tolist()])
-        return track.world.actions.read(actions, len(rows))
+        return track.setup.actions.read(actions, len(rows))
 
     return plan

@@ -230,7 +230,7 @@ def play(
     """
     key = (1, crc32(target.encode()))
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
-    number, actions = env.world.number_of(target), list[Any]()
+    number, actions = env.setup.number_of(target), list[Any]()
 
     def plan_of(_: slice) -> Plan:
         act = policy(env, [number], [rng])
@@ -244,7 +244,7 @@ def play(
 
     (ends,) = scoring.play(env.episodes, [number], [seed], plan_of)
     end = {name: column.tolist()[0] for name, column in ends.items()}
-    reward = env.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
+    reward = env.setup.rule.end(ends["score"], ends["is_success"], ends["baseline"])
     episodes, row = env.episodes, np.array([0])
     scene = env.to_scene() if episodes.arrays.fed[0] == env.scene.n else None
     built_success, built_score = built_beforehand(env, scene, target) if built else (None, None)

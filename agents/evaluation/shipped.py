@@ -18,7 +18,7 @@ from agents.settings import EnvSettings
 from agents.training import policy_files
 from agents.training.folder import RunInfo, file_digest
 from magfold_env.envs import ENTRY_POINTS
-from magfold_env.envs.tasks.world import RewardOptions
+from magfold_env.envs.tasks.setup import RewardOptions
 from magfold_env.files import write_text
 from magfold_env.scene.base import FrozenModel
 from magfold_env.scoring import policy_file

@@ -60,8 +60,8 @@ class Orders:
     """The open loops of an environment with a tray."""
 
     def __init__(self, env: TrayEnv) -> None:
-        self._env, self._world = env, env.world
-        n = self._world.scene.n
+        self._env, self._setup = env, env.setup
+        n = self._setup.scene.n
         words = (str(word) for word in folded_words(n))
         self._others = tuple(words) if isinstance(env, AnchorEnv) else ()
         self._listed: dict[int, list[Any]] = {}
@@ -75,7 +75,7 @@ class Orders:
         A longer list begins with the orders of a shorter list.
         """
         task, baseline = self._env.tasks[number], self._env.baseline_of(number)
-        speeds: list[float] = self._world.actions.speeds.tolist()
+        speeds: list[float] = self._setup.actions.speeds.tolist()
         order = task.order_of(baseline.sequence or ())
         assert order
         fed = tuple(task.as_fed(order))
@@ -128,7 +128,7 @@ class Orders:
         `fed` contains components and orientations, (k, n, 2); `task` contains the strengths.
         """
         part, lie = np.moveaxis(fed if task.direction == "forward" else fed[:, ::-1], 2, 0)
-        signs = SIGNS[LYING[self._world.patterns[number, part], lie]]
+        signs = SIGNS[LYING[self._setup.patterns[number, part], lie]]
         strengths = np.array(task.strengths)[part[..., None], FACES[lie]]
         poles = (signs * strengths).reshape(len(fed), -1)
         words, forms = self._forms
@@ -142,12 +142,12 @@ class Orders:
     @cached_property
     def _forms(self) -> tuple[tuple[str, ...], Floats]:
         """All words, and the quadratic forms of their energies with sound magnets."""
-        lattice = all_words(self._world.scene.n)
-        return lattice.words, quadratic_forms(self._world.scene, lattice)
+        lattice = all_words(self._setup.scene.n)
+        return lattice.words, quadratic_forms(self._setup.scene, lattice)
 
     def _drawn(self, number: int, rng: np.random.Generator) -> Iterator[Fed]:
         """Yield drawn components of a task's tray with their orientations, endlessly."""
-        listed, ways = self._sequences(number), LYING[self._world.patterns[number]]
+        listed, ways = self._sequences(number), LYING[self._setup.patterns[number]]
         step = 1 if self._env.tasks[number].direction == "forward" else -1
         while True:
             some = listed[rng.integers(2) * rng.integers(len(listed))]
@@ -165,7 +165,7 @@ class Orders:
         if number not in self._listed:
             task, lists = self._env.tasks[number], list[Any]()
             for word in dict.fromkeys((task.target, *self._others)):
-                found = _designs(self._world.scene, word).every(task.tray)
+                found = _designs(self._setup.scene, word).every(task.tray)
                 lists.append(found.astype(np.int8))
             self._listed[number] = [each for each in lists if len(each)]
         return self._listed[number]
@@ -173,7 +173,7 @@ class Orders:
     def _key(self, order: FeedOrder, number: int) -> Any:
         """Return the poles and speeds, which tell orders apart if equal patterns are alike."""
         part, lie = np.array(order.fed).T
-        return tuple(LYING[self._world.patterns[number, part], lie].tolist()), order.speeds
+        return tuple(LYING[self._setup.patterns[number, part], lie].tolist()), order.speeds
 
 
 @cache

@@ -92,7 +92,7 @@ class Schedules:
     def candidates(self, count: int, number: int) -> list[Schedule]:
         """Return `count` schedules for the task with this number."""
         env: Any = self._env
-        scene, refolds = env.world.scene, len(env.tasks[number].words) > 1
+        scene, refolds = env.setup.scene, len(env.tasks[number].words) > 1
         simple = [constant(speed) for speed in SPEEDS]
         if refolds:
             simple = [Schedule("baseline", way_of(scene, env.baseline_of(number)))]

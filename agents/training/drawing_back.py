@@ -97,7 +97,7 @@ class DrawingBack:
 
     def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:
         """Return the speeds of the given rows for the next step [m/s]."""
-        diagonal = episodes.world.scene.casing.diagonal
+        diagonal = episodes.setup.scene.casing.diagonal
         gone = episodes.chains.advances()
         self._judge(episodes, rows, gone / diagonal)
         goal = self._goal[rows]
@@ -115,7 +115,7 @@ class DrawingBack:
 
     def _judge(self, episodes: Any, rows: Ints, gone: Floats) -> None:
         """Begin to draw in the rows with a joint that has turned the wrong way."""
-        is_last = gone[rows] > episodes.world.scene.n - 1
+        is_last = gone[rows] > episodes.setup.scene.n - 1
         wrong = np.where(is_last, self._at_last[rows], self._wrong[rows])
         is_wrong = _turned_wrong(episodes, rows, wrong, self._stood[rows] >= self._stands[rows])
         begins = is_wrong.any(axis=1) & np.isnan(self._goal[rows])
@@ -163,7 +163,7 @@ class DrawingBackTwice:
 
     def _drawn_in(self, episodes: Any, rows: Ints) -> Floats:
         """Return the speeds [m/s] of some rows that are drawing the chain in."""
-        gone, scene = episodes.chains.advances()[rows], episodes.world.scene
+        gone, scene = episodes.chains.advances()[rows], episodes.setup.scene
         slips = episodes.infos(rows)["force"] < -SLIPS * scene.feed.force_limit
         more = gone + self._slack[rows] * scene.casing.diagonal
         # The tube keeps the last component.
@@ -200,7 +200,7 @@ def _search(settings: EnvSettings, number: int, best: Sequence[Schedule]) -> int
 
 def _tried(env: Any, number: int, best: Sequence[Schedule]) -> Sequence[Redoing | Refolding]:
     if isinstance(env, ReprogramEnv):
-        return candidates_twice(best, number, EFFORT.candidates, env.world.scene)
+        return candidates_twice(best, number, EFFORT.candidates, env.setup.scene)
     return candidates(best, number, EFFORT.candidates)
 
 

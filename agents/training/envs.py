@@ -11,17 +11,17 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 from agents.settings import EnvSettings, SettingsError, TrainSettings
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.sb3 import make_sb3_vec
-from magfold_env.scoring.policy_file import Shown
-from magfold_env.scoring.shown import View, shown_space
+from magfold_env.scoring.observation_view import ObservationView, form_space
+from magfold_env.scoring.policy_file import ObservationForm
 
 
-class ShownVecEnv(vec_env.VecEnvWrapper):
+class ObservationVecEnv(vec_env.VecEnvWrapper):
     """Stable-Baselines3's environments, with observations in the form that networks read."""
 
-    def __init__(self, venv: vec_env.VecEnv, shown: Shown) -> None:
+    def __init__(self, venv: vec_env.VecEnv, shown: ObservationForm) -> None:
         layout = venv.get_attr("layout")[0] if shown.blind else None
-        self.view = View(shown, layout, venv.observation_space, venv.num_envs)
-        super().__init__(venv, shown_space(shown, venv.observation_space))
+        self.view = ObservationView(shown, layout, venv.observation_space, venv.num_envs)
+        super().__init__(venv, form_space(shown, venv.observation_space))
 
     def reset(self) -> Any:
         """Begin new episodes, and return their observations as the networks read them."""
@@ -68,7 +68,7 @@ def make_training_envs(settings: TrainSettings, phase: int) -> vec_env.VecMonito
     env, learner = settings.phases[phase].env, settings.learner
     envs = make_sb3_vec(env.id, settings.envs, **env.options(learner.gamma))
     if (learner.frames, learner.blind) != (1, False):
-        envs = vec_env.VecMonitor(ShownVecEnv(envs.venv, learner))
+        envs = vec_env.VecMonitor(ObservationVecEnv(envs.venv, learner))
     # The first phase has the seed of the run; the seeds of the others follow from it.
     follow = np.random.SeedSequence(settings.seed, spawn_key=(phase,)).generate_state(1)
     envs.seed(int(follow[0]) if phase else settings.seed)
@@ -99,7 +99,7 @@ def set_envs_state(envs: vec_env.VecMonitor, state: dict[str, Any]) -> None:
 def _inner(envs: vec_env.VecMonitor) -> tuple[ChainVectorEnv[Any], NDArray[Any] | None]:
     """Return the native vector environment inside `envs`, and stacked observations, if any."""
     inner: Any = envs.venv
-    if not isinstance(inner, ShownVecEnv):
+    if not isinstance(inner, ObservationVecEnv):
         return inner.vector, None
     frames, vector = inner.view.frames, cast("Any", inner.venv).vector
     return vector, frames.kept if frames else None

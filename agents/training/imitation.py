@@ -32,7 +32,7 @@ from agents.training.mending import Mending, mended
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Floats, Ints
 from magfold_env.envs.episodes import Episodes
-from magfold_env.scoring.shown import View
+from magfold_env.scoring.observation_view import ObservationView
 
 BLOCK = 128
 """Number of episodes played in parallel."""
@@ -80,7 +80,7 @@ class Demonstrations:
         assert settings.imitate is not None
         self._given, self._learner = settings.imitate, settings.learner
         env: Any = make_env(settings.env, settings.learner.gamma).unwrapped
-        self._env, self._world = env, env.world
+        self._env, self._setup = env, env.setup
         self._rng = np.random.default_rng(settings.seed)
         env.action_space.seed(settings.seed)
         effort = Search(self._given.tried, self._given.trials)
@@ -97,18 +97,18 @@ class Demonstrations:
     def block(self, seeds: Sequence[int], first: int = 0) -> Steps:
         """Return the steps of episodes with the given seeds, numbered from `first`."""
         count = len(seeds)
-        episodes: Episodes[Any] = self._env.make_episodes(self._world, count)
+        episodes: Episodes[Any] = self._env.make_episodes(self._setup, count)
         numbers: list[int] = (np.arange(first, first + count) % len(self._env.tasks)).tolist()
         plan = self._plan(numbers)
         episodes.rngs[:] = [seeding.np_random(seed)[0] for seed in seeds]
         episodes.begin(episodes.rows, numbers)
-        view = View(self._learner, self._env.layout, self._env.observation_space, count)
+        view = ObservationView(self._learner, self._env.layout, self._env.observation_space, count)
         rows, begun = episodes.rows, np.ones(count, dtype=np.bool_)
         parts: list[tuple[Any, ...]] = []
         while len(rows):
             seen = view.of(episodes.observe(), begun)[rows]
-            actions = self._world.actions.write(plan(episodes, rows))
-            done = self._world.actions.read(self._disturbed(actions), len(rows))
+            actions = self._setup.actions.write(plan(episodes, rows))
+            done = self._setup.actions.read(self._disturbed(actions), len(rows))
             rewards, _ = episodes.step(rows, done)
             parts.append((rows, seen, actions, rewards))
             rows, begun = episodes.rows[~episodes.terminated], np.zeros_like(begun)

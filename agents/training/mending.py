@@ -72,7 +72,7 @@ class Mending:
     def __call__(self, episodes: AnchorEpisodes, rows: Ints) -> TrayChoice:
         """Return the next actions of the given rows."""
         self._judge(episodes, rows)
-        fed, n = episodes.arrays.fed[rows], episodes.world.scene.n
+        fed, n = episodes.arrays.fed[rows], episodes.setup.scene.n
         self._back[rows] &= fed > 1
         chains = [self._ways[row][place] for row, place in zip(rows, self.at[rows], strict=True)]
         # When the chain is complete, only the kind of step matters.
@@ -113,7 +113,7 @@ def _search(settings: EnvSettings, number: int, draws: int) -> list[Chain]:
     env: Any = make_env(settings).unwrapped
     task, speeds = env.tasks[number], env.actions.speeds.tolist()
     seeds, rng = episode_seeds(STREAM, draws), np.random.default_rng([number])
-    sequences = TrayDesigns(env.world.scene, task.target).ranked(task.tray, SEQUENCES)
+    sequences = TrayDesigns(env.setup.scene, task.target).ranked(task.tray, SEQUENCES)
     chains: list[Chain] = []
     left = np.ones(draws, dtype=np.bool_)
     while len(chains) < CHAINS and left.any():
@@ -163,7 +163,7 @@ def _tried(
 def _ends(env: Any, number: int, tried: Sequence[Chain], seeds: Sequence[int]) -> Bools:
     """Return which untested chains succeed on which draws, (chains, draws)."""
     count = len(tried) * len(seeds)
-    episodes: Any = env.make_episodes(env.world, count)
+    episodes: Any = env.make_episodes(env.setup, count)
     plan = Mending([(chain,) for chain in tried for _ in seeds])
     ends = episodes.play(list(seeds) * len(tried), [number] * count, partial(plan, episodes))
     return ends["is_success"].reshape(len(tried), len(seeds))

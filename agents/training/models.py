@@ -93,7 +93,7 @@ def make_model(
         If the features are symmetric but the scene is not.
     """
     own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight", "features"}
-    own |= {"anneal_entropy", "lstm", *train_settings.Shown.model_fields}
+    own |= {"anneal_entropy", "lstm", *train_settings.ObservationForm.model_fields}
     options: dict[str, Any] = settings.model_dump(exclude=own)
     if isinstance(settings, train_settings.SACSettings) and settings.hindsight is not None:
         options["replay_buffer_class"] = HerReplayBuffer

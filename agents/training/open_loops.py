@@ -59,7 +59,7 @@ def kept_search(
     env: Any = make_env(settings).unwrapped
     key: dict[str, Any] = {
         "env": settings.model_dump(mode="json"),
-        "scene": env.world.scene.model_dump(mode="json"),
+        "scene": env.setup.scene.model_dump(mode="json"),
         "tasks": [task.model_dump(mode="json") for task in env.tasks],
         "physics": physics_digest(),
         **effort,
@@ -84,4 +84,4 @@ def _search(settings: EnvSettings, number: int, effort: Search) -> list[int]:
 
 def pool_of(env: Any) -> RolloutPool:
     """Return reusable episodes in which choices are expressed as actions."""
-    return RolloutPool(env.make_episodes(env.world, WIDTH), open_loops_of(env), env.world.actions)
+    return RolloutPool(env.make_episodes(env.setup, WIDTH), open_loops_of(env), env.setup.actions)

@@ -14,8 +14,8 @@ from agents.settings import checked
 from agents.training.models import CLASSES, FEATURES, network
 from magfold_env.checkpoint import difference
 from magfold_env.scoring import policy_file
-from magfold_env.scoring.policy_file import PolicySettings, Shown
-from magfold_env.scoring.shown import shown_space
+from magfold_env.scoring.observation_view import form_space
+from magfold_env.scoring.policy_file import ObservationForm, PolicySettings
 
 _ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 _WRITTEN = {"net_arch", "activation_fn", "features_extractor_class", "features_extractor_kwargs"}
@@ -29,7 +29,7 @@ class SavedPolicy:
 
     policy: policies.BasePolicy
     """The networks, ready to choose actions."""
-    shown: Shown
+    shown: ObservationForm
     """The form of the observations that they read."""
     steps: int
     """Number of environment steps in the policy's training."""
@@ -49,7 +49,7 @@ def make(settings: PolicySettings) -> policies.BasePolicy:
         options |= {"ortho_init": False}  # slow, and the weights are replaced anyway
     judge = "vf" if "ortho_init" in options else "qf"
     return kind(
-        shown_space(settings, settings.observations.space()),
+        form_space(settings, settings.observations.space()),
         settings.actions.space(),
         lambda _: 0.0,
         net_arch={"pi": list(settings.actor), judge: list(settings.critic)},
@@ -59,7 +59,10 @@ def make(settings: PolicySettings) -> policies.BasePolicy:
 
 
 def save(
-    model: base_class.BaseAlgorithm, path: str | Path, shown: Shown | None = None, before: int = 0
+    model: base_class.BaseAlgorithm,
+    path: str | Path,
+    shown: ObservationForm | None = None,
+    before: int = 0,
 ) -> None:
     """Write the policy of `model` to `path` under a temporary name and move it into place.
 
@@ -71,14 +74,14 @@ def save(
     ValueError
         If `load` could not restore the policy.
     """
-    settings = _settings_of(model, shown or Shown())
+    settings = _settings_of(model, shown or ObservationForm())
     settings = settings.model_copy(update={"steps": settings.steps + before})
     tensors = model.policy.state_dict()
     numbers = {name: each.detach().cpu().numpy() for name, each in tensors.items()}
     policy_file.write(path, settings, numbers)
 
 
-def begin_with(path: str | Path, model: base_class.BaseAlgorithm, shown: Shown) -> int:
+def begin_with(path: str | Path, model: base_class.BaseAlgorithm, shown: ObservationForm) -> int:
     """Set the networks of `model` to the weights of a policy that `save` wrote.
 
     Nothing but the weights is used; optimisers start fresh. Returns the number of the policy's
@@ -123,7 +126,7 @@ def load(path: str | Path) -> SavedPolicy:
     return SavedPolicy(policy, file.settings, file.settings.steps)
 
 
-def _settings_of(model: base_class.BaseAlgorithm, shown: Shown) -> PolicySettings:
+def _settings_of(model: base_class.BaseAlgorithm, shown: ObservationForm) -> PolicySettings:
     """Return the settings from which `load` can restore the policy of `model`."""
     policy: Any = model.policy
     hidden, extractor = policy.net_arch, policy.features_extractor_class
@@ -154,7 +157,7 @@ def _settings_of(model: base_class.BaseAlgorithm, shown: Shown) -> PolicySetting
         "steps": model.num_timesteps,
     }
     settings = checked(PolicySettings, content, "policy")
-    same = shown_space(shown, settings.observations.space()) == model.observation_space
+    same = form_space(shown, settings.observations.space()) == model.observation_space
     same = same and settings.actions.space() == model.action_space
     lost = [name for name, value in model.policy_kwargs.items() if value and name not in _WRITTEN]
     if lost or model.use_sde or not same or type(policy) is not _kind(settings)[0]:

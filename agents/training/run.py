@@ -16,7 +16,14 @@ from stable_baselines3.common import base_class, callbacks, logger, on_policy_al
 
 from agents.commands import progress_bar
 from agents.evaluation.episodes import warm_up
-from agents.settings import EnvSettings, Phase, PPOSettings, SettingsError, Shown, TrainSettings
+from agents.settings import (
+    EnvSettings,
+    ObservationForm,
+    Phase,
+    PPOSettings,
+    SettingsError,
+    TrainSettings,
+)
 from agents.training import folder as run_folder
 from agents.training import models, policy_files
 from agents.training.envs import make_env, make_training_envs
@@ -99,13 +106,13 @@ class Validation:
     Training and reported results use other draws.
     """
 
-    def __init__(self, settings: EnvSettings, episodes: int, shown: Shown) -> None:
+    def __init__(self, settings: EnvSettings, episodes: int, shown: ObservationForm) -> None:
         self._env: Any = make_env(settings.unshaped()).unwrapped
         self._shown = shown
         self._seeds = episode_seeds("validation", episodes)
-        world = self._env.world
-        self._numbers = np.arange(episodes) % len(world.words)
-        self._episodes: Episodes[Any] = self._env.make_episodes(world, episodes)
+        setup = self._env.setup
+        self._numbers = np.arange(episodes) % len(setup.words)
+        self._episodes: Episodes[Any] = self._env.make_episodes(setup, episodes)
 
     def __call__(self, model: base_class.BaseAlgorithm) -> dict[str, float]:
         """Return the success rate and the mean score of `model`."""

@@ -19,7 +19,7 @@ from magfold_bench.episodes import Vector, vector
 from magfold_bench.presentation import Lines
 from magfold_bench.tables import Measurement, Progress, Row, Table, Tick
 from magfold_env.engine.state import Array
-from magfold_env.envs.tasks.world import Fidelity
+from magfold_env.envs.tasks.setup import Fidelity
 
 COUNTS = (1, 4, 16, 64, 256)
 COMPONENTS = 6

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from magfold_env.envs.camera_track import FORCE_NOISE, FORCE_SCALE, INTERVAL, STEEPEST, TIME_COST
 from magfold_env.envs.chains.dynamic import REFERENCE_SPEED
 from magfold_env.envs.spaces.actions import FASTEST, PATTERNS, scaled_speeds
-from magfold_env.envs.tasks.world import FoldTask
+from magfold_env.envs.tasks.setup import FoldTask
 from magfold_env.envs.tube_feed import TubeFeedEnv
 from magfold_env.envs.unknown_floor import HORIZON, UnknownFloorEnv
 from magfold_env.envs.wrappers.mouth_order import LETTERS, mouth_order
@@ -47,10 +47,10 @@ def tube_feed() -> dict[str, Any]:
 
 def unknown_floor() -> dict[str, Any]:
     """Return the parameters and spreads of ``MagFold/UnknownFloor-v0``."""
-    world = UnknownFloorEnv.make_world(actions="discrete")
-    return _drawn(world.scene) | {
-        "tasks": [task.model_dump(mode="json") for task in world.tasks],
-        "speeds": world.actions.speeds.tolist(),
+    setup = UnknownFloorEnv.make_setup(actions="discrete")
+    return _drawn(setup.scene) | {
+        "tasks": [task.model_dump(mode="json") for task in setup.tasks],
+        "speeds": setup.actions.speeds.tolist(),
         "fastest": FASTEST,
         "interval": INTERVAL,
         "steepest": STEEPEST,

@@ -13,7 +13,7 @@ from magfold_env.ensembles.releases import MOST_RUNS, release, varied
 from magfold_env.files import reading_json, write_text
 from magfold_env.minimiser import LONGEST_OF_ALL, Mode, refuse_field
 from magfold_env.reporting.intervals import Share
-from magfold_env.reporting.notebook import Shown, facts_table
+from magfold_env.reporting.notebook import NotebookDisplay, facts_table
 from magfold_env.reporting.page import Block
 from magfold_env.scene import Problem, Scene, base, errors, load_scene, unless_a_scene
 from magfold_env.shapes import cells, headings, is_fully_folded, parse_word, word_to_angles
@@ -149,7 +149,7 @@ def default_scene(n: int) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class Design(Shown):
+class Design(NotebookDisplay):
     """The result of `design`."""
 
     target: str

@@ -24,7 +24,7 @@ from magfold_env.fold import Fold, FoldStatus
 from magfold_env.minimiser import Mode, minimise
 from magfold_env.parallel import Backend, Workers, finished
 from magfold_env.reporting.intervals import Share, share
-from magfold_env.reporting.notebook import Shown, chain_svg, short_table
+from magfold_env.reporting.notebook import NotebookDisplay, chain_svg, short_table
 from magfold_env.reporting.page import Block
 from magfold_env.reporting.tables import Columns, Row
 from magfold_env.scene import Scene, errors, unless_a_scene
@@ -114,7 +114,7 @@ def run_one(seed: int, count: int, task: tuple[int, Scene]) -> Run:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Ensemble(Columns, Shown):
+class Ensemble(Columns, NotebookDisplay):
     """Many releases of one scene: columns with one entry per run, and probabilities.
 
     Each probability has its own Wilson interval at 95 %.

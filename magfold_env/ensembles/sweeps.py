@@ -16,7 +16,7 @@ from magfold_env.files import reading_json, write_json, write_text
 from magfold_env.fold import FoldStatus
 from magfold_env.parallel import Backend, Workers
 from magfold_env.reporting.intervals import Share
-from magfold_env.reporting.notebook import Shown, short_table
+from magfold_env.reporting.notebook import NotebookDisplay, short_table
 from magfold_env.reporting.page import Block
 from magfold_env.reporting.tables import Row, to_csv
 from magfold_env.scene import Problem, Scene, SceneError, errors, unless_a_scene
@@ -70,7 +70,7 @@ def outcomes(made: Ensemble) -> Counter[Outcome]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sweep(Shown):
+class Sweep(NotebookDisplay):
     """Ensembles of one scene over a grid of one or two of its numbers, all with the same draws."""
 
     scene: Scene

@@ -10,7 +10,7 @@ from magfold_env.envs.episodes import Columns, Lines
 from magfold_env.envs.spaces.actions import AHEAD, PULL, TrayChoice, TrayTable
 from magfold_env.envs.spaces.observation import Layout
 from magfold_env.envs.tasks.feed_tasks import AnchorTask
-from magfold_env.envs.tasks.world import FeedOptions, TaskWorld
+from magfold_env.envs.tasks.setup import FeedOptions, TaskSetup
 from magfold_env.envs.tray import TrayEnv, TrayEpisodes
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.simulation.endings import FOLDED_WITHIN
@@ -48,17 +48,17 @@ class AnchorEpisodes(TrayEpisodes):
         self.scores: Floats = np.zeros(self.count)
         """Scores of episodes that ended when the agent left the chain, else 0, (m,)."""
         self._tested: Bools = np.zeros(self.count, dtype=np.bool_)  # whether the last step pulled
-        self.sizes: Floats = np.array([task.pull for task in self.world.tasks])
+        self.sizes: Floats = np.array([task.pull for task in self.setup.tasks])
         """Sizes of the pulls [N], (tasks,)."""
-        towards = np.array([task.towards for task in self.world.tasks])
+        towards = np.array([task.towards for task in self.setup.tasks])
         self.pulls: Floats = self.sizes[:, None] * np.stack([np.cos(towards), np.sin(towards)], 1)
         """The pulls along x and y [N], (tasks, 2)."""
-        self._last_comes_out = OUT * self.world.scene.casing.diagonal  # [m]
+        self._last_comes_out = OUT * self.setup.scene.casing.diagonal  # [m]
 
     @classmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, Layout]:
+    def spaces(cls, setup: TaskSetup, options: FeedOptions) -> tuple[TrayTable, Layout]:
         """Return the encoding of actions and the layout of observations."""
-        table, layout = super().spaces(world, options)
+        table, layout = super().spaces(setup, options)
         sizes = {"pull": 2, **layout.sizes, "borne": 1}
         del sizes["target"]
         return replace(table, ways=3), replace(layout, sizes=sizes)
@@ -102,7 +102,7 @@ class AnchorEpisodes(TrayEpisodes):
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
         """Return the title of an episode's picture, and the lines above and below its energies."""
         title, _, done = super().caption(row)
-        task: Any = self.world.tasks[int(self.numbers[row])]
+        task: Any = self.setup.tasks[int(self.numbers[row])]
         wanted: Lines = [("pull", f"{task.pull:.2f} N at {np.degrees(task.towards):.0f}°")]
         return title, wanted, done
 

@@ -20,7 +20,7 @@ from magfold_env.envs.pictures.viewer import RENDER_MODES
 from magfold_env.envs.spaces.actions import FASTEST, SpeedTable, signs_of
 from magfold_env.envs.spaces.observation import Layout, camera_layout, squash, take_frames
 from magfold_env.envs.tasks.feed_tasks import FeedTask, Task
-from magfold_env.envs.tasks.world import FeedOptions, TaskWorld
+from magfold_env.envs.tasks.setup import FeedOptions, TaskSetup
 from magfold_env.scene import Scene
 
 TIME_COST = 0.02
@@ -42,7 +42,7 @@ STEEPEST = 0.2
 class CameraEpisodes(Episodes[NDArray[np.float32]]):
     """Episodes of tasks that a camera observes."""
 
-    world: TaskWorld
+    setup: TaskSetup
     chains: DynamicChains
     task_kind: ClassVar[type[Task]]
     """Type of the tasks."""
@@ -71,28 +71,28 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     @classmethod
     @abstractmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[Any, Layout]:
+    def spaces(cls, setup: TaskSetup, options: FeedOptions) -> tuple[Any, Layout]:
         """Return the encoding of actions and the layout of observations."""
 
     def make_chains(self, threads: int, frame_rate: float | None) -> DynamicChains:
         """Return the chains, each drawn from the scene of its task."""
-        templates = self.world.templates
+        templates = self.setup.templates
         return DynamicChains(templates, self.count, threads, frame_rate, endless=True)
 
     def lattice(self, row: int) -> LatticeFeed:
         """Return the rules by which energy minimisation folds a chain."""
-        return self.world.lattices[self.world.kinds[int(self.numbers[row])]]
+        return self.setup.lattices[self.setup.kinds[int(self.numbers[row])]]
 
     @classmethod
-    def baselines(cls, world: TaskWorld) -> TaskStore:
-        """Return the baselines of the tasks of a world, which simple schedules set."""
-        return cls.store(cls, world, cls.protocol)
+    def baselines(cls, setup: TaskSetup) -> TaskStore:
+        """Return the baselines of the tasks of a setup, which simple schedules set."""
+        return cls.store(cls, setup, cls.protocol)
 
     def find_baseline(self, number: int) -> Baseline:
         """Return the baseline of a task, if the reward uses it."""
-        if self.world.rule.kind != "relative":
+        if self.setup.rule.kind != "relative":
             return super().find_baseline(number)
-        store = self.baselines(self.world)
+        store = self.baselines(self.setup)
         return store.get(store.names[number])
 
     @property
@@ -120,7 +120,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     def observe(self) -> NDArray[np.float32]:
         """Return new observations, (m, size)."""
-        layout = self.world.layout
+        layout = self.setup.layout
         out = np.empty((self.count, layout.size), dtype=np.float32)
         for name, entries in self.groups().items():
             out[:, layout.slices[name]] = entries
@@ -150,7 +150,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     def reset_rows(self, rows: Ints) -> None:
         """Draw the chains of the given episodes and put them into their tubes."""
-        kinds = np.array(self.world.kinds)[self.numbers[rows]]
+        kinds = np.array(self.setup.kinds)[self.numbers[rows]]
         for kind in np.unique(kinds).tolist():
             self.chains.begin(rows[kinds == kind], self.rngs, kind)
         self.speeds[rows] = 0.0
@@ -175,7 +175,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         for place, row in enumerate(rows.tolist()):
             self._noise[row].standard_normal(out=noise[place])
         self._frames[0, rows] = self._frames[1, rows]
-        side = self.world.layout.side
+        side = self.setup.layout.side
         take_frames(side, rows, self.chains.seen, noise[:, 1:], self._frames[1])
         self._force[rows] = force + FORCE_NOISE * noise[:, 0]
 
@@ -195,15 +195,15 @@ class FeedEpisodes(CameraEpisodes):
         super().allocate()
         self.driven: Floats = np.zeros((self.count, self.horizon))
         """Feed speed in each step [m/s], (m, horizon)."""
-        self._length = self.n * self.world.scene.casing.diagonal
+        self._length = self.n * self.setup.scene.casing.diagonal
 
     @classmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, Layout]:
+    def spaces(cls, setup: TaskSetup, options: FeedOptions) -> tuple[SpeedTable, Layout]:
         """Return the encoding of actions and the layout of observations."""
-        n = world.scene.n
+        n = setup.scene.n
         before = {"target": 3 * (n - 1), "magnets": 4 * n, "direction": 1}
         after = {"advance": 1, "speed": 1, "force": 1, "time": 1}
-        layout = camera_layout(n, world.scene.casing.side, before, after)
+        layout = camera_layout(n, setup.scene.casing.side, before, after)
         return SpeedTable(options.get("speeds", 5), options.get("actions", "box")), layout
 
     @property
@@ -213,7 +213,7 @@ class FeedEpisodes(CameraEpisodes):
 
     def scene(self, row: int) -> Scene:
         """Return the drawn scene of a chain; its feed speeds include the drawn factors."""
-        sequence = self.world.tasks[int(self.numbers[row])].sequence
+        sequence = self.setup.tasks[int(self.numbers[row])].sequence
         return self.chains.drawn(row).replace(sequence=sequence)
 
     def acting(self, row: int) -> int:
@@ -240,7 +240,7 @@ class FeedEpisodes(CameraEpisodes):
     def prepare(self, rows: Ints) -> None:
         """Set the magnets of chains in their tubes."""
         for row in rows.tolist():
-            sequence = self.world.tasks[int(self.numbers[row])].sequence
+            sequence = self.setup.tasks[int(self.numbers[row])].sequence
             signs = np.array([[signs_of(faces) for faces in sequence]])
             self.chains.load(self.rows[row : row + 1], signs)
 
@@ -296,7 +296,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
         What `render` returns; ``human`` shows every step in a window automatically.
     **options
-        See `magfold_env.envs.tasks.world.FeedOptions`.
+        See `magfold_env.envs.tasks.setup.FeedOptions`.
 
     Raises
     ------
@@ -309,7 +309,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     default_tasks: ClassVar[str]
     """Name of the default list of tasks."""
 
-    world: Any
+    setup: Any
 
     def __init__(
         self,
@@ -318,21 +318,21 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
         render_mode: str | None = None,
         **options: Unpack[FeedOptions],
     ) -> None:
-        super().__init__(self.make_world(scene, **options), render_mode)
+        super().__init__(self.make_setup(scene, **options), render_mode)
 
     @classmethod
-    def make_world(
+    def make_setup(
         cls, scene: str | Path | Scene | None = None, **options: Unpack[FeedOptions]
-    ) -> TaskWorld:
+    ) -> TaskSetup:
         """Return what all episodes share; arguments are those of the environment."""
         options.setdefault("tasks", cls.default_tasks)
         scene = cls.default_scene if scene is None else scene
-        return TaskWorld(cls.make_episodes, scene, **options)
+        return TaskSetup(cls.make_episodes, scene, **options)
 
     @property
     def tasks(self) -> tuple[Any, ...]:
         """The tasks that `reset` draws from."""
-        return self.world.tasks
+        return self.setup.tasks
 
     @property
     def task(self) -> Task:
@@ -345,7 +345,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
         This may take some seconds if neither the package nor the disk cache contains it.
         """
         store = self._baselines
-        return store.get(store.names[self.world.number_of(task)])
+        return store.get(store.names[self.setup.number_of(task)])
 
     def plan_of(self, numbers: Sequence[int]) -> Plan:
         """Return a function that plays the tasks' baseline schedules, one row per task."""
@@ -353,7 +353,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
 
     @property
     def _baselines(self) -> TaskStore:
-        return self.make_episodes.baselines(self.world)
+        return self.make_episodes.baselines(self.setup)
 
 
 class FeedTrackEnv(CameraTrackEnv):

@@ -16,7 +16,7 @@ from magfold_env.envs.pictures.snapshots import recording, snapshot_of
 from magfold_env.envs.pictures.viewer import FILM_FPS, FRAME_RATE, RENDER_MODES, Viewer
 from magfold_env.envs.spaces.observation import Layout
 from magfold_env.envs.tasks.checks import seeds_of
-from magfold_env.envs.tasks.world import World
+from magfold_env.envs.tasks.setup import Setup
 from magfold_env.replay import write_html
 from magfold_env.scene import Scene
 from magfold_env.scene.errors import refuse, unless_a
@@ -55,7 +55,7 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
 
     Parameters
     ----------
-    world : World
+    setup : Setup
         Scene, targets, actions, observations and rewards that all episodes share.
     render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
         What `render` returns; ``human`` shows every step in a window automatically.
@@ -70,13 +70,13 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
     make_episodes: ClassVar[Any]
     """The class of the episodes, which defines what the environment does."""
 
-    def __init__(self, world: World, render_mode: str | None) -> None:
-        self.world = world
+    def __init__(self, setup: Setup, render_mode: str | None) -> None:
+        self.setup = setup
         self.render_mode = render_mode
         if render_mode == "rgb_array_list":
             self.metadata = {**self.metadata, "render_fps": FILM_FPS}
         self.viewer = Viewer(render_mode, self.metadata["render_fps"])
-        self.action_space = world.actions.space
+        self.action_space = setup.actions.space
         self.observation_space: gymnasium.Space[Any] = self.layout.space
         # One more, because a `TimeLimit` of the horizon would call the task's end a truncation.
         self.max_episode_steps = None if self.horizon is None else self.horizon + 1
@@ -88,17 +88,17 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
     @property
     def scene(self) -> Scene:
         """The scene that episodes are drawn from, including its randomisation."""
-        return self.world.scene
+        return self.setup.scene
 
     @property
     def actions(self) -> Any:
         """The encoding of actions; see `magfold_env.envs.spaces.actions`."""
-        return self.world.actions
+        return self.setup.actions
 
     @property
     def layout(self) -> Layout:
         """The layout of observations, with the slice of each group of entries."""
-        return self.world.layout
+        return self.setup.layout
 
     @property
     def state(self) -> ChainState:
@@ -115,7 +115,7 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
         """The batch of one episode."""
         made = self._made
         if made is None:
-            made = self._made = self.make_episodes(self.world, 1, 1, self.viewer.frame_rate)
+            made = self._made = self.make_episodes(self.setup, 1, 1, self.viewer.frame_rate)
         return made
 
     def reset(
@@ -155,7 +155,7 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
         episodes = self._running()
         if episodes.terminated[0]:
             raise gymnasium.error.ResetNeeded("the episode is over; call reset() first")
-        choice = self.world.actions.read_one(action)
+        choice = self.setup.actions.read_one(action)
         # Copied, because an agent may write its next action into the same array.
         self._choices.append(tuple(part.copy() for part in choice))
         rewards, ends = episodes.step(_ROW, choice)
@@ -224,7 +224,7 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
         if self._began is None or not self._choices:
             raise ValueError("to_html: an episode needs a step, and no set_state since its reset")
         state, given = self._began
-        again = self.make_episodes(self.world, 1, 1, FRAME_RATE)
+        again = self.make_episodes(self.setup, 1, 1, FRAME_RATE)
         again.rngs[0] = copy.deepcopy(self.np_random)
         again.rngs[0].bit_generator.state = state
         again.begin(_ROW, given)

@@ -25,7 +25,7 @@ from magfold_env.envs.chains.quasistatic import QuasistaticChains
 from magfold_env.envs.tasks.checks import given_for_each, require
 from magfold_env.envs.tasks.goals import Goals
 from magfold_env.envs.tasks.reward import energy_potential
-from magfold_env.envs.tasks.world import World
+from magfold_env.envs.tasks.setup import Setup
 from magfold_env.scene import Scene
 from magfold_env.simulation.view import ChainState
 
@@ -65,7 +65,7 @@ class Episodes(Generic[ObsType]):
     how chains begin (`reset_rows`), the rewards (`step_rewards`, `end_rewards`) and the infos
     (`infos`, `final_infos`).
 
-    `world` is what the episodes share, `count` is their number, and `threads` is the number of
+    `setup` is what the episodes share, `count` is their number, and `threads` is the number of
     threads that simulate. For a single chain, `frame_rate` frames are recorded per second [1/s].
     """
 
@@ -75,21 +75,21 @@ class Episodes(Generic[ObsType]):
     has_true_strengths: ClassVar[bool] = True
     """Whether the magnets in the scene that `scene` returns have their actual strengths."""
 
-    # Subclasses declare the types of their worlds and chains.
-    world: Any
+    # Subclasses declare the types of their setups and chains.
+    setup: Any
     chains: Any
 
     def __init__(
-        self, world: World, count: int, threads: int = 1, frame_rate: float | None = None
+        self, setup: Setup, count: int, threads: int = 1, frame_rate: float | None = None
     ) -> None:
-        self.world, self.count, self._threads = world, count, threads
-        self.n = world.scene.n
+        self.setup, self.count, self._threads = setup, count, threads
+        self.n = setup.scene.n
         self._frame_rate = frame_rate
         self.rngs: list[Any] = [None] * count
         self.rows: Ints = np.arange(count)
         self._begun: Bools = np.zeros(count, dtype=np.bool_)
         self._all_begun = False
-        self._baselines: list[Baseline | None] = [None] * len(world.words)
+        self._baselines: list[Baseline | None] = [None] * len(setup.words)
         self.chains = self.make_chains(threads, frame_rate)
         self.arrays: ChainArrays = self.chains.arrays
         """The visible state of the chains."""
@@ -99,7 +99,7 @@ class Episodes(Generic[ObsType]):
 
     @abstractmethod
     def act(self, rows: Ints, choice: Any) -> None:
-        """Carry out decoded actions, as ``World.actions.read`` returns them."""
+        """Carry out decoded actions, as ``Setup.actions.read`` returns them."""
 
     @abstractmethod
     def observe(self) -> ObsType:
@@ -111,11 +111,11 @@ class Episodes(Generic[ObsType]):
         self, threads: int, frame_rate: float | None
     ) -> DynamicChains | QuasistaticChains:
         """Return the chains that the episodes simulate."""
-        return DynamicChains((self.world.scene,), self.count, threads, frame_rate)
+        return DynamicChains((self.setup.scene,), self.count, threads, frame_rate)
 
     def allocate(self) -> None:
         """Allocate the arrays of the episodes."""
-        self.goals = Goals(self.world.words, self.world.match, self.count)
+        self.goals = Goals(self.setup.words, self.setup.match, self.count)
         self.numbers: Ints = np.zeros(self.count, dtype=np.int64)
         """Numbers of the episodes' targets or tasks, (m,)."""
         self.steps: Ints = np.zeros(self.count, dtype=np.int64)
@@ -131,16 +131,16 @@ class Episodes(Generic[ObsType]):
 
     def step_rewards(self, rows: Ints) -> Floats:
         """Return the rewards that every step earns; see `magfold_env.envs.tasks.reward`."""
-        if self.world.rule.shaping is None:
+        if self.setup.rule.shaping is None:
             return np.zeros(len(rows))
         after = self.potential(rows)
-        rewards = self.world.rule.step(self._potentials[rows], after)
+        rewards = self.setup.rule.step(self._potentials[rows], after)
         self._potentials[rows] = after
         return rewards
 
     def end_rewards(self, ends: Columns) -> Floats:
         """Return the rewards that the last steps of episodes earn in addition."""
-        return self.world.rule.end(ends["score"], ends["is_success"], ends["baseline"])
+        return self.setup.rule.end(ends["score"], ends["is_success"], ends["baseline"])
 
     def infos(self, rows: Ints) -> Columns:
         """Return the infos of the given episodes, running or ended."""
@@ -169,7 +169,7 @@ class Episodes(Generic[ObsType]):
 
     def find_baseline(self, number: int) -> Baseline:
         """Return the baseline of a target or task by its number; a missing one is flagged."""
-        return unknown_baseline(self.world.words[number])
+        return unknown_baseline(self.setup.words[number])
 
     def acting(self, row: int) -> int:
         """Return how many components, counted in the order of feed, have magnets that act."""
@@ -177,7 +177,7 @@ class Episodes(Generic[ObsType]):
 
     def lattice(self, row: int) -> LatticeFeed:
         """Return the rules by which energy minimisation folds a chain."""
-        return self.world.lattice
+        return self.setup.lattice
 
     def scene(self, row: int) -> Scene:
         """Return the drawn scene of a chain with the magnets and speeds of the fed components."""
@@ -201,9 +201,9 @@ class Episodes(Generic[ObsType]):
 
         `others` are the names of other allowed options.
         """
-        key, kind = self.world.option
+        key, kind = self.setup.option
         found = given_for_each(options, (key, *others), self.count, kind)
-        return None if found is None else [self.world.number_of(each) for each in found]
+        return None if found is None else [self.setup.number_of(each) for each in found]
 
     def begin(self, rows: Ints, given: Sequence[int] | None = None) -> None:
         """Begin the given episodes; `given` fixes the targets or tasks of all rows, by number.
@@ -214,7 +214,7 @@ class Episodes(Generic[ObsType]):
         for row in rows.tolist():
             if self.rngs[row] is None:
                 self.rngs[row] = seeding.np_random()[0]
-            self.numbers[row] = self.rngs[row].integers(len(self.world.words))
+            self.numbers[row] = self.rngs[row].integers(len(self.setup.words))
         if given is not None:
             self.numbers[rows] = np.asarray(given)[rows]
         self._set_targets(rows)
@@ -223,7 +223,7 @@ class Episodes(Generic[ObsType]):
         if not self._all_begun:
             self._begun[rows] = True
             self._all_begun = bool(self._begun.all())
-        if self.world.rule.shaping is not None:
+        if self.setup.rule.shaping is not None:
             self._potentials[rows] = self.potential(rows)
 
     def step(self, rows: Ints, choice: Any) -> tuple[Floats, Columns]:
@@ -271,7 +271,7 @@ class Episodes(Generic[ObsType]):
     def _shaped(self, rows: Ints) -> Floats:
         """Return the shaping's potential Φ of running episodes."""
         arrays = self.arrays
-        if self.world.rule.shaping == "similarity":
+        if self.setup.rule.shaping == "similarity":
             return self.goals.judge(rows, arrays.status, arrays.angles)[0]
         wanted = [
             self.lattice(row).energy_as(
@@ -291,7 +291,7 @@ class Episodes(Generic[ObsType]):
 
     def chosen(self, row: int) -> Bools:
         """Return which components of a chain have been chosen, (n,), component 1 first."""
-        found = np.zeros(self.world.scene.n, dtype=np.bool_)
+        found = np.zeros(self.setup.scene.n, dtype=np.bool_)
         found[list(self.arrays.order(row)[: int(self.arrays.fed[row])])] = True
         return found
 
@@ -318,7 +318,7 @@ class Episodes(Generic[ObsType]):
         return EpisodesState(rngs, self.chains.get_state(), kept)
 
     def set_state(self, state: EpisodesState) -> None:
-        """Restore a state of these episodes, or of others in a world made with the same options."""
+        """Restore a state of these episodes, or of others in a setup made with the same options."""
         right = isinstance(cast("object", state), EpisodesState) and len(state.rngs) == self.count
         require(right, "state", state, f"must be get_state() of {self.count} such environments")
         for row, own in enumerate(state.rngs):
@@ -351,7 +351,7 @@ class Episodes(Generic[ObsType]):
     def __getstate__(self) -> dict[str, Any]:
         """Return the state for copies and pickles, without compiled code and addresses."""
         going = self.get_state() if self._all_begun else None
-        own = self.world, self.count, self._threads, self._frame_rate
+        own = self.setup, self.count, self._threads, self._frame_rate
         return {"own": own, "rngs": self.rngs, "state": going}
 
     def __setstate__(self, state: dict[str, Any]) -> None:

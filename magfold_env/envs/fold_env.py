@@ -14,7 +14,7 @@ from magfold_env.envs.chains.quasistatic import QuasistaticChains
 from magfold_env.envs.episodes import Columns, Episodes, Lines
 from magfold_env.envs.spaces.actions import Choice, speeds_at
 from magfold_env.envs.spaces.observation import Singles, fill
-from magfold_env.envs.tasks.world import FoldOptions, FoldTask
+from magfold_env.envs.tasks.setup import FoldOptions, FoldTask
 from magfold_env.scene import Scene
 
 ObsType = TypeVar("ObsType")
@@ -23,19 +23,19 @@ ObsType = TypeVar("ObsType")
 class FoldEpisodes(Episodes[Any]):
     """Episodes in which an agent chooses magnets and feed speeds to fold chains into targets."""
 
-    world: FoldTask
+    setup: FoldTask
 
     def make_chains(
         self, threads: int, frame_rate: float | None
     ) -> DynamicChains | QuasistaticChains:
         """Return dynamic or quasistatic chains, according to the fidelity."""
-        if self.world.fidelity == "quasistatic":
-            return QuasistaticChains(self.world.lattice, self.count)
+        if self.setup.fidelity == "quasistatic":
+            return QuasistaticChains(self.setup.lattice, self.count)
         return super().make_chains(threads, frame_rate)
 
     def find_baseline(self, number: int) -> Baseline:
         """Return the energy minimiser's result for a target."""
-        return self.world.baseline_of(self.world.words[number])
+        return self.setup.baseline_of(self.setup.words[number])
 
     def act(self, rows: Ints, choice: Choice) -> None:
         """Feed the next component of each chain, or all components."""
@@ -47,7 +47,7 @@ class FoldEpisodes(Episodes[Any]):
 
     def observed(self, words: Singles) -> Singles:
         """Return observations of all chains, which start with the entries `words`, (m, words)."""
-        layout = self.world.layout
+        layout = self.setup.layout
         out = np.empty((self.count, layout.size), dtype=np.float32)
         fill(layout.side, self.chains.seen, words, out)
         return out
@@ -79,7 +79,7 @@ class FoldEnv(ChainEnv[ObsType]):
     render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
         What `render` returns; ``human`` shows every step in a window automatically.
     **options
-        See `magfold_env.envs.tasks.world.FoldOptions`.
+        See `magfold_env.envs.tasks.setup.FoldOptions`.
 
     Raises
     ------
@@ -92,7 +92,7 @@ class FoldEnv(ChainEnv[ObsType]):
     """Whether an action sets one component or the whole chain."""
     default_scene: ClassVar[str] = "tube-feed"
 
-    world: FoldTask
+    setup: FoldTask
 
     def __init__(
         self,

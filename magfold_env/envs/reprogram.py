@@ -13,7 +13,7 @@ from magfold_env.envs.spaces.actions import SpeedTable
 from magfold_env.envs.spaces.observation import Layout
 from magfold_env.envs.tasks.feed_tasks import RefoldTask
 from magfold_env.envs.tasks.goals import Goals
-from magfold_env.envs.tasks.world import FeedOptions, TaskWorld
+from magfold_env.envs.tasks.setup import FeedOptions, TaskSetup
 from magfold_env.envs.vector_env import ChainVectorEnv
 
 HORIZON = 500
@@ -41,13 +41,13 @@ class ReprogramEpisodes(FeedEpisodes):
         self.stage: Ints = np.zeros(self.count, dtype=np.int64)
         """The stage of each episode, (m,): FIRST, BACK or SECOND."""
         self._lasted: Ints = np.zeros(self.count, dtype=np.int64)  # in the first word
-        words = zip(*(task.words for task in self.world.tasks), strict=True)
-        self.goals = Goals(sum(words, ()), self.world.match, self.count)
+        words = zip(*(task.words for task in self.setup.tasks), strict=True)
+        self.goals = Goals(sum(words, ()), self.setup.match, self.count)
 
     @classmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[SpeedTable, Layout]:
+    def spaces(cls, setup: TaskSetup, options: FeedOptions) -> tuple[SpeedTable, Layout]:
         """Return the encoding of actions and the layout of observations."""
-        table, layout = super().spaces(world, options)
+        table, layout = super().spaces(setup, options)
         return table, replace(layout, sizes={**layout.sizes, "stage": 3})
 
     def infos(self, rows: Ints) -> Columns:
@@ -88,7 +88,7 @@ class ReprogramEpisodes(FeedEpisodes):
 
     def _seek(self, rows: Ints) -> None:
         """Set the goals of episodes to the words of their current stages."""
-        later = np.where(self.stage[rows] == FIRST, 0, len(self.world.tasks))
+        later = np.where(self.stage[rows] == FIRST, 0, len(self.setup.tasks))
         self.goals.want(rows, self.numbers[rows] + later)
 
     def reset_rows(self, rows: Ints) -> None:

@@ -19,7 +19,7 @@ from magfold_env.envs.spaces.actions import (
 )
 from magfold_env.envs.spaces.observation import Layout, camera_layout
 from magfold_env.envs.tasks.feed_tasks import Task, TrayTask
-from magfold_env.envs.tasks.world import FeedOptions, TaskWorld, feedable
+from magfold_env.envs.tasks.setup import FeedOptions, TaskSetup, feedable
 from magfold_env.envs.vector_env import ChainVectorEnv
 
 LATE = 10.0
@@ -53,8 +53,8 @@ class TrayEpisodes(CameraEpisodes):
     def allocate(self) -> None:
         """Allocate the arrays of the episodes."""
         super().allocate()
-        shape = self.count, self.world.actions.parts
-        self.poles: Floats = SIGNS[self.world.patterns]
+        shape = self.count, self.setup.actions.parts
+        self.poles: Floats = SIGNS[self.setup.patterns]
         """Outward poles of the components on the trays, (tasks, parts, 4)."""
         self.strengths: Floats = np.ones((*shape, 4))
         """Hidden factors of the strengths of the components' magnets, (m, parts, 4)."""
@@ -66,10 +66,10 @@ class TrayEpisodes(CameraEpisodes):
         """Number of times that each component was drawn back, (m, parts)."""
 
     @classmethod
-    def spaces(cls, world: TaskWorld, options: FeedOptions) -> tuple[TrayTable, Layout]:
+    def spaces(cls, setup: TaskSetup, options: FeedOptions) -> tuple[TrayTable, Layout]:
         """Return the encoding of actions and the layout of observations."""
-        scene = feedable(world.scene, "component")
-        n, sizes = scene.n, sorted({len(task.tray) for task in world.tasks})
+        scene = feedable(setup.scene, "component")
+        n, sizes = scene.n, sorted({len(task.tray) for task in setup.tasks})
         if len(sizes) != 1:
             raise ValueError(f"tasks: trays of {sizes} components are not allowed; must be equal")
         (parts,), kind = sizes, options.get("actions", "multidiscrete")
@@ -127,10 +127,10 @@ class TrayEpisodes(CameraEpisodes):
         The number of draws is the same for every task, so that a seed gives the same physics.
         """
         kind, spread = rng.random((2, *self.strengths.shape[1:]))
-        given = self.world.tasks[number].strengths
+        given = self.setup.tasks[number].strengths
         if given is not None:
             return np.array(given)
-        if self.world.randomisation == "none":
+        if self.setup.randomisation == "none":
             return np.ones_like(kind)
         weak = np.where(kind < DEAD + WEAK, WEAKNESS, 1.0)
         return np.where(kind < DEAD, 0.0, weak * (1.0 + SPREAD * (2.0 * spread - 1.0)))
@@ -160,7 +160,7 @@ class TrayEpisodes(CameraEpisodes):
             parts[k] = (parts[k] + on) % len(there[k])
         self.places[rows, parts] = self.arrays.fed[rows] + 1
         self.lies[rows, parts] = lies
-        patterns = LYING[self.world.patterns[self.numbers[rows], parts], lies][:, None]
+        patterns = LYING[self.setup.patterns[self.numbers[rows], parts], lies][:, None]
         grades = np.take_along_axis(self.strengths[rows, parts], FACES[lies], axis=1)
         scaled, until = scaled_speeds(speeds), self._until(rows, speeds)
         self.chains.feed(rows, patterns, speeds, scaled, grades, until)

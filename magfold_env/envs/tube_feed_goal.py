@@ -13,7 +13,7 @@ from magfold_env.envs.episodes import Columns
 from magfold_env.envs.fold_env import FoldEnv, FoldEpisodes
 from magfold_env.envs.spaces.observation import chain_layout
 from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE, Match
-from magfold_env.envs.tasks.world import ChainOptions, FoldOptions
+from magfold_env.envs.tasks.setup import ChainOptions, FoldOptions
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.scene import Scene
 from magfold_env.shapes import angles_to_word, outline, word_to_angles
@@ -43,7 +43,7 @@ class GoalEpisodes(FoldEpisodes):
     def step_rewards(self, rows: Ints) -> Floats:
         """Return 0 where the goal is achieved, else −1."""
         achieved, wanted = self._goals()
-        return np.asarray(compute_reward(achieved[rows], wanted[rows], self.world.match))
+        return np.asarray(compute_reward(achieved[rows], wanted[rows], self.setup.match))
 
     def end_rewards(self, ends: Columns) -> Floats:
         """Return 0: the end has no additional reward."""
@@ -82,7 +82,7 @@ class TubeFeedGoalEnv(FoldEnv[GoalObservation]):
             if key in options:
                 raise ValueError(f"{key}: must be left out, because rewards are -1 and 0")
         super().__init__(scene, render_mode=render_mode, reward="sparse", baseline=None, **options)
-        self.world.layout = chain_layout(self.scene.n, self.scene.casing.side, words=())
+        self.setup.layout = chain_layout(self.scene.n, self.scene.casing.side, words=())
         joints = self.scene.n - 1
         low = np.array([-np.pi] * joints + [0.0], dtype=np.float32)
         high = np.array([np.pi] * joints + [1.0], dtype=np.float32)

@@ -98,7 +98,7 @@ class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as
         self.single_observation_space = one.observation_space
         self.action_space = batch_space(one.action_space, num_envs)
         self.observation_space = batch_space(one.observation_space, num_envs)
-        self.episodes: Episodes[ObsType] = one.make_episodes(one.world, num_envs, threads)
+        self.episodes: Episodes[ObsType] = one.make_episodes(one.setup, num_envs, threads)
         self._viewer = Viewer(one.render_mode, one.metadata["render_fps"])
 
     def reset(
@@ -145,7 +145,7 @@ class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as
             Before the first reset or, in the mode DISABLED, if an episode has ended.
         """
         episodes = self.episodes
-        choice = self.template.world.actions.read(actions, self.num_envs)
+        choice = self.template.setup.actions.read(actions, self.num_envs)
         episodes.check_begun()
         over = episodes.terminated | self._truncated
         if self.autoreset_mode == AutoresetMode.DISABLED and over.any():

@@ -13,7 +13,7 @@ from magfold_env.engine.state import Array
 from magfold_env.minimiser import arms, energies, states
 from magfold_env.minimiser.lattice import ORDER, Ints, all_words, from_words
 from magfold_env.minimiser.states import Among, State
-from magfold_env.reporting.notebook import Shown, chain_svg, short_table
+from magfold_env.reporting.notebook import NotebookDisplay, chain_svg, short_table
 from magfold_env.reporting.page import Block
 from magfold_env.reporting.tables import Row, joined_pairs
 from magfold_env.scene import Scene, errors, unless_a_scene
@@ -69,7 +69,7 @@ class Decision:
 
 
 @dataclass(frozen=True, repr=False)
-class Minimum(Shown):
+class Minimum(NotebookDisplay):
     """The result of `minimise` or `ground_state`."""
 
     mode: Mode

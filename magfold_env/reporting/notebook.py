@@ -22,7 +22,7 @@ _CASING, _EDGE, _INK = "#dee3e8", "#4a525c", "#26292e"
 _POLES = {"N": "#ce3830", "S": "#2a62b0"}
 
 
-class Shown:
+class NotebookDisplay:
     """An object that Jupyter and other notebooks show as HTML."""
 
     def _shown(self) -> Sequence[Block]:

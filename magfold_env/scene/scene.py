@@ -12,7 +12,7 @@ from markupsafe import Markup
 from pydantic import AfterValidator, BeforeValidator, Strict, model_validator
 from pydantic import Field as Limits
 
-from magfold_env.reporting.notebook import Shown, chain_svg, facts_table
+from magfold_env.reporting.notebook import NotebookDisplay, chain_svg, facts_table
 from magfold_env.reporting.page import Block
 from magfold_env.scene import base, sections
 from magfold_env.scene.errors import Problem, SceneError, refuse, unless_a
@@ -56,7 +56,7 @@ def _some(sequence: tuple[str, ...]) -> tuple[str, ...]:
 Component = Annotated[str, Strict(), AfterValidator(_faces)]
 
 
-class Scene(base.FrozenModel, Shown):
+class Scene(base.FrozenModel, NotebookDisplay):
     """A chain, its surroundings and the settings of its simulation.
 
     `magfold scenes --keys` and the page "All keys of a scene" list all keys with their allowed

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from magfold_env.scene import Problem, SceneError
 from magfold_env.scene.errors import refuse
 from magfold_env.scoring import policy_file
+from magfold_env.scoring.observation_view import form_space
 from magfold_env.scoring.policy_file import PolicyFile, PolicySettings
-from magfold_env.scoring.shown import shown_space
 
 Singles = NDArray[np.float32]
 State = list[tuple[Singles, Singles]]
@@ -28,7 +28,7 @@ class Actor:
         settings = file.settings
         _refuse_others(settings)
         self.settings = settings
-        self.observation_space = shown_space(settings, settings.observations.space())
+        self.observation_space = form_space(settings, settings.observations.space())
         self.action_space = settings.actions.space()
 
         def layer(weight: str, bias: str, before: int, after: int) -> tuple[Singles, Singles]:

@@ -14,8 +14,8 @@ import numpy as np
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.episodes import Columns, Episodes
-from magfold_env.scoring.policy_file import Shown
-from magfold_env.scoring.shown import View, shown_space
+from magfold_env.scoring.observation_view import ObservationView, form_space
+from magfold_env.scoring.policy_file import ObservationForm
 
 
 class Player:
@@ -25,7 +25,7 @@ class Player:
     ----------
     policy : magfold_env.scoring.network.Actor, or a policy of Stable-Baselines3
         The policy that chooses the actions; ``MaskablePPO`` of sb3-contrib also gets masks.
-    shown : Shown
+    shown : ObservationForm
         The form of observations for the policy.
     env : magfold_env.envs.chain_env.ChainEnv
         A single environment like the played ones, with the spaces of the policy.
@@ -38,17 +38,17 @@ class Player:
     def __init__(
         self,
         policy: Any,
-        shown: Shown,
+        shown: ObservationForm,
         env: Any,
         count: int = 1,
         sampled: bool = False,
     ) -> None:
         own = policy.observation_space, policy.action_space
-        given = shown_space(shown, env.observation_space), env.action_space
+        given = form_space(shown, env.observation_space), env.action_space
         if own != given:
             raise ValueError(f"policy: its spaces {own} are not the environment's, {given}")
         self._predict: Any = policy.predict
-        self._view = View(shown, env.layout, env.observation_space, count)
+        self._view = ObservationView(shown, env.layout, env.observation_space, count)
         self._best = not sampled
         self.count = count
         """Number of episodes."""
@@ -78,7 +78,7 @@ class Player:
 
         All running episodes must have taken the same number of steps. `env` accepts the actions.
         """
-        table, first = env.world.actions, slice(self.count)
+        table, first = env.setup.actions, slice(self.count)
 
         def choose(episodes: Episodes[Any], rows: Ints) -> Any:
             masks = episodes.action_masks(table)

@@ -47,14 +47,14 @@ _Bound = Annotated[float, Field(ge=-_MAX, le=_MAX)]
 _Choices = Annotated[int, Field(ge=1, lt=2**31)]
 
 
-class Shown(FrozenModel):
+class ObservationForm(FrozenModel):
     """The form in which networks receive observations."""
 
     frames: Annotated[int, Field(ge=1, le=64)] = 1
     """Number of stacked observations, newest last; an episode's first observation pads the
     stack."""
     blind: bool = False
-    """Whether motion is removed from observations; see `magfold_env.scoring.shown.blind`."""
+    """Whether motion is removed; see `magfold_env.scoring.observation_view.blind`."""
 
 
 class LSTMSettings(FrozenModel):
@@ -163,7 +163,7 @@ _Actions = Annotated[
 ]
 
 
-class PolicySettings(Shown):
+class PolicySettings(ObservationForm):
     """Everything about a policy except its weights."""
 
     algorithm: Algorithm

@@ -16,7 +16,7 @@ from gymnasium import Space, spaces
 from magfold_env.envs.camera_track import CameraTrackEnv
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.tasks.draws import episode_seeds
-from magfold_env.envs.tasks.world import TaskWorld
+from magfold_env.envs.tasks.setup import TaskSetup
 
 FEED_TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0")
 """Environments with given chains, in which only the feed speed is free."""
@@ -74,12 +74,12 @@ class Track:
             kind, size = "multidiscrete", prod(map(int, sizes.nvec))
         else:
             return self.env
-        return self._made(actions=kind, speeds=max(2, size // self.world.actions.per_level))
+        return self._made(actions=kind, speeds=max(2, size // self.setup.actions.per_level))
 
     @cached_property
     def single_actions(self) -> Any:
         """The form of actions in which each action is one number."""
-        actions: Any = self.world.actions
+        actions: Any = self.setup.actions
         return replace(actions, kind="discrete") if self.env_id in TRAYS else actions
 
     def _made(self, **options: Any) -> CameraTrackEnv:
@@ -89,18 +89,18 @@ class Track:
         return cast("CameraTrackEnv", made.unwrapped)
 
     @property
-    def world(self) -> Any:
+    def setup(self) -> Any:
         """The options, tasks and rules that all episodes share."""
-        return self.env.world
+        return self.env.setup
 
     @cached_property
     def numbers(self) -> list[int]:
         """The numbers of the played tasks."""
         return choice_of_tasks(len(self.env.tasks), self.tasks)
 
-    def episodes(self, count: int, world: TaskWorld | None = None, threads: int = 1) -> Any:
-        """Return a number of `CameraEpisodes` for these tasks or for another world."""
-        return type(self.env).make_episodes(world or self.world, count, threads)
+    def episodes(self, count: int, setup: TaskSetup | None = None, threads: int = 1) -> Any:
+        """Return a number of `CameraEpisodes` for these tasks or for another setup."""
+        return type(self.env).make_episodes(setup or self.setup, count, threads)
 
     def draws(self, start: int, stop: int) -> tuple[Ints, list[int]]:
         """Return the numbers of the tasks and the seeds of some episodes."""

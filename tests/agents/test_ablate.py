@@ -15,8 +15,8 @@ from agents.evaluation import episodes, policies
 from agents.evaluation.episodes import FROZEN, NO_MOTION, RANDOM_SPEEDS, Method, Outcome
 from agents.settings import EnvSettings
 from agents.training.policy_files import SavedPolicy
-from magfold_env.scoring.policy_file import Shown
-from magfold_env.scoring.shown import blind
+from magfold_env.scoring.observation_view import blind
+from magfold_env.scoring.policy_file import ObservationForm
 from tests.agents.training import call
 
 STRONG = EnvSettings(targets=("LRLLL", "RLRRR"), randomisation="strong")
@@ -48,7 +48,7 @@ class Reading:
 @pytest.fixture
 def reading(monkeypatch: pytest.MonkeyPatch) -> None:
     """Make a file name stand for the policy `Reading`."""
-    saved: Any = SavedPolicy(Reading(), Shown(), steps=0)  # pyright: ignore[reportArgumentType]
+    saved: Any = SavedPolicy(Reading(), ObservationForm(), steps=0)  # pyright: ignore[reportArgumentType]
 
     def own_policy(name: str) -> policies.Policy:
         return policies.trained(saved, name.startswith(policies.NO_MOTION))

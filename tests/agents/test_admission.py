@@ -39,7 +39,7 @@ from magfold_env.envs.chains.dynamic import REFERENCE_SPEED
 from magfold_env.envs.spaces.actions import DEAD_BAND, FACES, FASTEST
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.minimiser import minimise
-from magfold_env.scoring.policy_file import Shown
+from magfold_env.scoring.policy_file import ObservationForm
 from magfold_env.scoring.track import FEED_TRACKS, TRACKS, TRAYS, choice_of_tasks
 from tests.agents.training import call
 from tests.killed import run_until_killed
@@ -102,7 +102,7 @@ def test_schedules_are_ones_that_actions_can_ask_for(env_id: str) -> None:
     found = track.open_loops.candidates(60, 5)
     assert found[:30] == track.open_loops.candidates(30, 5)
     assert found[13:] != track.open_loops.candidates(60, 6)[13:]
-    scene, refolds = track.world.scene, env_id == "MagFold/Reprogram-v0"
+    scene, refolds = track.setup.scene, env_id == "MagFold/Reprogram-v0"
     length, diagonal = scene.n * scene.casing.diagonal, scene.casing.diagonal
     families = {"two speeds", "three speeds", "pulses", "push-pull-push"}
     drawn = {each.family for each in found} - {"baseline"}
@@ -146,7 +146,7 @@ def test_schedules_turn_where_the_feed_has_gone_so_far_and_stand_so_long() -> No
     for _ in range(60):
         episodes.step(row, plan(episodes, row))
     left = 0.06 - float(episodes.chains.advances()[0])
-    assert abs(left) < 0.2 * track.world.scene.casing.diagonal
+    assert abs(left) < 0.2 * track.setup.scene.casing.diagonal
     assert plan.at[0] == 1
 
 
@@ -154,7 +154,7 @@ def test_schedules_turn_where_the_feed_has_gone_so_far_and_stand_so_long() -> No
 @pytest.mark.parametrize("env_id", TRAYS)
 def test_orders_are_ones_that_can_be_had_from_the_tray(env_id: str) -> None:
     track, number = own_track(env_id, 2), 13
-    task, loops, speeds = track.env.tasks[number], track.open_loops, track.world.actions.speeds
+    task, loops, speeds = track.env.tasks[number], track.open_loops, track.setup.actions.speeds
     found = loops.candidates(60, number)
     assert found[:30] == loops.candidates(30, number)
     assert [each.speeds[0] for each in found[1:5]] == sorted(each.speeds[0] for each in found[1:5])
@@ -165,11 +165,11 @@ def test_orders_are_ones_that_can_be_had_from_the_tray(env_id: str) -> None:
     words: set[str] = set()
     for each in found:
         laid = task.as_fed(each.fed)
-        assert len({part for part, _ in laid}) == track.world.scene.n
+        assert len({part for part, _ in laid}) == track.setup.scene.n
         assert set(each.speeds) <= set(speeds.tolist())
         faces = ["".join(task.tray[part][k] for k in FACES[lie]) for part, lie in laid]
         seen.add((*faces, each.speeds))
-        states = minimise(track.world.scene.replace(sequence=faces), mode="free", top=2).states
+        states = minimise(track.setup.scene.replace(sequence=faces), mode="free", top=2).states
         assert states[1].energy > states[0].energy
         words.add(states[0].word)
     assert len(seen) == len(found)
@@ -206,7 +206,7 @@ def test_the_oracle_takes_orders_by_their_gaps_with_the_strengths_of_an_episode(
             "".join(task.tray[part][k] if sound[part, k] else "-" for k in FACES[lie])
             for part, lie in laid
         ]
-        states = minimise(track.world.scene.replace(sequence=faces), mode="free", top=300).states
+        states = minimise(track.setup.scene.replace(sequence=faces), mode="free", top=300).states
         wanted = [state for state in states if state.word == task.target]
         if env_id == "MagFold/Anchor-v0":
             wanted = [state for state in states if "S" not in state.word]
@@ -235,7 +235,7 @@ def test_copies_have_the_physics_of_their_episode_and_other_starts(env_id: str) 
             env: Any = track.env
             for row in (0, 1):
                 np.testing.assert_array_equal(again.strengths[row], env.episodes.strengths[0])
-        assert again.world.tasks == (task,)
+        assert again.setup.tasks == (task,)
     assert track.drawn(0)[0].friction != track.drawn(4)[0].friction
 
 
@@ -243,7 +243,7 @@ def test_copies_have_the_physics_of_their_episode_and_other_starts(env_id: str) 
 def test_the_field_plays_what_a_single_environment_plays(env_id: str) -> None:
     track = AdmissionTrack(env_id, 2)
     numbers, seeds = track.draws(0, 3)
-    rng, env, table = np.random.default_rng(3), track.env, track.world.actions
+    rng, env, table = np.random.default_rng(3), track.env, track.setup.actions
     if env_id in TRAYS:
         env.action_space.seed(3)
         actions = [[env.action_space.sample() for _ in range(9)] for _ in numbers]
@@ -347,7 +347,7 @@ class Stacked:
 
 
 def saved(policy: Any, frames: int = 1, blind: bool = False) -> SavedPolicy:
-    return SavedPolicy(policy, Shown(frames=frames, blind=blind), steps=0)
+    return SavedPolicy(policy, ObservationForm(frames=frames, blind=blind), steps=0)
 
 
 def test_policies_see_their_frames_and_the_blind_and_frozen_do_not() -> None:
@@ -399,7 +399,7 @@ def test_masks_are_those_of_every_episode_at_every_step(env_id: str) -> None:
     policy = Careful(track.env)
     played = players.play_policy(track, saved(policy), TRAINED, 0, 2)
     masks = np.array(policy.masks)
-    assert masks.shape[1:] == (2, 9 + 8 + 5 + track.world.actions.ways)
+    assert masks.shape[1:] == (2, 9 + 8 + 5 + track.setup.actions.ways)
     assert masks[:6, :, :9].sum(axis=2).T.tolist() == [[9, 8, 7, 6, 7, 6]] * 2
     assert masks[:4, :, 23].T.tolist() == [[False, False, True, True]] * 2
     alone = Careful(track.env)
@@ -412,7 +412,7 @@ def test_masks_are_those_of_every_episode_at_every_step(env_id: str) -> None:
         numbers, seeds = where.draws(0, 2)
         again = where.pool.play(numbers, seeds, lambda part: replaying(chosen[part]))
         np.testing.assert_array_equal(again, ends)
-    discrete = still.env_of(spaces.Discrete(9 * 8 * 3 * track.world.actions.ways))
+    discrete = still.env_of(spaces.Discrete(9 * 8 * 3 * track.setup.actions.ways))
     assert len(discrete.actions.speeds) == 3
 
 

@@ -162,7 +162,7 @@ def test_a_search_that_was_stopped_goes_on_with_the_next_target(tmp_path, monkey
     own_play = Episodes.play
 
     def noted(episodes: Any, seeds: Any, numbers: Any, *given: Any) -> Any:
-        searched.update(episodes.world.words[number] for number in numbers)
+        searched.update(episodes.setup.words[number] for number in numbers)
         return own_play(episodes, seeds, numbers, *given)
 
     monkeypatch.setattr(Episodes, "play", noted)

@@ -30,7 +30,7 @@ def played(env: Any, plan: Any, number: int) -> tuple[Any, Any, list[Any]]:
 
     Joints are in the order of feed; the correct direction is positive.
     """
-    episodes = env.make_episodes(env.world, COUNT)
+    episodes = env.make_episodes(env.setup, COUNT)
     told: list[Any] = []
 
     def noted(rows: Any) -> Any:
@@ -53,7 +53,7 @@ def test_a_joint_that_turns_the_wrong_way_is_drawn_in(env: Any) -> None:
     found = drawing_back.Redoing(speed, constant(0.08), 0.5, 0.15, 0.2, -0.25)
     plan = drawing_back.DrawingBack([found] * COUNT)
     episodes, _, told = played(env, plan, number)
-    diagonal = env.world.scene.casing.diagonal
+    diagonal = env.setup.scene.casing.diagonal
     goals = np.full(COUNT, np.nan)
     counts = np.zeros(COUNT, dtype=int)
     steps = np.zeros(COUNT)
@@ -100,13 +100,13 @@ def refolding() -> tuple[list[drawing_back.Refolding], list[Any]]:
     """Return plans that fold twice with different settings, and a record of all their steps."""
     env = ReprogramEnv()
     best = open_loops_of(env).candidates(100, 2)[84:]
-    found = drawing_back.candidates_twice(best, 2, COUNT, env.world.scene)
+    found = drawing_back.candidates_twice(best, 2, COUNT, env.setup.scene)
     return found, refolded(env, drawing_back.DrawingBackTwice(found), 2)
 
 
 def refolded(env: ReprogramEnv, plan: drawing_back.DrawingBackTwice, number: int) -> list[Any]:
     """Return row, stage, joint errors [rad], advance and speed of every step of a task."""
-    episodes: Any = env.make_episodes(env.world, COUNT)
+    episodes: Any = env.make_episodes(env.setup, COUNT)
     told: list[Any] = []
 
     def noted(rows: Any) -> Any:
@@ -114,7 +114,7 @@ def refolded(env: ReprogramEnv, plan: drawing_back.DrawingBackTwice, number: int
         for row, speed in zip(rows.tolist(), speeds.tolist(), strict=True):
             off = np.abs(np.diff(episodes.arrays.angles[row]) - episodes.goals.turns[row])
             off = off if episodes.arrays.forward[row] else off[::-1]
-            gone = float(episodes.chains.advances()[row]) / env.world.scene.casing.diagonal
+            gone = float(episodes.chains.advances()[row]) / env.setup.scene.casing.diagonal
             told.append((row, int(episodes.stage[row]), off, gone, speed))
         return (speeds,)
 
@@ -141,7 +141,7 @@ def test_what_is_off_when_the_feed_has_stood_is_drawn_in(refolding: Any) -> None
 
 def test_a_first_fold_creeps_where_the_tube_holds_the_last_component(refolding: Any) -> None:
     found, _ = refolding
-    scene = ReprogramEnv().world.scene
+    scene = ReprogramEnv().setup.scene
     for each in found:
         *_, stand, creep, rest = each.first.first.way
         assert (stand.speed, rest.speed) == (0.0, 0.0)

@@ -13,7 +13,7 @@ from agents.training import models
 from agents.training.envs import make_env, make_training_envs
 from agents.training.imitation import Demonstrations, Steps, evaluated, imitate
 from agents.training.run import train
-from magfold_env.scoring.shown import blind
+from magfold_env.scoring.observation_view import blind
 from tests.agents.training import same_weights, tiny
 
 FLOOR = "MagFold/UnknownFloor-v0"

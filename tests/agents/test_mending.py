@@ -34,7 +34,7 @@ def found(searched: Any) -> tuple[Any, Any]:
 
 def play(env: Any, ways: Any, stream: str) -> tuple[Any, list[list[tuple[int, ...]]]]:
     """Return results of episodes of task 0, and the direction, feed and pull of each step."""
-    episodes = env.make_episodes(env.world, DRAWS)
+    episodes = env.make_episodes(env.setup, DRAWS)
     plan, took = Mending([ways] * DRAWS), [[] for _ in range(DRAWS)]
 
     def choose(rows: Any) -> Any:
@@ -75,7 +75,7 @@ def test_chains_that_fail_a_test_are_drawn_back_and_more_hold_in_the_end(found: 
     for success, steps in zip(one["is_success"], took, strict=True):
         way = [step[0] for step in steps]
         first = way.index(PULL)
-        assert way[:first] == [AHEAD] * env.world.scene.n
+        assert way[:first] == [AHEAD] * env.setup.scene.n
         if success:  # it is left at once
             assert way[first + 1 :] == [AHEAD]
         elif BACK in way and AHEAD in way[first:]:

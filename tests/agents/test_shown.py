@@ -13,7 +13,7 @@ from agents.settings import TrainSettings
 from agents.training import policy_files
 from agents.training.envs import envs_state, make_training_envs, set_envs_state
 from agents.training.models import make_model
-from magfold_env.scoring.shown import blind
+from magfold_env.scoring.observation_view import blind
 from tests.agents.training import tiny
 
 FLOOR = "MagFold/UnknownFloor-v0"

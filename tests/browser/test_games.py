@@ -25,7 +25,7 @@ def make(game: str) -> Any:
 def drawn(env: Any, seed: int, draws: int) -> dict[str, list[float]]:
     """Return the draws of an episode with this seed, in their order."""
     rng = seeding.np_random(seed)[0]
-    rng.integers(len(env.world.words))
+    rng.integers(len(env.setup.words))
     numbers = rng.random(draws).tolist()
     noise = np.random.default_rng(rng.integers(2**63))
     return {
@@ -56,7 +56,7 @@ def test_an_episode_is_that_of_the_environment(game: str) -> None:
     env = make(game)
     env.action_space.seed(4)
     draws = {"tube_feed": 2 * 6 + 4 + 5 * 6, "unknown_floor": 2 * 6 + 4 + 5 * 6}[game]
-    goals = range(0, len(env.world.words), 6)
+    goals = range(0, len(env.setup.words), 6)
     here = [
         play(env, game, seed, goal, lambda _: env.action_space.sample())
         for seed, goal in enumerate(goals)
@@ -87,7 +87,7 @@ def test_a_network_acts_as_the_policy_that_was_shipped(game: str) -> None:
     episodes: list[Any] = []
     for seed in range(EPISODES[game]):
         player = Player(saved.policy, saved.shown, env)
-        goal = seed % len(env.world.words)
+        goal = seed % len(env.setup.words)
 
         def act(seen: Any, player: Player = player) -> Any:
             return player.act(seen[None])[0]

@@ -10,7 +10,7 @@ from magfold_env.envs.baselines import baseline, tray_order
 from magfold_env.envs.camera_track import FORCE_NOISE, TIME_COST
 from magfold_env.envs.spaces.actions import FACES
 from magfold_env.envs.tray import LATE
-from magfold_env.scoring.shown import blind
+from magfold_env.scoring.observation_view import blind
 from tests.envs.contract import group
 
 TASK: dict[str, Any] = {

@@ -21,7 +21,7 @@ from magfold_env.envs.spaces.observation import chain_layout, fill
 from magfold_env.envs.tasks.checks import refuse_unknown
 from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.reward import Shaping
-from magfold_env.envs.tasks.world import World
+from magfold_env.envs.tasks.setup import Setup
 from magfold_env.envs.vector_env import ChainVectorEnv
 from magfold_env.scene import load_scene
 from tests.envs import contract
@@ -39,7 +39,7 @@ class SpanOptions(TypedDict, total=False):
     gamma: float
 
 
-class SpanWorld(World):
+class SpanSetup(Setup):
     """The data that all episodes share."""
 
     def __init__(self, **options: Unpack[SpanOptions]) -> None:
@@ -54,7 +54,7 @@ class SpanWorld(World):
 class SpanEpisodes(Episodes[NDArray[np.float32]]):
     """Episodes in which chains with random magnets are fed, one component per step."""
 
-    world: SpanWorld
+    setup: SpanSetup
     kept = (*Episodes.kept, "drawn")
 
     def allocate(self) -> None:
@@ -77,7 +77,7 @@ class SpanEpisodes(Episodes[NDArray[np.float32]]):
 
     def observe(self) -> NDArray[np.float32]:
         """Return new observations, (m, size)."""
-        layout = self.world.layout
+        layout = self.setup.layout
         out = np.empty((self.count, layout.size), dtype=np.float32)
         fill(layout.side, self.chains.seen, self.goals.one_hot, out)
         return out
@@ -97,7 +97,7 @@ class SpanEnv(ChainEnv[NDArray[np.float32]]):
     make_episodes = SpanEpisodes
 
     def __init__(self, *, render_mode: str | None = None, **options: Unpack[SpanOptions]) -> None:
-        super().__init__(SpanWorld(**options), render_mode)
+        super().__init__(SpanSetup(**options), render_mode)
 
 
 SpanVectorEnv = ChainVectorEnv[Any].of(SpanEnv)

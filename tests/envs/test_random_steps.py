@@ -16,16 +16,16 @@ from magfold_env.scoring.track import TRACKS
 from tests.envs.vectors import kinds_of
 
 WORLDS = [
-    world
-    for world in product(ENTRY_POINTS, ("dynamics", "quasistatic"), get_args(ActionKind))
-    if world[2] in kinds_of(world[0])
+    setup
+    for setup in product(ENTRY_POINTS, ("dynamics", "quasistatic"), get_args(ActionKind))
+    if setup[2] in kinds_of(setup[0])
     # Energy minimisation knows of no speed; a whole sequence has too many discrete actions.
-    and not (world[0] in TRACKS and world[1] == "quasistatic")
-    and world[::2] != ("MagFold/SequenceDesign-v0", "discrete")
+    and not (setup[0] in TRACKS and setup[1] == "quasistatic")
+    and setup[::2] != ("MagFold/SequenceDesign-v0", "discrete")
 ]
 # A million in all: most where steps are cheap.
 STEPS = {"dynamics": 8_000, "quasistatic": 80_000}
-ROOM = 4e6  # bytes that the process may grow by after a tenth of a world's steps
+ROOM = 4e6  # bytes that the process may grow by after a tenth of a setup's steps
 FAILING = 3e-3  # share of the episodes that the engine may give up, which it says
 MEMORY = Path("/proc/self/statm")
 
@@ -68,7 +68,7 @@ def test_random_steps(env_id: str, fidelity: str, actions: str, some: bool) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("env_id", "fidelity"), dict.fromkeys(world[:2] for world in WORLDS))
+@pytest.mark.parametrize(("env_id", "fidelity"), dict.fromkeys(setup[:2] for setup in WORLDS))
 def test_memory_stays_flat(env_id: str, fidelity: str) -> None:
     # Few targets or tasks: what is kept of each is found in the first episodes.
     env = gymnasium.make(env_id, fidelity=fidelity, difficulty=0.05)

@@ -69,7 +69,7 @@ def test_a_success_is_the_second_fold_at_rest_after_the_first(played: Any) -> No
     episodes = played[0].episodes
     ends = episodes.final_infos(episodes.rows)
     for row in episodes.rows:
-        task = episodes.world.tasks[episodes.numbers[row]]
+        task = episodes.setup.tasks[episodes.numbers[row]]
         joints = np.diff(episodes.arrays.angles[row])
         off = np.abs(joints - word_to_angles(task.target)).max()
         reached = episodes.arrays.status[row] == FOLDED and off <= SUCCESS_TOLERANCE
@@ -78,14 +78,14 @@ def test_a_success_is_the_second_fold_at_rest_after_the_first(played: Any) -> No
 
 def test_the_first_word_lasts_and_then_the_chain_is_drawn_in(played: Any) -> None:
     envs, said, chains = played
-    world, numbers = envs.episodes.world, envs.episodes.numbers
+    setup, numbers = envs.episodes.setup, envs.episodes.numbers
     reached = 0
     for step in range(LASTING, len(chains)):
         for row in said[step][0]:
             if (chains[step - 1][0][row], chains[step][0][row]) != (FIRST, BACK):
                 continue
             reached += 1
-            first = word_to_angles(world.tasks[numbers[row]].first)
+            first = word_to_angles(setup.tasks[numbers[row]].first)
             for before in range(step - LASTING + 1, step + 1):
                 off = np.diff(chains[before][1][row]) - first
                 assert np.abs(off).max() <= SUCCESS_TOLERANCE

@@ -65,7 +65,7 @@ def test_a_chain_that_stays_in_its_tube_is_late(speed: float) -> None:
         assert terminated == (step == HORIZON)
         assert info["time"] == pytest.approx(0.02 * step)
         assert group(env, observation, "advance") == 0.0
-        assert not observation[env.world.layout.frame].any()
+        assert not observation[env.setup.layout.frame].any()
     info = said[-1][-1]
     assert (info["status"], info["score"], info["is_success"]) == ("unsettled", 0.0, False)
     assert info["message"] == "late: not at rest and all out after 5 s"

@@ -16,7 +16,7 @@ from pydantic import BaseModel
 import magfold_env as mf
 from agents.settings import TrainSettings, checked
 from magfold_env.cli import app
-from magfold_env.envs.tasks.world import ChainOptions, FeedOptions, FoldOptions
+from magfold_env.envs.tasks.setup import ChainOptions, FeedOptions, FoldOptions
 from magfold_env.scoring.track import TRACKS
 from tests.command_line import run
 

@@ -78,7 +78,7 @@ def _of_task(track: type[CameraTrackEnv], task: str) -> Baseline:
 
 def _store(track: Any) -> TaskStore:
     """Return the baselines of a track's default tasks."""
-    return track.make_episodes.baselines(track.make_world(track.default_scene))
+    return track.make_episodes.baselines(track.make_setup(track.default_scene))
 
 
 if __name__ == "__main__":

@@ -133,7 +133,7 @@ def words_at_speeds(
     speeds = np.resize(CANDIDATE_SPEEDS, numbers.size)
     seeds = np.array(episode_seeds("lumen", draws.stop), dtype=object)[draws][which].tolist()
     scene = scene or load_scene("lumen").replace(feed=NARROW_TUBE)
-    episodes = FloorEpisodes(LumenEnv.make_world(scene, tasks=tasks), numbers.size, threads)
+    episodes = FloorEpisodes(LumenEnv.make_setup(scene, tasks=tasks), numbers.size, threads)
     episodes.play(seeds, numbers.tolist(), lambda rows: (speeds[rows],))
     folded = episodes.arrays.status == FOLDED
     return np.where(folded, episodes.words(episodes.rows), "").reshape(shape)

@@ -75,12 +75,12 @@ def words_in_turn(
 
     There is no second word if there is no first word or the chain is not drawn in.
     """
-    world = ReprogramEnv.make_world(SCENE, tasks=tasks)
-    episodes = ReprogramEpisodes(world, len(tasks), threads)
+    setup = ReprogramEnv.make_setup(SCENE, tasks=tasks)
+    episodes = ReprogramEpisodes(setup, len(tasks), threads)
     episodes.rngs = [seeding.np_random(seed)[0] for seed in seeds]
     rows = episodes.rows
     episodes.begin(rows, list(rows))
-    plan = Following([push_pull_push(world.scene, each) for each in speeds])
+    plan = Following([push_pull_push(setup.scene, each) for each in speeds])
     first, second = [""] * len(rows), [""] * len(rows)
     while len(rows):
         before = plan.at[rows]

@@ -68,11 +68,11 @@ def find_trays(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[tupl
 def sound_shares(task: TrayTask, sequence: tuple[str, ...], threads: int = 1) -> list[float]:
     """Return, for every speed, the share of draws in which a chain with sound magnets folds."""
     sound = task.model_copy(update={"strengths": ((1.0,) * 4,) * len(task.tray)})
-    world, order = TrayEnv.make_world(TRAY_SCENE, tasks=[sound]), task.order_of(sequence)
+    setup, order = TrayEnv.make_setup(TRAY_SCENE, tasks=[sound]), task.order_of(sequence)
     assert order is not None
-    episodes, seeds = TrayEpisodes(world, SOUND_DRAWS, threads), episode_seeds("tray", SOUND_DRAWS)
+    episodes, seeds = TrayEpisodes(setup, SOUND_DRAWS, threads), episode_seeds("tray", SOUND_DRAWS)
     shares: list[float] = []
-    for speed in world.actions.speeds.tolist():
+    for speed in setup.actions.speeds.tolist():
         plan = always(task, order, speed)
         ends = episodes.play(seeds, [0] * SOUND_DRAWS, lambda rows, plan=plan: plan(episodes, rows))
         shares.append(float(ends["is_success"].mean()))
@@ -96,7 +96,7 @@ def find_pulls(
         if not tasks:
             continue
         sequences: list[Any] = [chains[task.target] for task in tasks]
-        speeds: Floats = AnchorEnv.make_world(ANCHOR_SCENE, tasks=tasks).actions.speeds
+        speeds: Floats = AnchorEnv.make_setup(ANCHOR_SCENE, tasks=tasks).actions.speeds
         middle = speeds[len(speeds) // 2 : len(speeds) // 2 + 1]
         first = shares_borne(tasks, sequences, middle, FIRST_DRAWS, threads)[:, 0]
         best = int(np.argmax(first))
@@ -121,7 +121,7 @@ def shares_borne(
         order = np.array(task.order_of(sequence))
         orders.append(task.as_fed(order))
     fed, count = np.array(orders), len(tasks) * draws
-    episodes = AnchorEpisodes(AnchorEnv.make_world(ANCHOR_SCENE, tasks=list(tasks)), count, threads)
+    episodes = AnchorEpisodes(AnchorEnv.make_setup(ANCHOR_SCENE, tasks=list(tasks)), count, threads)
     numbers, seeds = np.repeat(np.arange(len(tasks)), draws), episode_seeds("anchor", draws)
     found = np.empty((len(tasks), len(speeds)))
     for place, speed in enumerate(speeds):

@@ -24,7 +24,7 @@ from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.spaces.actions import FASTEST, SLOWEST_LEVEL
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.reward import RewardRule
-from magfold_env.envs.tasks.world import TaskWorld
+from magfold_env.envs.tasks.setup import TaskSetup
 
 SPEEDS: tuple[float, ...] = tuple(np.round(np.geomspace(SLOWEST_LEVEL, FASTEST, 13), 12).tolist())
 """Candidate speeds [m/s]."""
@@ -34,24 +34,24 @@ Plan = Callable[[Any, Ints], Any]
 
 
 class TaskStore(Store):
-    """The baselines of a world's tasks: for each task, the best of several schedules.
+    """The baselines of a setup's tasks: for each task, the best of several schedules.
 
     The best schedule is the first with the highest mean score on the draws of the stream
     ``selection``. b is its mean score on the draws of the stream ``scoring``. `make_episodes` makes
-    episodes of the world. `protocol` lists other constants on which the baselines depend.
+    episodes of the setup. `protocol` lists other constants on which the baselines depend.
     """
 
     draws: ClassVar[tuple[int, int]] = (64, 128)
     """Numbers of draws for choosing the schedule and for scoring it."""
 
     def __init__(
-        self, make_episodes: Callable[..., Any], world: TaskWorld, protocol: Sequence[Any]
+        self, make_episodes: Callable[..., Any], setup: TaskSetup, protocol: Sequence[Any]
     ) -> None:
-        protocol = (*self.protocol(world), *protocol)
-        super().__init__(baseline_key(world.scene, world.match, protocol))
-        self._make, self._world = make_episodes, copy(world)
-        self._world.rule = RewardRule("score")  # trials need no baselines
-        self.names = [task.name for task in world.tasks]
+        protocol = (*self.protocol(setup), *protocol)
+        super().__init__(baseline_key(setup.scene, setup.match, protocol))
+        self._make, self._setup = make_episodes, copy(setup)
+        self._setup.rule = RewardRule("score")  # trials need no baselines
+        self.names = [task.name for task in setup.tasks]
         """Cache keys of the tasks."""
 
     def plan(self, numbers: Sequence[int]) -> Plan:
@@ -64,7 +64,7 @@ class TaskStore(Store):
         """Return a function that plays one schedule per row; tasks are given by number."""
 
     @abstractmethod
-    def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
+    def protocol(self, setup: TaskSetup) -> tuple[Any, ...]:
         """Return the constants on which baselines of this kind depend."""
 
     @abstractmethod
@@ -76,7 +76,7 @@ class TaskStore(Store):
         number = self.names.index(name)
         candidates = self.candidates(number)
         if not candidates:
-            task = self._world.tasks[number]
+            task = self._setup.tasks[number]
             return replace(unknown_baseline(task.aim), direction=task.direction, tray=task.parts)
         best = max(candidates, key=lambda each: self._trial(number, each)["score"].mean())
         ends = self._trial(number, best, scoring=True)
@@ -86,7 +86,7 @@ class TaskStore(Store):
     def _trial(self, number: int, tried: Baseline, *, scoring: bool = False) -> dict[str, Any]:
         """Return all infos of episodes in which a schedule plays a task."""
         draws = self.draws[scoring]
-        episodes, plan = self._make(self._world, draws), self._plan([(number, tried)] * draws)
+        episodes, plan = self._make(self._setup, draws), self._plan([(number, tried)] * draws)
         seeds = episode_seeds("scoring" if scoring else "selection", draws)
         ends = episodes.play(seeds, [number] * draws, partial(plan, episodes))
         return episodes.infos(episodes.rows) | ends
@@ -95,13 +95,13 @@ class TaskStore(Store):
 class ConstantSpeedStore(TaskStore):
     """Baselines set by constant speeds; the arguments are those of `TaskStore`."""
 
-    def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
+    def protocol(self, setup: TaskSetup) -> tuple[Any, ...]:
         """Return the constants on which baselines of this kind depend."""
         return (SPEEDS, *self.draws)
 
     def candidates(self, number: int) -> Sequence[Baseline]:
         """Return the schedules to try for a task, without scores."""
-        task = self._world.tasks[number]
+        task = self._setup.tasks[number]
         return [
             Baseline(task.aim, task.sequence, speed, 0.0, 0.0, task.direction) for speed in SPEEDS
         ]

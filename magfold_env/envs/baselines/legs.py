@@ -47,7 +47,7 @@ class Following:
 
     def __call__(self, episodes: Any, rows: Ints) -> tuple[Floats]:
         """Return the speeds of the given rows for the next step [m/s]."""
-        diagonal = episodes.world.scene.casing.diagonal
+        diagonal = episodes.setup.scene.casing.diagonal
         gone = episodes.chains.advances()[rows]
         _, left, steps, brakes = self._now(rows, gone)
         over = left <= brakes * NEAR * diagonal

@@ -13,7 +13,7 @@ from typing import Any
 from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.baselines.legs import BRAKE, Following, Leg
-from magfold_env.envs.tasks.world import TaskWorld
+from magfold_env.envs.tasks.setup import TaskSetup
 from magfold_env.scene import Scene
 
 PUSHES = (0.05, 0.15, 0.45)
@@ -48,13 +48,13 @@ class ThreeSpeedStore(TaskStore):
 
     draws = (16, 32)
 
-    def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
+    def protocol(self, setup: TaskSetup) -> tuple[Any, ...]:
         """Return the constants on which baselines of this kind depend."""
         return PUSHES, PULLS, *self.draws, INSIDE, STAND, BRAKE
 
     def candidates(self, number: int) -> Sequence[Baseline]:
         """Return the schedules to try for a task, without scores."""
-        task = self._world.tasks[number]
+        task = self._setup.tasks[number]
 
         def schedule(push: float, *later: float) -> Baseline:
             return Baseline(task.aim, task.sequence, push, 0.0, 0.0, task.direction, later)
@@ -67,7 +67,7 @@ class ThreeSpeedStore(TaskStore):
         return [schedule(*first, last) for last in PUSHES]
 
     def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
-        return Following([way_of(self._world.scene, each) for _, each in schedules])
+        return Following([way_of(self._setup.scene, each) for _, each in schedules])
 
 
 def way_of(scene: Scene, baseline: Baseline) -> tuple[Leg, ...]:

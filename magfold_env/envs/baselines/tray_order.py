@@ -18,7 +18,7 @@ from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chains.arrays import Bools, Floats, Ints
 from magfold_env.envs.spaces.actions import AHEAD, LYING, PATTERNS
 from magfold_env.envs.tasks.feed_tasks import Order, TrayTask
-from magfold_env.envs.tasks.world import TaskWorld
+from magfold_env.envs.tasks.setup import TaskSetup
 from magfold_env.minimiser import sequence_of
 from magfold_env.scene import Scene
 
@@ -85,25 +85,25 @@ _OTHER_POLES = str.maketrans("NS", "SN")
 class TrayStore(TaskStore):
     """Baselines of trays; the arguments are those of `TaskStore`."""
 
-    def protocol(self, world: TaskWorld) -> tuple[Any, ...]:
+    def protocol(self, setup: TaskSetup) -> tuple[Any, ...]:
         """Return the constants on which baselines of this kind depend."""
-        return (tuple(world.actions.speeds.tolist()), *self.draws)
+        return (tuple(setup.actions.speeds.tolist()), *self.draws)
 
     def candidates(self, number: int) -> Sequence[Baseline]:
         """Return the schedules to try for a task, without scores."""
-        task: TrayTask = self._world.tasks[number]
-        sequence = TrayDesigns(self._world.scene, task.target).best(task.tray)
+        task: TrayTask = self._setup.tasks[number]
+        sequence = TrayDesigns(self._setup.scene, task.target).best(task.tray)
         if sequence is None:
             return []
         return [
             Baseline(task.aim, sequence, speed, 0.0, 0.0, task.direction, tray=task.tray)
-            for speed in self._world.actions.speeds.tolist()
+            for speed in self._setup.actions.speeds.tolist()
         ]
 
     def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
         fed: list[Order] = []
         for number, baseline in schedules:
-            task: TrayTask = self._world.tasks[number]
+            task: TrayTask = self._setup.tasks[number]
             order = task.order_of(baseline.sequence or ())
             if not order:
                 raise ValueError(f"task: the minimiser has no chain for {task.name!r}")

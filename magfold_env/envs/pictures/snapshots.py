@@ -36,13 +36,13 @@ def snapshot_of(episodes: Episodes[Any], row: int) -> "Snapshot":
     from magfold_env.render.snapshot import Snapshot  # noqa: PLC0415 - needs the extra
 
     one, arrays = episodes.rows[row : row + 1], episodes.arrays
-    world, signs, fed = episodes.world, arrays.signs[row], int(arrays.fed[row])
+    setup, signs, fed = episodes.setup, arrays.signs[row], int(arrays.fed[row])
     title, wanted, done = episodes.caption(row)
     lines: Lines = [("word", episodes.words(one)[0]), *wanted]
     if fed:
         lines.append(("energy", or_dash(float(episodes.chains.energies(one)[0]), "mJ")))
     found = None
-    if fed and not world.in_field and world.fidelity != "quasistatic":
+    if fed and not setup.in_field and setup.fidelity != "quasistatic":
         rules, order = episodes.lattice(row), list(arrays.order(row))
         found = predict(rules, signs[order[: len(order) if rules.packed.preloaded else fed]])
         energy, wanted = (
@@ -85,7 +85,7 @@ def recording(episodes: Episodes[Any], choices: Sequence[Any]) -> Recording:
     arrays, chains = episodes.arrays, cast("DynamicChains", episodes.chains)
     if chains.motion() is None:
         raise ValueError("fidelity: 'quasistatic' is not allowed; there is no motion to play")
-    sequence = [EMPTY] * episodes.world.scene.n
+    sequence = [EMPTY] * episodes.setup.scene.n
     changes: list[tuple[float, list[str]]] = []
     for choice in choices:
         before, time = sequence.copy(), float(chains.times(_ROW)[0])

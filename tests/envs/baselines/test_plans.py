@@ -19,9 +19,9 @@ from magfold_env.scoring.track import TRACKS, TRAYS
 @pytest.mark.parametrize("env_id", TRACKS)
 def test_it_scores_what_is_stored(env_id: str) -> None:
     env: Any = gymnasium.make(env_id).unwrapped
-    draws = env.episodes.baselines(env.world).draws[1]
+    draws = env.episodes.baselines(env.setup).draws[1]
     numbers = [3] * draws + [len(env.tasks) - 1] * draws
-    episodes = env.make_episodes(env.world, len(numbers), 2)
+    episodes = env.make_episodes(env.setup, len(numbers), 2)
     seeds = episode_seeds("scoring", draws) * 2
     ends = episodes.play(seeds, numbers, partial(env.plan_of(numbers), episodes))
     for part, number in ((slice(None, draws), 3), (slice(draws, None), numbers[-1])):

@@ -74,7 +74,7 @@ def test_what_was_chosen_before_is_shown_as_it_was(tmp_path: Path) -> None:
     env.reset(seed=0)
 
     def faces(part: int, lie: int) -> str:
-        return letters_of(SIGNS[LYING[env.world.patterns[env.episodes.numbers[0], part], lie]])
+        return letters_of(SIGNS[LYING[env.setup.patterns[env.episodes.numbers[0], part], lie]])
 
     one, other = next(
         (first, second)

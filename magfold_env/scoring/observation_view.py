@@ -9,7 +9,7 @@ from gymnasium.vector.utils import batch_space
 from magfold_env.envs.chains.arrays import Bools
 from magfold_env.envs.spaces.observation import Layout
 from magfold_env.envs.wrappers.vector import Frames
-from magfold_env.scoring.policy_file import Shown
+from magfold_env.scoring.policy_file import ObservationForm
 
 
 def blind(layout: Layout, observation: Any) -> Any:
@@ -34,18 +34,20 @@ def blind(layout: Layout, observation: Any) -> Any:
     return entries
 
 
-def shown_space(shown: Shown, space: Space[Any]) -> Space[Any]:
+def form_space(shown: ObservationForm, space: Space[Any]) -> Space[Any]:
     """Return the space of the observations in this form."""
     return batch_space(space, shown.frames) if shown.frames > 1 else space
 
 
-class View:
+class ObservationView:
     """Brings observations of many environments into the form for networks.
 
     `space` is the space of one observation. Its `layout` is needed only to remove motion.
     """
 
-    def __init__(self, shown: Shown, layout: Layout | None, space: Space[Any], count: int) -> None:
+    def __init__(
+        self, shown: ObservationForm, layout: Layout | None, space: Space[Any], count: int
+    ) -> None:
         self._layout = layout if shown.blind else None
         self.frames = None
         if shown.frames > 1:

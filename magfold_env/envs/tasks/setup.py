@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 Fidelity = Literal["dynamics", "quasistatic"]
 
 
-class World:
+class Setup:
     """The scene, targets, actions, observations and rewards that all episodes share.
 
     This class reads the options ``fidelity``, ``match``, ``randomisation`` and those of
@@ -149,8 +149,8 @@ class FeedOptions(SharedOptions, RewardOptions, total=False):
     environment's own list."""
 
 
-class FoldTask(World):
-    """A world in which the agent chooses magnets, for a component or a chain at a time.
+class FoldTask(Setup):
+    """A setup in which the agent chooses magnets, for a component or a chain at a time.
 
     The default scene is the shipped one named `usual` or, if a suite of targets is given, the
     suite's scene with the feed of `usual`.
@@ -238,8 +238,8 @@ def _suite(name: str) -> Suite:
     return load_suite(name)
 
 
-class TaskWorld(World):
-    """A world of given tasks; the class of its episodes defines actions and observations.
+class TaskSetup(Setup):
+    """A setup of given tasks; the class of its episodes defines actions and observations.
 
     The sequence, direction and speeds of `scene` are ignored. The option ``tasks`` is required.
     """
@@ -287,5 +287,5 @@ class TaskWorld(World):
         return tuple(map(LatticeFeed, self.templates))
 
     def number_of(self, value: int) -> int:
-        """Return the number of a task; see `World.number_of`."""
+        """Return the number of a task; see `Setup.number_of`."""
         return whole("options['task']", value, 0, len(self.tasks) - 1)
