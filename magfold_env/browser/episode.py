@@ -1,4 +1,4 @@
-"""What an agent observes of a chain in a page, and how near the chain is to its target.
+"""An agent's observations of a chain on a web page, and the chain's distance from its target.
 
 The kernels of `magfold_env.envs` compute both, for a single chain.
 """

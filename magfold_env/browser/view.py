@@ -112,7 +112,7 @@ def loaded(model: Model, lo: int, base: float) -> int:
 
 @kernel
 def ending(outcome: int, state: State, view: View) -> int:
-    """Return the index in STATUSES of a run with this outcome, or BY_BREAKDOWN; see `look`."""
+    """Return the index in STATUSES for a run with this outcome, or BY_BREAKDOWN; see `look`."""
     if outcome == outcomes.TIMED_OUT:
         return _UNSETTLED
     if outcome != outcomes.RESTED:

@@ -41,7 +41,7 @@ def sweep(  # noqa: PLR0913 - one parameter per option
     out: options.Out = None,
     png: options.Png = None,
 ) -> None:
-    """Release a chain many times at each point of a grid of one or two of its numbers."""
+    """Release a chain many times at each point of a grid of one or two of its parameters."""
     ensemble.check_pictures(out, png)
     grid = grid_of(over)
     changed = ensemble.changed_scene(

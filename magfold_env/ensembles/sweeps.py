@@ -1,4 +1,4 @@
-"""Sweeps: one ensemble of a scene for every value of one or two of its numbers."""
+"""Sweeps: one ensemble of a scene for every value of one or two of its parameters."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def outcomes(made: Ensemble) -> Counter[Outcome]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sweep(NotebookDisplay):
-    """Ensembles of one scene over a grid of one or two of its numbers, all with the same draws."""
+    """Ensembles of one scene on a grid of values of one or two parameters, with equal draws."""
 
     scene: Scene
     """The scene before its parameters are set."""
@@ -189,7 +189,7 @@ def sweep(
     state: str | Path | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> Sweep:
-    """Simulate an ensemble of a scene at every point of a grid of one or two of its numbers.
+    """Simulate an ensemble at every point of a grid of one or two of a scene's parameters.
 
     Run i uses the same random numbers at every point, so that only the parameters cause
     differences between points. A separate ensemble of a point's scene equals the sweep's ensemble

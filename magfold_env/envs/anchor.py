@@ -203,7 +203,7 @@ class AnchorEnv(TrayEnv):
     ===== ======= ================================================================ ========
     group entries meaning and unit                                                 range
     ===== ======= ================================================================ ========
-    pull  2       the pull along x and y, x / (0.5 N)                              (−1, 1) *
+    pull  2       the pull along x and y, in units of 0.5 N                              (−1, 1) *
     borne 1       share of the pull that the chain withstood, measured with noise  [0, 1]
                   of 10 mN; 0 unless the last step was a test
     ===== ======= ================================================================ ========

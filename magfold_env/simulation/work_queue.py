@@ -50,7 +50,7 @@ class WorkQueue:
             self._end = None
 
     def _start(self) -> None:
-        """Start the threads unless they run; threads do not survive a fork of the process."""
+        """Start the threads unless they are running; threads do not survive a fork."""
         if self._end is not None and self._process == os.getpid():
             return
         self._process, self._jobs = os.getpid(), SimpleQueue()

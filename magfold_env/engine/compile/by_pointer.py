@@ -66,4 +66,4 @@ call_int: Any = pointer_types.call_int if POINTERS else _call
 call_float: Any = pointer_types.call_float if POINTERS else _call
 """Call code ``(Model, State, Work, float) -> float``; code and tuples are addresses."""
 take: Any = pointer_types.take if POINTERS else _take
-"""Atomically return the entry of a counter, an array of one integer, and add one to it."""
+"""Atomically add one to a counter, an array of one integer; return the old value."""

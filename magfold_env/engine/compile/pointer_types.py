@@ -265,7 +265,7 @@ def call_float(_typing: Any, code: Any, model: Any, state: Any, work: Any, x: An
 
 @_intrinsic
 def take(_typing: Any, counter: Any) -> Any:
-    """Atomically return the entry of a counter, an array of one integer, and add one to it."""
+    """Atomically add one to a counter, an array of one integer; return the old value."""
 
     def generate(context: Any, builder: ir.IRBuilder, _signature: Any, args: Any) -> Any:
         array = context.make_array(counter)(context, builder, args[0])

@@ -211,7 +211,7 @@ def newton_step(count: int, rank: int, work: Work) -> None:
 
 @kernel
 def slope_at(share: float, rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
-    """Find the function's derivative along the step, at a ``share`` of the step."""
+    """Return the derivative of the minimised function along the step, at a ``share`` of it."""
     newton = work.friction.newton
     for r in range(count):
         rate = newton.rate[r] + share * newton.along[r]

@@ -226,10 +226,10 @@ def invalidate_cache(nodes: Nodes) -> None:
 
 @kernel
 def cache_rigid_pair(model: Model, i: int, j: int, rigid: Rigid) -> None:
-    """Store a pair's interaction with every joint between the two exactly at its stop.
+    """Store a pair's interaction for the pose with every joint between the two exactly at its stop.
 
-    For a pair with splines of joint angles, these are slopes in the angles; for other pairs, a
-    force and a torque in the frame of i.
+    For a pair with splines of joint angles, the interaction consists of derivatives with respect to
+    the angles. For other pairs, it is a force and a torque in the frame of i.
     """
     kept, nodes = rigid.force[i, j - i - 1], rigid.nodes
     invalidate_cache(nodes)

@@ -1,16 +1,16 @@
 """The interaction of two pole faces down to contact; one face is integrated in closed form.
 
-Nodes on both faces fail if the faces are nearer than the spacing of nodes, but the interaction of
-upright lines (`magnets.laws`) can be integrated along the width w of face b. Let s be a point's
-distance along b from one of b's ends, d its distance from b's line, ρ² = s² + d² and R² = ρ² + u².
-The energy is the difference between b's ends of 2/(H₁H₂ w) (G(h) − G(k)), where h and k are the
-half sum and half difference of the heights, and
+A sum over nodes on both faces is inaccurate for faces that are closer than the nodes. However, the
+interaction of upright lines (`magnets.laws`) can be integrated along the width w of face b. Let s
+be a point's distance along b from one of b's ends, d its distance from b's line, ρ² = s² + d² and
+R² = ρ² + u². The energy is 2/(H₁H₂ w) (G(h) − G(k)) at one end of b minus its value at the other
+end, where h and k are the half sum and half difference of the heights, and
 
     G(u) = u s asinh(u/ρ) − u d atan(s u/(d R)) + (u² − d²)/2 asinh(s/√(d² + u²)) − s R/2
 
 with ∂G/∂s = u asinh(u/ρ) − R and ∂G/∂d = −u atan(s u/(d R)) − d asinh(s/√(d² + u²)). Tests compare
-G with quadrature. Along face a the energy is summed over nodes. It is singular like d² log d where
-a passes an end of b or crosses its line; nodes are denser around these places.
+G with quadrature. Along face a, the energy is summed over nodes. The summand behaves like d² log d
+where a passes an end of b or crosses its line, so nodes are denser around these places.
 
 Where face a is behind b, by a rounding error or a contact's permitted overlap, the force is the
 limit from outside: it does not jump, and b pushes as it does in contact. Forces are the exact

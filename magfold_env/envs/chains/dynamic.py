@@ -196,7 +196,7 @@ class DynamicChains:
         """Draw each chain's last released component back into the tube, at speeds [m/s].
 
         That component then has no magnets and may be chosen again, even if the tube does not hold
-        it. The motion stops early if the chain ends, or at the time ``until`` [s].
+        it. The motion stops early if the simulation ends, or at the time ``until`` [s].
         """
         arrays, chains, n = self.arrays, self.engine, self.arrays.angles.shape[1]
         arrays.fed[rows] -= 1
@@ -217,7 +217,7 @@ class DynamicChains:
     def _move(self, rows: Ints, speeds: Floats, excess: float, until: Floats) -> None:
         """Move the feeds to where exactly the chosen components are out, and ``excess`` [s] more.
 
-        The motion stops early if the chain ends, or at the time ``until`` [s].
+        The motion stops early if the simulation ends, or at the time ``until`` [s].
         """
         chains, n, pitch, left = self.engine, self.arrays.angles.shape[1], self._length[0], rows
         chosen = chains.speeds[rows]

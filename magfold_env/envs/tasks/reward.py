@@ -67,6 +67,6 @@ class RewardRule:
 
 
 def energy_potential(energy: Floats, wanted: Floats) -> Floats:
-    """Return Φ of shaping by energy, from energies now and in the target's shape [J]."""
+    """Return the potential for shaping by energy, given energies now and of the target [J]."""
     share = np.divide(energy, wanted, out=np.zeros_like(energy), where=wanted < 0.0)
     return 0.5 * np.clip(share, 0.0, 1.0)
