@@ -147,7 +147,7 @@ LATER_SPREADS = (
     "friction_decades", "feed_jitter", "magnet", "side", "inset", "obstacle_width",
     "obstacle_offset", "tilt",
 )  # fmt: skip
-PHYSICS_VERSION = "11"
+PHYSICS_VERSION = "12"
 """Changes whenever the same scene may fold differently, so that older baselines are not used."""
 
 _log = logging.getLogger(__name__)
