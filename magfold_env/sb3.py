@@ -149,7 +149,7 @@ class FoldVecEnv(VecEnv):
 
 
 def _each(infos: Info, count: int) -> list[Info]:
-    """Return the infos of each environment from the joint infos in Gymnasium's form."""
+    """Return one info per environment from infos in the form of Gymnasium's vector API."""
     each: list[Info] = [{} for _ in range(count)]
     for key, values in infos.items():
         if key.startswith("_"):

@@ -22,16 +22,16 @@ SETTLING = 0.3
 """Time for a chain to settle after its last component is fed [s]."""
 
 STAGES = 5
-"""Number of equal steps in which a pull increases to its full size."""
+"""Number of equal increments in which a pull grows to its full size."""
 
 STAGE = 0.03
-"""Duration of each step before the last [s]."""
+"""Time for which each increment before the last acts [s]."""
 
 LASTING = 0.15
-"""Duration of the last step, with the full pull [s]."""
+"""Time for which the full pull acts [s]."""
 
 PULL_SCALE = 0.5
-"""Pull along x or y that an observation shows as one half [N]."""
+"""Component of a pull that an observation encodes as 0.5 [N]."""
 
 
 class AnchorEpisodes(TrayEpisodes):
@@ -46,13 +46,13 @@ class AnchorEpisodes(TrayEpisodes):
         """Allocate the arrays of the episodes."""
         super().allocate()
         self.scores: Floats = np.zeros(self.count)
-        """Scores of episodes that ended when the agent left the chain, else 0, (m,)."""
+        """Score of each episode, (m,); 0 unless the agent ended it by leaving the chain."""
         self._tested: Bools = np.zeros(self.count, dtype=np.bool_)  # whether the last step pulled
         self.sizes: Floats = np.array([task.pull for task in self.setup.tasks])
-        """Sizes of the pulls [N], (tasks,)."""
+        """Size of each task's pull [N], (tasks,)."""
         towards = np.array([task.towards for task in self.setup.tasks])
         self.pulls: Floats = self.sizes[:, None] * np.stack([np.cos(towards), np.sin(towards)], 1)
-        """The pulls along x and y [N], (tasks, 2)."""
+        """Components of each task's pull along x and y [N], (tasks, 2)."""
         self._last_comes_out = OUT * self.setup.scene.casing.diagonal  # [m]
 
     @classmethod
@@ -78,20 +78,20 @@ class AnchorEpisodes(TrayEpisodes):
         return np.abs(np.abs(joints) - 0.5 * np.pi) <= FOLDED_WITHIN
 
     def is_whole(self, rows: Ints) -> Bools:
-        """Return which of the given chains are fed completely, (rows,)."""
+        """Return which of the given chains are completely fed, (rows,)."""
         return self.arrays.fed[rows] == self.n
 
     def is_tested(self, rows: Ints) -> Bools:
-        """Return which of the given chains the last step pulled, (rows,)."""
+        """Return which of the given chains were pulled in the last step, (rows,)."""
         return self._tested[rows]
 
     def borne(self, rows: Ints) -> Floats:
-        """Return the measured share of the pull that chains withstood; 0 without a test."""
+        """Return the measured share of the pull that each chain withstood; 0 if not pulled."""
         share = np.clip(self._force[rows] / self.sizes[self.numbers[rows]], 0.0, 1.0)
         return np.where(self._tested[rows], share, 0.0)
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations by group, except those of the camera's frame."""
+        """Return the entries of observations by group, except those that the camera measures."""
         groups, pulls = super().groups(), self.pulls[self.numbers] / PULL_SCALE
         del groups["target"]
         return groups | {
@@ -100,14 +100,14 @@ class AnchorEpisodes(TrayEpisodes):
         }
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return the title of an episode's picture, and the lines above and below its energies."""
+        """Return the title of an episode's picture, and its text above and below the energies."""
         title, _, done = super().caption(row)
         task: Any = self.setup.tasks[int(self.numbers[row])]
         wanted: Lines = [("pull", f"{task.pull:.2f} N at {np.degrees(task.towards):.0f}°")]
         return title, wanted, done
 
     def prepare(self, rows: Ints) -> None:
-        """Put all components on their trays and draw the strengths of their magnets."""
+        """Put all components on their trays and draw random strengths for their magnets."""
         super().prepare(rows)
         self.scores[rows], self._tested[rows] = 0.0, False
 
@@ -130,7 +130,7 @@ class AnchorEpisodes(TrayEpisodes):
             self.chains.pull(last, np.zeros((len(last), 2)), SETTLING)
 
     def _until(self, rows: Ints, speeds: Floats) -> Floats:
-        """Return the times when feeds pause [s], so that the tube holds the last component."""
+        """Return the times [s] at which feeds pause, so that the tube holds the last component."""
         n, late = self.n, np.full(len(rows), self.late)
         factors = self.chains.factors[rows, np.where(self.arrays.forward[rows], n - 1, 0)]
         # If the drive has slipped, the component may already be out a little.
@@ -139,7 +139,7 @@ class AnchorEpisodes(TrayEpisodes):
         return np.where(last, np.minimum(self.times(rows) + way / (speeds * factors), late), late)
 
     def _test(self, rows: Ints, leaves: Bools) -> None:
-        """Pull the given chains, and end the episodes of those in `leaves`."""
+        """Pull the given chains, and end the episodes where `leaves` is true."""
         began, turned = self.times(rows), self.turned(rows)
         borne = self._bear(rows, turned)
         size = self.sizes[self.numbers[rows]]
@@ -155,7 +155,7 @@ class AnchorEpisodes(TrayEpisodes):
         self._stop_late(rows)
 
     def _bear(self, rows: Ints, turned: Bools) -> Floats:
-        """Increase pulls until a folded joint opens; return the shares that chains withstood."""
+        """Increase each pull until a folded joint opens; return the shares that were withstood."""
         borne, pulls = np.zeros(len(rows)), self.pulls[self.numbers[rows]]
         going = np.arange(len(rows))
         for stage in range(1, STAGES + 1):
@@ -171,23 +171,24 @@ class AnchorEpisodes(TrayEpisodes):
 
 
 class AnchorEnv(TrayEnv):
-    """Build a fold that withstands a pull, from the components of a tray; a tube holds its end.
+    """From a tray's components, build a fold that withstands a pull while a tube holds its end.
 
     Rules that are not listed here are those of `magfold_env.envs.tray.TrayEnv`.
 
     `reset` selects a task: a tray, a feed direction, and the size [N] and direction of a pull. Any
     fold that withstands the pull is a success. Dead and weak magnets and the strength of each
-    magnet are drawn as in `TrayEnv`. The strength of all magnets together varies by ±30 %, and
-    friction is log-uniform from 0.05 to 1.
+    magnet are drawn as in `TrayEnv`. A common factor varies all strengths by ±30 %, and the
+    friction coefficient is log-uniform from 0.05 to 1.
 
-    The tube holds the last component, which comes out by 0.95 of its diagonal; then the chain has
-    0.3 s to settle. All components except the first can be drawn back and chosen again. The tube is
-    1.3 diagonals wide, but a fold may still jam in it when it is drawn back.
+    The last component comes out by only 0.95 of its diagonal, so that the tube holds it. Then the
+    chain has 0.3 s to settle. All components except the first can be drawn back and chosen again.
+    The tube is 1.3 diagonals wide, but a fold may still jam in it when it is drawn back.
 
     **Pull**: like gravity, the pull acts on all mass outside the tube. It increases in five equal
     steps: four of 0.03 s each, then the full pull for 0.15 s. A joint within 0.05 rad of ±90° is
     folded; the pull ends early if a folded joint opens. An agent may *test* the pull at any time.
-    After all components are fed, the next feeding step *leaves* the chain, with a last pull.
+    After all components are fed, the next step that feeds applies a last pull and ends the episode:
+    the agent *leaves* the chain.
 
     **End**: when the agent leaves the chain, with the status ``held`` if every folded joint stays
     folded under the full pull, else ``opened``; when the drive, limited to 10 N, has slipped for
@@ -203,7 +204,7 @@ class AnchorEnv(TrayEnv):
     ===== ======= ================================================================ ========
     group entries meaning and unit                                                 range
     ===== ======= ================================================================ ========
-    pull  2       the pull along x and y, in units of 0.5 N                              (−1, 1) *
+    pull  2       components of the pull along x and y, divided by 0.5 N           (−1, 1) *
     borne 1       share of the pull that the chain withstood, measured with noise  [0, 1]
                   of 10 mN; 0 unless the last step was a test
     ===== ======= ================================================================ ========
@@ -213,8 +214,8 @@ class AnchorEnv(TrayEnv):
     **Reward**: the score at the end. If the agent leaves a chain whose joints are all folded, the
     score is ½ plus half the share of the pull that it withstands; otherwise it is half the share of
     folded joints. Any other end scores 0. Success is a fold that withstands the full pull.
-    ``reward="relative"`` subtracts the score of the minimiser's chain for the task's target word at
-    its best constant speed. Each simulated second costs 0.02. Shaping uses the same hidden word.
+    ``reward="relative"`` subtracts the score of the minimiser's chain for the task's hidden target
+    word at its best constant speed. Shaping uses the same word. Each simulated second costs 0.02.
 
     **Info**: that of `TrayEnv`, and ``pull`` [N].
 

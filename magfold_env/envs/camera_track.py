@@ -1,4 +1,4 @@
-"""Base classes of the tracks: tasks with hidden draws, observed by a camera and a force sensor."""
+"""Base classes of the tracks: tasks with hidden physics, seen by a camera and a force sensor."""
 
 from abc import abstractmethod
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ FORCE_NOISE = 0.01
 """Standard deviation of a measured force [N]."""
 
 FORCE_SCALE = 0.1
-"""Force that an observation shows as one half [N]."""
+"""Force that an observation encodes as 0.5 [N]."""
 
 INTERVAL = 0.02
 """Time between two decisions [s]."""
@@ -51,9 +51,9 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     protocol: ClassVar[tuple[float, ...]]
     """Constants, besides the scene, on which the baselines depend."""
     lacking: ClassVar[str] = "not at rest and all out"
-    """Words in the message about a chain that has run out of time."""
+    """Text in the message about a timeout, saying what the chain did not achieve."""
     shown: ClassVar[int]
-    """Frame that an observation shows: 1 for the newest, 0 for the one before."""
+    """Camera frame that an observation shows: 1 for the newest, 0 for the one before."""
 
     kept = (*Episodes.kept, "_frames", "_force", "_took", "_noise", "speeds")
 
@@ -85,11 +85,11 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     @classmethod
     def baselines(cls, setup: TaskSetup) -> TaskStore:
-        """Return the baselines of the tasks of a setup, which simple schedules set."""
+        """Return the store of the baselines of a setup's tasks, set by simple schedules."""
         return cls.store(cls, setup, cls.protocol)
 
     def find_baseline(self, number: int) -> Baseline:
-        """Return the baseline of a task, if the reward uses it."""
+        """Return the baseline of a task; a flagged one unless the reward uses it."""
         if self.setup.rule.kind != "relative":
             return super().find_baseline(number)
         store = self.baselines(self.setup)
@@ -128,7 +128,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         return out
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations by group, except those of the camera's frame."""
+        """Return the entries of observations by group, except those that the camera measures."""
         return {
             "target": self.goals.one_hot,
             "magnets": self.arrays.signs.reshape(self.count, -1),
@@ -139,7 +139,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         }
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return the title of an episode's picture, and the lines above and below its energies."""
+        """Return the title of an episode's picture, and its text above and below the energies."""
         title, wanted, _ = super().caption(row)
         done: Lines = [
             ("time", f"{self.times(self.rows)[row]:.2f} s"),
@@ -149,7 +149,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         return title, wanted, done
 
     def reset_rows(self, rows: Ints) -> None:
-        """Draw the chains of the given episodes and put them into their tubes."""
+        """Draw random chains for the given episodes and put them into their tubes."""
         kinds = np.array(self.setup.kinds)[self.numbers[rows]]
         for kind in np.unique(kinds).tolist():
             self.chains.begin(rows[kinds == kind], self.rngs, kind)
@@ -212,7 +212,7 @@ class FeedEpisodes(CameraEpisodes):
         return INTERVAL * self.horizon
 
     def scene(self, row: int) -> Scene:
-        """Return the drawn scene of a chain; its feed speeds include the drawn factors."""
+        """Return the concrete scene drawn for a chain, with the drawn factors of feed speeds."""
         sequence = self.setup.tasks[int(self.numbers[row])].sequence
         return self.chains.drawn(row).replace(sequence=sequence)
 
@@ -225,7 +225,7 @@ class FeedEpisodes(CameraEpisodes):
         return self.steps[rows].astype(np.float64) * INTERVAL
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations by group, except those of the camera's frame."""
+        """Return the entries of observations by group, except those that the camera measures."""
         return super().groups() | {
             # Rounded; otherwise the last bits would reveal the initial offsets of the chain.
             "advance": np.round(self.chains.advances() / self._length, 9)[:, None],
@@ -233,7 +233,7 @@ class FeedEpisodes(CameraEpisodes):
         }
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return the title of an episode's picture, and the lines above and below its energies."""
+        """Return the title of an episode's picture, and its text above and below the energies."""
         _, wanted, done = super().caption(row)
         return f"{int(self.arrays.released[row].sum())} of {self.n} out", wanted, done
 
@@ -269,20 +269,20 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     direction 1         feed direction: 1 forward, −1 backward                   −1, 1
     heading   2 n       sine and cosine of the heading, noise of 1°; 0 if the    [−1, 1]
                         camera does not see the component
-    position  2 n       centre relative to the tube's mouth, x / chain length,   (−1, 1) *
+    position  2 n       centre relative to the tube's mouth, in chain lengths,   (−1, 1) *
                         noise of 0.3 mm along x and y; 0 if unseen
-    speed     1         feed speed in the last step, x / (0.6 m/s)               [−1, 1]
-    force     1         mean force of the drive in the last step, x / (0.1 N),   (−1, 1) *
-                        noise of 10 mN; negative if the drive pulls
+    speed     1         feed speed in the last step, in units of 0.6 m/s         [−1, 1]
+    force     1         mean force of the drive in the last step, in units of    (−1, 1) *
+                        0.1 N, noise of 10 mN; negative if the drive pulls
     ========= ========= ======================================================== =============
 
     Entries marked * are squashed by ``x / (1 + |x|)``. Noise is normal, with the given
     standard deviations. Observations contain no velocities and none of the hidden draws.
 
-    **Reward**: the score at the end: 1 if the chain folds into the target, else half its similarity
-    to it, and 0 if time runs out or the simulation breaks down. ``reward="sparse"``: 1 for the
-    target, else 0. ``reward="relative"``: the score minus b, the score of a simple schedule. Each
-    simulated second costs 0.02. `magfold_env.envs.tasks.reward` describes shaping.
+    **Reward**: the score at the end. It is 1 if the chain folds into the target, 0 if time runs out
+    or the simulation breaks down, and else half the similarity to the target. ``reward="sparse"``
+    gives 1 for the target, else 0. ``reward="relative"`` subtracts b, the score of a simple
+    schedule. Each simulated second costs 0.02. `magfold_env.envs.tasks.reward` describes shaping.
 
     **Info**: ``target``, ``word``, ``time`` [s] and the measured ``force`` [N]; at the end also
     ``status``, ``message``, ``energy`` [J], ``score``, ``baseline``, ``baseline_missing`` (true
@@ -301,7 +301,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     Raises
     ------
     ValueError
-        If an argument is not allowed; the message names it and the allowed values.
+        If an argument has a value that is not allowed; the message names it and the allowed values.
     """
 
     make_episodes: ClassVar[type[CameraEpisodes]]
@@ -340,7 +340,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
         return self.tasks[int(self._running().numbers[0])]
 
     def baseline_of(self, task: int) -> Baseline:
-        """Return the baseline of a task, given by its number.
+        """Return the baseline of the task with a given number.
 
         This may take some seconds if neither the package nor the disk cache contains it.
         """
@@ -348,7 +348,7 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
         return store.get(store.names[self.setup.number_of(task)])
 
     def plan_of(self, numbers: Sequence[int]) -> Plan:
-        """Return a function that plays the tasks' baseline schedules, one row per task."""
+        """Return a function that plays the baseline schedule of each given task in its own row."""
         return self._baselines.plan(numbers)
 
     @property

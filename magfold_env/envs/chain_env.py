@@ -33,12 +33,12 @@ class Limited:
     """Mixin for environments whose limit on the number of steps depends on their options."""
 
     max_episode_steps: int | None
-    """The limit for `spec`, if there is one."""
+    """The step limit that `spec` states, if there is one."""
     _spec: EnvSpec | None = None
 
     @property
     def spec(self) -> EnvSpec | None:
-        """Gymnasium's specification; by default, it contains the environment's own limit."""
+        """Gymnasium's specification; by default, it contains the environment's own step limit."""
         return self._spec
 
     @spec.setter
@@ -199,11 +199,11 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
         return self.viewer.render(self.snapshot)
 
     def snapshot(self) -> "Snapshot":
-        """Return the content of a picture."""
+        """Return the content of a picture of the episode."""
         return snapshot_of(self._running(), 0)
 
     def to_html(self, path: str | Path) -> None:
-        """Write a page that plays the episode so far; see `magfold_env.replay.write_html`.
+        """Write a web page that plays the episode so far; see `magfold_env.replay.write_html`.
 
         This repeats the episode bit for bit and records it; any `render_mode` works.
 
@@ -235,7 +235,7 @@ class ChainEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (its spec
         self.viewer.close()
 
     def _running(self) -> Episodes[ObsType]:
-        """Return the episodes; raise ``ResetNeeded`` if none has begun."""
+        """Return the batch of one episode; raise ``ResetNeeded`` if it has not begun."""
         self.episodes.check_begun()
         return self.episodes
 

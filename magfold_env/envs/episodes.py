@@ -48,7 +48,7 @@ class EpisodesState:
     """The other arrays of the episodes, by name."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return a compressed form; most of the state is scratch space filled with zeros."""
+        """Return a compressed form for pickles; most of the state is unused space of zeros."""
         content = pickle.dumps((self.rngs, self.chains, self.arrays))
         return _unpacked, (zlib.compress(content, level=1),)
 
@@ -66,7 +66,7 @@ class Episodes(Generic[ObsType]):
     (`infos`, `final_infos`).
 
     `setup` is what the episodes share, `count` is their number, and `threads` is the number of
-    threads that simulate. For a single chain, `frame_rate` frames are recorded per second [1/s].
+    threads that simulate. A single chain records `frame_rate` frames per simulated second.
     """
 
     kept: tuple[str, ...] = ("numbers", "steps", "_potentials")
@@ -126,7 +126,7 @@ class Episodes(Generic[ObsType]):
         self._potentials: Floats = np.zeros(self.count)
 
     def reset_rows(self, rows: Ints) -> None:
-        """Draw the chains of the given episodes and put them into their tubes."""
+        """Draw random chains for the given episodes and put them into their tubes."""
         self.chains.begin(rows, self.rngs)
 
     def step_rewards(self, rows: Ints) -> Floats:
@@ -168,7 +168,7 @@ class Episodes(Generic[ObsType]):
         return None
 
     def find_baseline(self, number: int) -> Baseline:
-        """Return the baseline of a target or task by its number; a missing one is flagged."""
+        """Return the baseline of a target or task by number, flagged if it is missing."""
         return unknown_baseline(self.setup.words[number])
 
     def acting(self, row: int) -> int:
@@ -180,18 +180,18 @@ class Episodes(Generic[ObsType]):
         return self.setup.lattice
 
     def scene(self, row: int) -> Scene:
-        """Return the drawn scene of a chain with the magnets and speeds of the fed components."""
+        """Return the scene drawn for a chain, with the magnets and speeds of fed components."""
         return self.chains.scene(row)
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return the title of an episode's picture, and the lines above and below its energies."""
+        """Return the title of an episode's picture, and its text above and below the energies."""
         return f"fed {self.arrays.fed[row]} of {self.n}", [("target", self.goals.names[row])], []
 
     # --- fixed -----------------------------------------------------------------------------
 
     @property
     def terminated(self) -> Bools:
-        """Which episodes have ended, (m,); the time limit of a task ends them too."""
+        """Which episodes have ended, (m,), including those that ran into a task's time limit."""
         return self.arrays.status > 0
 
     def parse_reset_options(
@@ -247,7 +247,7 @@ class Episodes(Generic[ObsType]):
     def play(
         self, seeds: Sequence[int], given: Sequence[int], choose: Callable[[Ints], Any]
     ) -> Columns:
-        """Play an episode to its end in each of the first rows; return their `final_infos`.
+        """Play one episode to its end in each of the first rows; return the `final_infos`.
 
         Row k has the seed ``seeds[k]``, as for `reset` of a single environment, and the target or
         task number ``given[k]``. `choose` returns decoded actions for given rows.
@@ -261,7 +261,7 @@ class Episodes(Generic[ObsType]):
         return self.final_infos(played)
 
     def potential(self, rows: Ints) -> Floats:
-        """Return the shaping's potential Φ of chains as they are; 0 for ended episodes."""
+        """Return the shaping potential Φ of each chain as it is; 0 for ended episodes."""
         found = np.zeros(len(rows))
         going = ~self.terminated[rows]
         if going.any():
@@ -269,7 +269,7 @@ class Episodes(Generic[ObsType]):
         return found
 
     def _shaped(self, rows: Ints) -> Floats:
-        """Return the shaping's potential Φ of running episodes."""
+        """Return the shaping potential Φ of each running episode."""
         arrays = self.arrays
         if self.setup.rule.shaping == "similarity":
             return self.goals.judge(rows, arrays.status, arrays.angles)[0]

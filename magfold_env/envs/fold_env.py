@@ -46,7 +46,7 @@ class FoldEpisodes(Episodes[Any]):
         return self.observed(self.goals.one_hot)
 
     def observed(self, words: Singles) -> Singles:
-        """Return observations of all chains, which start with the entries `words`, (m, words)."""
+        """Return the observations of all chains; the entries `words`, (m, words), come first."""
         layout = self.setup.layout
         out = np.empty((self.count, layout.size), dtype=np.float32)
         fill(layout.side, self.chains.seen, words, out)
@@ -57,7 +57,7 @@ class FoldEpisodes(Episodes[Any]):
         return super().infos(rows) | {"step": self.arrays.fed[rows]}
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return the title of an episode's picture, and the lines above and below its energies."""
+        """Return the title of an episode's picture, and its text above and below the energies."""
         arrays, fed = self.arrays, int(self.arrays.fed[row])
         done: Lines = []
         if fed:

@@ -14,7 +14,7 @@ class LumenEnv(FeedTrackEnv):
     `magfold_env.envs.unknown_floor.UnknownFloorEnv`. The tube opens into a chamber. Besides the
     floor and the magnets, `reset` draws and hides the width of the chamber and its offset from the
     tube's axis. An agent can infer the walls from the force that the feed needs and from where
-    components stop. The scene's ``obstacles`` define the chamber, its ``spreads`` the draws.
+    components stop. The scene's ``obstacles`` define the chamber; ``spreads`` define the draws.
 
     Arguments are those of `magfold_env.envs.camera_track.CameraTrackEnv`.
     """

@@ -70,16 +70,16 @@ class ReprogramEpisodes(FeedEpisodes):
         return self._frames[1, rows, : self.n].sum(axis=1) <= 1.0
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations by group, except those of the camera's frame."""
+        """Return the entries of observations by group, except those that the camera measures."""
         return super().groups() | {"stage": self.stage[:, None] == np.arange(3)}
 
     def _shaped(self, rows: Ints) -> Floats:
-        """Return Φ: ½ per word reached, plus half the next word's Φ except while drawing in."""
+        """Return Φ: ½ per word reached, plus half of Φ for the next word unless drawing in."""
         sought = np.where(self.stage[rows] == BACK, 0.0, super()._shaped(rows))
         return self._reached(rows) + 0.5 * sought
 
     def _reached(self, rows: Ints) -> Floats:
-        """Return the scores of words reached before the end."""
+        """Return ½ for each episode that has reached its first word, else 0."""
         return np.where(self.stage[rows] == FIRST, 0.0, 0.5)
 
     def _set_targets(self, rows: Ints) -> None:
@@ -92,7 +92,7 @@ class ReprogramEpisodes(FeedEpisodes):
         self.goals.want(rows, self.numbers[rows] + later)
 
     def reset_rows(self, rows: Ints) -> None:
-        """Draw the chains of the given episodes and put them into their tubes."""
+        """Draw random chains for the given episodes and put them into their tubes."""
         super().reset_rows(rows)
         self.stage[rows] = self._lasted[rows] = 0
         self._seek(rows)
@@ -119,8 +119,8 @@ class ReprogramEnv(FeedTrackEnv):
     runs at the requested speed.
 
     **Stages.** (0) The first word is reached when all joints, including the one at the held
-    component, stay within 0.05 rad of it for 0.1 s (5 steps) while the tube holds only the last
-    component. Once that component is out, the chain cannot be drawn in again. (1) The chain is
+    component, stay within 0.05 rad of its angles for 0.1 s (5 steps) while the tube holds only the
+    last component. Once that component is out, the chain cannot be drawn in again. (1) The chain is
     drawn in when at most one component's centre is outside the tube. (2) The second word is reached
     when all components are out and at rest in that word.
 
@@ -132,12 +132,12 @@ class ReprogramEnv(FeedTrackEnv):
     group  entries   meaning and unit                                              range
     ====== ========= ============================================================= ======
     target 3 (n − 1) the next word, one-hot over L, S, R                           0, 1
-    time   1         x / (10 s)                                                    [0, 1]
+    time   1         elapsed time, in units of 10 s                                 [0, 1]
     stage  3         the stage, one-hot                                            0, 1
     ====== ========= ============================================================= ======
 
     **Reward**: the score is ½ per word reached, however the episode ends, but 0 if the simulation
-    breaks down. b is the score of the best of several schedules of three constant speeds
+    breaks down. b is the score of the best of several schedules, each with three constant speeds
     (`magfold_env.envs.baselines.three_speeds`). An episode that reaches both words is a success.
 
     **Info**: that of `UnknownFloorEnv`, and ``stage``; ``target`` is the next word.

@@ -13,7 +13,7 @@ class SequenceDesignEnv(FoldEnv[NDArray[np.float32]]):
     """Choose the magnets of all ``n`` components and one feed speed in a single step.
 
     An episode is a single step of a contextual bandit whose context is the target. In the default
-    scene (``feed.loading`` ``preloaded``), magnets also act inside the tube. With ``at_mouth``
+    scene (``feed.loading: preloaded``), magnets also act inside the tube. With ``at_mouth``
     they act only outside, as in ``MagFold/TubeFeed-v0``.
 
     **Action**: ``MultiDiscrete([16] * n + [speeds])``: the pattern of each component, component 1
@@ -22,7 +22,7 @@ class SequenceDesignEnv(FoldEnv[NDArray[np.float32]]):
     four components.
 
     **Observation, reward, info**: as in `TubeFeedEnv`. The first observation shows the target and
-    the chain in the tube; the last one shows the chain at rest. Shaping has no use in one step.
+    the chain in the tube; the last one shows the chain at rest. Shaping is of no use here.
 
     Arguments are those of `magfold_env.envs.fold_env.FoldEnv`.
     """

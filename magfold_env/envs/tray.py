@@ -26,7 +26,7 @@ LATE = 10.0
 """Time limit of an episode [s]."""
 
 DEAD = 0.15
-"""Probability that a magnet is dead."""
+"""Probability that a magnet is dead, with strength 0."""
 
 WEAK = 0.1
 """Probability that a magnet is weak."""
@@ -103,7 +103,7 @@ class TrayEpisodes(CameraEpisodes):
         return actions.masks(self.places == 0, self.may_draw_back())
 
     def groups(self) -> dict[str, Any]:
-        """Return the entries of observations by group, except those of the camera's frame."""
+        """Return the entries of observations by group, except those that the camera measures."""
         lies, tray = self.lies, self.poles[self.numbers]
         out, side = self.places > 0, np.where(lies < 4, 1.0, -1.0)
         along, across = (table[lies % 4] for table in _TURNS)
@@ -116,7 +116,7 @@ class TrayEpisodes(CameraEpisodes):
         }
 
     def prepare(self, rows: Ints) -> None:
-        """Put all components on their trays and draw the strengths of their magnets."""
+        """Put all components on their trays and draw random strengths for their magnets."""
         for row in rows.tolist():
             self.strengths[row] = self._drawn_strengths(int(self.numbers[row]), self.rngs[row])
         self.places[rows] = self.lies[rows] = self.returned[rows] = 0
@@ -216,10 +216,10 @@ class TrayEnv(CameraTrackEnv):
     place    parts   position in the order of feed, divided by n; 0 on the tray         [0, 1]
     lie      3 parts 1 or −1 for the side that is up, cosine and sine of the turn; 0    −1, 0, 1
                      on the tray
-    returned parts   number of times that the component was drawn back, x / (1 + x)     [0, 1)
+    returned parts   number of times that the component was drawn back, as x / (1 + x)  [0, 1)
     seen     n       1 if the camera sees a component: the tube does not hold it and    0, 1
                      its centre is outside
-    time     1       x / (10 s)                                                         [0, 1]
+    time     1       elapsed time, in units of 10 s                                     [0, 1]
     ======== ======= ================================================================== ========
 
     `magfold_env.envs.camera_track.CameraTrackEnv` describes the other groups.

@@ -36,9 +36,9 @@ class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
                        1 is 0.6 m/s; 0 if not set yet
     joint    n − 1     relative angle, in units of π rad                         [−1, 1]
     heading  2 n       sine and cosine of the heading                            [−1, 1]
-    rate     n         angular rate of the heading, x / (100 rad/s)              (−1, 1) *
-    position 2 n       centre relative to the tube's mouth, x / chain length     (−1, 1) *
-    velocity 2 n       velocity of the centre, x / (1 m/s)                       (−1, 1) *
+    rate     n         angular rate of the heading, in units of 100 rad/s        (−1, 1) *
+    position 2 n       centre relative to the tube's mouth, in chain lengths     (−1, 1) *
+    velocity 2 n       velocity of the centre, in m/s                            (−1, 1) *
     ======== ========= ========================================================= =============
 
     Entries marked * are squashed by ``x / (1 + |x|)``, so nothing is clipped. Without
@@ -46,7 +46,7 @@ class TubeFeedEnv(FoldEnv[NDArray[np.float32]]):
     decision process. With ``randomisation`` it is partially observed, because observations do not
     contain the drawn friction, remanence, masses and speed errors.
 
-    **Reward**: ``score − b(target)`` at the end. `magfold_env.envs.tasks.reward` lists options.
+    **Reward**: ``score − b(target)`` at the end; `magfold_env.envs.tasks.reward` explains both.
 
     **Info**: ``target``, ``word``, ``step``; at the end also ``status``, ``message``, ``energy``
     [J] (NaN if the simulation failed), ``score``, ``baseline``, ``baseline_missing`` (true if no

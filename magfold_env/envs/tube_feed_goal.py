@@ -46,7 +46,7 @@ class GoalEpisodes(FoldEpisodes):
         return np.asarray(compute_reward(achieved[rows], wanted[rows], self.setup.match))
 
     def end_rewards(self, ends: Columns) -> Floats:
-        """Return 0: the end has no additional reward."""
+        """Return 0, because the end earns no additional reward."""
         return np.zeros(len(ends["score"]))
 
 

@@ -47,9 +47,9 @@ class UnknownFloorEnv(FeedTrackEnv):
     group   entries meaning and unit                                                        range
     ======= ======= ======================================================================= ======
     seen    n       1 if the camera sees a component: the tube does not hold it and its     0, 1
-                    centre is outside. This and the next two groups are 20 ms old
-    advance 1       position of the feed, x / chain length; 1 if all components are out     [0, 1]
-    time    1       x / (5 s)                                                               [0, 1]
+                    centre is outside. This, heading and position are 20 ms old
+    advance 1       position of the feed, in chain lengths; 1 if all components are out     [0, 1]
+    time    1       elapsed time, in units of 5 s                                           [0, 1]
     ======= ======= ======================================================================= ======
 
     `magfold_env.envs.camera_track.CameraTrackEnv` describes the other groups.

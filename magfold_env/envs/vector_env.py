@@ -54,7 +54,7 @@ class ChainVectorEnv(  # pyright: ignore[reportIncompatibleVariableOverride] (as
     Raises
     ------
     ValueError
-        If an argument is not allowed; the message names it and the allowed values.
+        If an argument has a value that is not allowed; the message names it and the allowed values.
     """
 
     single: ClassVar[Any]

@@ -1,4 +1,4 @@
-"""Actions chosen in advance for draws of a known seed: a JSON file.
+"""JSON files of actions that were chosen in advance for the draws of a known seed.
 
 ======= ===========================================================================================
 key     value
@@ -51,7 +51,7 @@ def read(path: str | Path) -> ActionFile:
 
 
 def check(entry: ActionFile, space: Space[Any]) -> None:
-    """Raise a `SceneError` for actions outside a space whose actions are single numbers."""
+    """Raise a `SceneError` if actions lie outside `space`, whose actions are single numbers."""
     if isinstance(space, spaces.Discrete):
         last = int(space.n) - 1
         allowed = f"must be a whole number from 0 to {last}"

@@ -125,7 +125,7 @@ def _share(entries: Singles) -> Singles:
 
 
 def _refuse_others(settings: PolicySettings) -> None:
-    """Raise a `SceneError` for feature extractors and for observations of several boxes."""
+    """Raise a `SceneError` for unsupported features and for observations of several boxes."""
     problems: list[Problem] = []
     if settings.features != "chain":
         problems.append(Problem("features", settings.features, "must be 'chain'"))

@@ -13,13 +13,13 @@ from magfold_env.scoring.policy_file import ObservationForm
 
 
 def blind(layout: Layout, observation: Any) -> Any:
-    """Return observations without motion; `layout` contains the groups of their entries.
+    """Return observations without measured motion; `layout` contains the groups of their entries.
 
     Entries that are known without a camera stay: the target, the magnets and speeds chosen so far,
     and which components are out of the tube. Entries that a camera would measure become 0: joints,
     headings, rates, positions, velocities and the achieved goal. 0 favours neither side, and
-    networks that count from the mouth read it for components in the tube. In tracks with a time
-    limit, the force becomes 0 as well.
+    networks whose inputs are ordered from the mouth already read 0 for components in the tube. In
+    tracks with a time limit, the force becomes 0 as well.
     """
     if isinstance(observation, dict):
         seen = cast("dict[str, Any]", observation)
@@ -54,13 +54,13 @@ class ObservationView:
             self.frames = Frames(cast("spaces.Box", space), shown.frames, count)
 
     def of(self, observations: Any, begun: Bools) -> Any:
-        """Return observations after a reset where `begun` is true, and after a step elsewhere."""
+        """Return observations in this form; those where `begun` is true follow a reset."""
         if self._layout is not None:
             observations = blind(self._layout, observations)
         return self.frames.push(observations, begun, ~begun) if self.frames else observations
 
     def last(self, observation: Any, row: int) -> Any:
-        """Return an episode's last observation; call it before `of` gets the next episode's."""
+        """Return an episode's last observation in this form; call this before the next `of`."""
         if self._layout is not None:
             observation = blind(self._layout, observation)
         return self.frames.last(observation, row) if self.frames else observation

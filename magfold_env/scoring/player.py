@@ -76,7 +76,7 @@ class Player:
     def plan(self, env: Any) -> Plan:
         """Return a plan that plays the first rows of episodes.
 
-        All running episodes must have taken the same number of steps. `env` accepts the actions.
+        All running episodes must have taken equally many steps. `env` must accept the actions.
         """
         table, first = env.setup.actions, slice(self.count)
 
@@ -99,9 +99,9 @@ def play(
     seeds: Sequence[int],
     plan_of: Callable[[slice], Plan],
 ) -> Iterator[Columns]:
-    """Play episodes to their ends in parts, for which `episodes` is reused.
+    """Play episodes to their ends in parts, which all reuse `episodes`.
 
-    The results of `Episodes.play`, which gets `numbers` and `seeds`, are yielded part by part.
+    Yields the results of `Episodes.play` for each part of the task `numbers` and `seeds`.
     `plan_of` returns the plan of a part, with one row per episode.
     """
     for start in range(0, len(seeds), episodes.count):

@@ -169,7 +169,7 @@ class PolicySettings(ObservationForm):
     algorithm: Algorithm
     """Training algorithm."""
     features: Features
-    """Features, as in `agents.settings.LearnerSettings`."""
+    """Kind of features, as in `agents.settings.LearnerSettings`."""
     backward: bool = False
     """Whether the last component leaves the tube first, for features that count from the mouth."""
     actor: Widths
@@ -177,9 +177,9 @@ class PolicySettings(ObservationForm):
     critic: Widths
     """Widths of the hidden layers of the critics."""
     lstm: LSTMSettings | None = None
-    """LSTM layers before these layers."""
+    """LSTM layers before the hidden layers, if any."""
     activation: Literal["tanh", "relu"]
-    """Activation after each of these layers."""
+    """Activation after each hidden layer."""
     observations: _Observations
     """Space of a single observation."""
     actions: _Actions

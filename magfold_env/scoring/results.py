@@ -1,7 +1,7 @@
 """Files of results: tables of players, tasks and episodes.
 
-`magfold score` and the commands of `agents` that compare players write this format, each with its
-own view. A row of the table contains a player's summary and the columns of its episodes.
+`magfold score` and the commands of `agents` that compare players write this format. Each writes its
+own kind of table, called a view. A row contains a player's summary and its episodes.
 """
 
 import json
@@ -29,7 +29,7 @@ View = Literal["score", "evaluation", "ablation", "admission", "generalisation"]
 
 
 class File(FrozenModel):
-    """The file of a player."""
+    """The file from which a player was read."""
 
     name: str
     """Path of the file, or a name such as ``random`` if there is none."""
@@ -87,7 +87,7 @@ class Row(FrozenModel):
 
 
 class Results(FrozenModel):
-    """A view of the table."""
+    """The content of a file of results."""
 
     format: Literal["magfold_env results 1"] = FORMAT
     view: View
@@ -100,17 +100,17 @@ class Results(FrozenModel):
     draws: int
     """Version of the draws, see `magfold_env.envs.tasks.draws`."""
     seed: int | None = None
-    """Seed of the draws of a score."""
+    """Seed that sets the draws of a score."""
     tasks: tuple[str, ...] = ()
-    """The targets in the order of their episodes."""
+    """The targets, in the order in which they are played."""
     seeds: tuple[int, ...] = ()
-    """Seeds of the draws of each target, in the order of every run's episodes."""
+    """Seeds of each target's draws, in the order of the episodes of every run."""
     physics: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
-    """See `magfold_env.files.physics_digest`."""
+    """Hash of the physics; see `magfold_env.files.physics_digest`."""
     provenance: dict[str, Any] = Field(default_factory=dict)
     """Software, time, machine and duration of the run."""
     figures: dict[str, Any] = Field(default_factory=dict)
-    """Values of the view for all players."""
+    """Further values of a view that concern all players."""
     rows: Annotated[dict[str, Row], Field(min_length=1)]
     """Rows by player."""
 

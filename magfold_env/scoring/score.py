@@ -125,7 +125,7 @@ def _play(
     until: float,
     tell: Callable[[int, int], object],
 ) -> Run:
-    """Play episodes; raise a TimeoutError when `time.monotonic` exceeds ``until``."""
+    """Play `count` episodes; raise a TimeoutError when `time.monotonic` exceeds ``until``."""
     room = track.episodes(min(count, WIDTH), threads=os.cpu_count() or 1)
     numbers, seeds = track.draws(0, count)
     parts: list[Columns] = []
@@ -155,7 +155,7 @@ def _play(
 
 
 def _plan(track: Track, entry: Actor | ActionFile, part: range) -> Plan:
-    """Return the plan by which an entry plays some of the episodes."""
+    """Return the plan by which an entry plays the episodes of a part."""
     if isinstance(entry, Actor):
         env = track.env_of(entry.action_space)
         return Player(entry, entry.settings, env, len(part)).plan(env)

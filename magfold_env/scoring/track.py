@@ -51,9 +51,9 @@ class Track:
     tasks: int = TASKS
     """Largest number of tasks to play."""
     randomised: bool = True
-    """Whether the physics and the start are drawn at random."""
+    """Whether the physics and the initial pose are drawn at random."""
     stream: str = field(kw_only=True)
-    """Stream of the draws."""
+    """Name of the stream of seeds for the draws."""
 
     def __post_init__(self) -> None:
         if self.env_id not in TRACKS:
@@ -66,7 +66,7 @@ class Track:
         return self._made()
 
     def env_of(self, actions: Space[Any]) -> CameraTrackEnv:
-        """Return a single environment with a given action space, if there is one."""
+        """Return a single environment that has the action space `actions`, else the default one."""
         sizes: Any = actions
         if isinstance(actions, spaces.Discrete):
             kind, size = "discrete", int(sizes.n)
@@ -99,11 +99,11 @@ class Track:
         return choice_of_tasks(len(self.env.tasks), self.tasks)
 
     def episodes(self, count: int, setup: TaskSetup | None = None, threads: int = 1) -> Any:
-        """Return a number of `CameraEpisodes` for these tasks or for another setup."""
+        """Return `count` `CameraEpisodes` with the tasks of the track or of another setup."""
         return type(self.env).make_episodes(setup or self.setup, count, threads)
 
     def draws(self, start: int, stop: int) -> tuple[Ints, list[int]]:
-        """Return the numbers of the tasks and the seeds of some episodes."""
+        """Return the task numbers and the seeds of episodes `start` to `stop` − 1."""
         numbers = np.array(self.numbers)[np.arange(start, stop) % len(self.numbers)]
         return numbers, _seeds(self.stream, -(-stop // _AT_ONCE) * _AT_ONCE)[start:stop]
 

@@ -1,4 +1,4 @@
-"""Baselines: the scores that energy minimisation achieves, which rewards may subtract.
+"""Baselines: the scores that energy minimisation achieves. Rewards may subtract them.
 
 For a target word, the energy minimiser designs the sequence with the largest gap between the
 target's energy and its best competitor's. That design is fed out of the tube at the best of five
@@ -59,7 +59,7 @@ class Baseline:
     success: _Share
     """Share of the draws that ended in success; 0 without a design."""
     direction: str | None = None
-    """Feed direction, if the task gives the chain or the tray."""
+    """Feed direction; None unless the task gives the chain or the tray."""
     later: tuple[_Speed, ...] = ()
     """Speeds of the pull and of the second push, if the chain folds twice [m/s]."""
     tray: tuple[_Faces, ...] = ()
@@ -95,8 +95,8 @@ def unknown_baseline(target: str) -> Baseline:
 def designs(scene: Scene) -> dict[str, tuple[str, ...] | None]:
     """Return the minimiser's design for every fully folded word, or None for words without one.
 
-    A search for all words takes as long as for one: some seconds for six components. Longer chains
-    have no designs, because the exhaustive search does not cover them.
+    A single search finds all designs; it takes some seconds for six components. Longer chains have
+    no designs, because the exhaustive search does not cover them.
     """
     words = folded_words(scene.n)
     if scene.n > LONGEST_OF_ALL:
@@ -107,16 +107,16 @@ def designs(scene: Scene) -> dict[str, tuple[str, ...] | None]:
 def evaluate_design(
     scene: Scene, target: str, sequence: tuple[str, ...] | None, match: Match = "word"
 ) -> Baseline:
-    """Return the baseline of `target` for a design; without a design, it is flagged.
+    """Return the baseline that a design achieves for `target`; a flagged one without a design.
 
-    The design replaces the sequence and feed speeds of `scene`; the spreads of `scene` apply.
+    The design replaces the sequence and feed speeds of `scene`, whose spreads set the draws.
     """
     if sequence is None:
         return unknown_baseline(target)
     designed = scene.replace(sequence=sequence)
 
     def trial(speed: float, stream: str, draws: int) -> tuple[float, float]:
-        """Return the mean score and the share of successes over the fixed draws of a stream."""
+        """Return the mean score and the share of successes over fixed draws of a named stream."""
         at_speed = designed.replace(feed={"speed": speed})
         folds = [
             simulate(at_speed.draw(draw_generator(stream, index)))
@@ -133,7 +133,7 @@ def evaluate_design(
 
 
 def draw_generator(stream: str, index: int) -> np.random.Generator:
-    """Return the generator of draw `index` of a named stream; streams never overlap."""
+    """Return the random generator for draw `index` of a named stream; streams never overlap."""
     key = (crc32(stream.encode()), index)
     return np.random.default_rng(np.random.SeedSequence(0, spawn_key=key))
 
@@ -148,7 +148,7 @@ LATER_SPREADS = (
     "obstacle_offset", "tilt",
 )  # fmt: skip
 PHYSICS_VERSION = "12"
-"""Changes whenever the same scene may fold differently, so that older baselines are not used."""
+"""A version that changes when the same scene may fold differently; older baselines are not used."""
 
 _log = logging.getLogger(__name__)
 
@@ -191,7 +191,7 @@ class Store:
 
 
 class BaselineStore(Store):
-    """The baselines of the targets of a scene, with its spreads."""
+    """Baselines of target words in a scene, whose spreads set the draws."""
 
     def __init__(self, scene: Scene, match: Match = "word") -> None:
         super().__init__(baseline_key(scene, match))
@@ -200,7 +200,7 @@ class BaselineStore(Store):
 
     @cached_property
     def _designs(self) -> dict[str, tuple[str, ...] | None]:
-        """The designs for all targets, which one search finds."""
+        """The designs for all targets, found by a single search."""
         return designs(self._scene)
 
     def compute(self, name: str) -> Baseline:
@@ -214,7 +214,7 @@ DESIGN_PROTOCOL = (CANDIDATE_SPEEDS, SELECTION_DRAWS, SCORING_DRAWS)
 def baseline_key(
     scene: Scene, match: Match = "word", protocol: Sequence[Any] = DESIGN_PROTOCOL
 ) -> str:
-    """Return a hash of a scene, the rule for success and the way baselines are computed."""
+    """Return a hash of a scene, the rule for success and the method that computes baselines."""
     content = scene.model_dump(mode="json")
     if match != "word":
         content["match"] = match
@@ -247,7 +247,7 @@ def shipped_folder() -> Path:
 
 @cache
 def _shipped() -> dict[str, dict[str, Baseline]]:
-    """Return the baselines that come with the package: by key, then by target."""
+    """Return the baselines that come with the package, by the key of their store and by name."""
     found: dict[str, dict[str, Baseline]] = {}
     for path in sorted(shipped_folder().glob("*.json")):
         content = json.loads(path.read_text(encoding="utf-8"))

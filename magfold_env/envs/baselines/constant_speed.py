@@ -1,8 +1,8 @@
-"""The best constant speed of a given chain: the baseline b where the agent sets only the speed.
+"""The score of a chain at its best constant speed: the baseline b where agents set only the speed.
 
 The baseline uses the speed in `SPEEDS` that scores best on the draws of the stream ``selection``.
-If several are equally good, it uses the slowest. b is its mean score on the draws of the stream
-``scoring``. Training and reported results use other draws.
+If several are equally good, it uses the slowest. b is the mean score at that speed on the draws of
+the stream ``scoring``. Training and reported results use other draws.
 """
 
 from abc import abstractmethod
@@ -34,11 +34,12 @@ Plan = Callable[[Any, Ints], Any]
 
 
 class TaskStore(Store):
-    """The baselines of a setup's tasks: for each task, the best of several schedules.
+    """The baselines of a setup's tasks: for each task, the best of several feed schedules.
 
     The best schedule is the first with the highest mean score on the draws of the stream
-    ``selection``. b is its mean score on the draws of the stream ``scoring``. `make_episodes` makes
-    episodes of the setup. `protocol` lists other constants on which the baselines depend.
+    ``selection``. b is its mean score on the draws of the stream ``scoring``. `make_episodes`,
+    called with the setup and a count, returns that many episodes. `protocol` lists other constants
+    on which the baselines depend.
     """
 
     draws: ClassVar[tuple[int, int]] = (64, 128)
@@ -55,13 +56,13 @@ class TaskStore(Store):
         """Cache keys of the tasks."""
 
     def plan(self, numbers: Sequence[int]) -> Plan:
-        """Return a function that plays the tasks' baseline schedules, one row per task."""
+        """Return a function that plays the baseline schedule of each given task in its own row."""
         found = {number: self.get(self.names[number]) for number in set(numbers)}
         return self._plan([(number, found[number]) for number in numbers])
 
     @abstractmethod
     def _plan(self, schedules: Sequence[tuple[int, Baseline]]) -> Plan:
-        """Return a function that plays one schedule per row; tasks are given by number."""
+        """Return a function that plays one schedule per row, each given with its task number."""
 
     @abstractmethod
     def protocol(self, setup: TaskSetup) -> tuple[Any, ...]:
@@ -69,7 +70,7 @@ class TaskStore(Store):
 
     @abstractmethod
     def candidates(self, number: int) -> Sequence[Baseline]:
-        """Return the schedules to try for a task, without scores."""
+        """Return the schedules to try for a task, as baselines without scores."""
 
     def compute(self, name: str) -> Baseline:
         """Compute the baseline of a task without the cache."""
@@ -84,7 +85,7 @@ class TaskStore(Store):
         return replace(best, score=mean, success=success)
 
     def _trial(self, number: int, tried: Baseline, *, scoring: bool = False) -> dict[str, Any]:
-        """Return all infos of episodes in which a schedule plays a task."""
+        """Return all infos of episodes that try a schedule on a task, as arrays by key."""
         draws = self.draws[scoring]
         episodes, plan = self._make(self._setup, draws), self._plan([(number, tried)] * draws)
         seeds = episode_seeds("scoring" if scoring else "selection", draws)
@@ -93,14 +94,14 @@ class TaskStore(Store):
 
 
 class ConstantSpeedStore(TaskStore):
-    """Baselines set by constant speeds; the arguments are those of `TaskStore`."""
+    """Baselines achieved with constant speeds; the arguments are those of `TaskStore`."""
 
     def protocol(self, setup: TaskSetup) -> tuple[Any, ...]:
         """Return the constants on which baselines of this kind depend."""
         return (SPEEDS, *self.draws)
 
     def candidates(self, number: int) -> Sequence[Baseline]:
-        """Return the schedules to try for a task, without scores."""
+        """Return the schedules to try for a task, as baselines without scores."""
         task = self._setup.tasks[number]
         return [
             Baseline(task.aim, task.sequence, speed, 0.0, 0.0, task.direction) for speed in SPEEDS

@@ -1,6 +1,6 @@
-"""Feed schedules in legs, each at one speed up to a given advance of the feed.
+"""Feed schedules made of legs. In each leg, the feed has one speed until it reaches an advance.
 
-Schedules observe only the advance of the feed.
+Schedules observe only how far the feed has advanced.
 """
 
 from collections.abc import Sequence
@@ -12,16 +12,16 @@ from magfold_env.envs.chains.arrays import Bools, Floats, Ints
 from magfold_env.envs.spaces.actions import SLOWEST_LEVEL
 
 BRAKE = 8.0
-"""Deceleration of the feed before it stops [m/s²]."""
+"""Deceleration of the feed at the end of a braking leg [m/s²]."""
 
 NEAR = 0.05
-"""Distance to the end of a leg at which a braking leg is over [diagonals]."""
+"""A braking leg is over when its remaining distance is at most this [casing diagonals]."""
 
 _NEVER = 1_000_000
 
 
 class Leg(NamedTuple):
-    """A part of a schedule, which ends at an advance or after some steps, whichever is first."""
+    """A part of a schedule that ends at a given advance or after some steps, whichever is first."""
 
     speed: float
     """Speed of the feed [m/s]: positive out of the tube, 0 to stop."""
@@ -34,7 +34,7 @@ class Leg(NamedTuple):
 
 
 class Following:
-    """Plays the legs of each row of episodes in order; the last leg never ends."""
+    """Plays one schedule in each row of episodes, leg after leg; the last leg never ends."""
 
     def __init__(self, ways: Sequence[Sequence[Leg]]) -> None:
         self._last: Ints = np.array([len(each) - 1 for each in ways])
@@ -61,7 +61,7 @@ class Following:
         return (np.where(brakes > 0.0, np.copysign(slowed, speed), speed),)
 
     def restart(self, rows: Ints, gone: Floats) -> None:
-        """Continue the given rows after the last leg whose end the advance [m] has passed."""
+        """Continue each given row after the last leg that ends at or before its advance [m]."""
         ends: Floats = self._legs[rows, :, 1]
         over: Bools = np.isfinite(ends) & (ends <= gone[:, None])
         # The index after the last leg that is over.
@@ -70,7 +70,7 @@ class Following:
         self._taken[rows] = 0
 
     def _now(self, rows: Ints, gone: Floats) -> tuple[Floats, ...]:
-        """Return speed, remaining distance [m], steps and braking flag of the rows' legs."""
+        """Return the speed, remaining distance [m], step limit and braking flag of current legs."""
         now: tuple[Floats, ...] = tuple(self._legs[rows, self.at[rows]].T)
         speed, until, steps, brakes = now
         left = np.where(speed < 0.0, gone - until, until - gone)

@@ -1,9 +1,10 @@
-"""A push, a pull and a push at constant speeds: the baseline b where a chain folds twice.
+"""The score of a push, a pull and a second push: the baseline b where a chain folds twice.
 
 A schedule pushes out all components except the last, stops, pulls them in and pushes all of them
-out. It observes only the advance of the feed. The first two speeds are those with which the most
-chains reach their first word and are drawn in, on the draws of the stream ``selection``. The third
-speed scores best on the same draws. b is the mean score on the draws of the stream ``scoring``.
+out, each at a constant speed. It observes only the advance of the feed. The first two speeds are
+those with which the most chains reach their first word and are drawn in, on the draws of the stream
+``selection``. The third speed scores best on the same draws. b is the mean score on the draws of
+the stream ``scoring``.
 """
 
 from collections.abc import Sequence
@@ -32,7 +33,7 @@ Speeds = tuple[float, float, float]
 
 
 def push_pull_push(scene: Scene, speeds: Speeds) -> tuple[Leg, ...]:
-    """Return the schedule of a push, a pull and a push at three speeds [m/s]."""
+    """Return the schedule that pushes, pulls and pushes at the three given speeds [m/s]."""
     push, pull, last = speeds
     held = (scene.n - INSIDE) * scene.casing.diagonal
     return (
@@ -44,7 +45,7 @@ def push_pull_push(scene: Scene, speeds: Speeds) -> tuple[Leg, ...]:
 
 
 class ThreeSpeedStore(TaskStore):
-    """Baselines set by `push_pull_push`; the arguments are those of `TaskStore`."""
+    """Baselines achieved with `push_pull_push`; the arguments are those of `TaskStore`."""
 
     draws = (16, 32)
 
@@ -53,7 +54,7 @@ class ThreeSpeedStore(TaskStore):
         return PUSHES, PULLS, *self.draws, INSIDE, STAND, BRAKE
 
     def candidates(self, number: int) -> Sequence[Baseline]:
-        """Return the schedules to try for a task, without scores."""
+        """Return the schedules to try for a task, as baselines without scores."""
         task = self._setup.tasks[number]
 
         def schedule(push: float, *later: float) -> Baseline:

@@ -1,4 +1,4 @@
-"""The minimiser's chain from a tray, fed at its best constant speed: the baseline b of trays.
+"""The score of the minimiser's chain from a tray, at its best constant speed: the baseline b.
 
 Among the sequences that the tray allows, the minimiser takes the one with the largest gap between
 the energy of the target and that of its best competitor, assuming sound magnets. It takes equal
@@ -26,7 +26,7 @@ _KINDS = LYING.min(axis=1).astype(np.int8)  # equal for patterns of the same com
 
 
 class TrayDesigns:
-    """The sequences that fold into one target, and those among them that a tray allows."""
+    """The sequences that fold into one target; the methods return those that a tray allows."""
 
     def __init__(self, scene: Scene, target: str) -> None:
         self.n = scene.n
@@ -36,15 +36,15 @@ class TrayDesigns:
         # Gaps that differ by rounding count as equal, so that rounding does not decide the order.
         ranks = np.argsort(-(gaps / float(gaps.max(initial=0.0))).round(9), kind="stable")
         self.numbers: Ints = found[ranks]
-        """Sequences whose only ground state is the target, the largest gap first."""
+        """Numbers of sequences whose only ground state is the target, the largest gap first."""
         self.gaps: Floats = gaps[ranks]
-        """The gaps of these sequences [J]."""
+        """The energy gaps of these sequences [J]."""
         patterns = self._patterns(self.numbers)
         # Only sequences that begin with N are listed, because swapping all poles changes nothing.
         self._kinds = np.stack([_KINDS[patterns], _KINDS[15 - patterns]])
 
     def best(self, tray: Sequence[str]) -> tuple[str, ...] | None:
-        """Return the sequence with the largest gap that a tray allows, or None."""
+        """Return the sequence with the largest gap among those that a tray allows, or None."""
         return next(iter(self.ranked(tray, 1)), None)
 
     def ranked(self, tray: Sequence[str], count: int) -> list[tuple[str, ...]]:
@@ -54,7 +54,7 @@ class TrayDesigns:
         return [self._sequence(place, bool(fits[0, place])) for place in found.tolist()]
 
     def _sequence(self, place: int, listed: bool) -> tuple[str, ...]:
-        """Return a sequence as listed, or with all poles swapped."""
+        """Return the sequence at index `place`, with all poles swapped unless `listed`."""
         sequence = sequence_of(int(self.numbers[place]), self.n)
         return sequence if listed else tuple(each.translate(_OTHER_POLES) for each in sequence)
 
@@ -90,7 +90,7 @@ class TrayStore(TaskStore):
         return (tuple(setup.actions.speeds.tolist()), *self.draws)
 
     def candidates(self, number: int) -> Sequence[Baseline]:
-        """Return the schedules to try for a task, without scores."""
+        """Return the schedules to try for a task, as baselines without scores."""
         task: TrayTask = self._setup.tasks[number]
         sequence = TrayDesigns(self._setup.scene, task.target).best(task.tray)
         if sequence is None:
@@ -119,7 +119,7 @@ def always(task: TrayTask, order: Order, speed: float) -> Plan:
 
 
 def in_order(fed: Ints, speeds: Floats) -> Plan:
-    """Return the plan that feeds `fed`: components and orientations in order, (1 or m, n, 2).
+    """Return the plan that feeds the components and orientations in `fed`, (1 or m, n, 2).
 
     `speeds` are the components' speeds [m/s], (1 or m, n), or (1 or m, 1) if they are equal.
     """

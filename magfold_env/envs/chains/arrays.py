@@ -31,7 +31,7 @@ FOLDED, MISFOLDED, UNSETTLED, FAILED, JAMMED, HELD, OPENED = range(1, len(STATUS
 
 @by_pointer
 class ChainArrays(NamedTuple):
-    """The arrays of many chains, component 1 first."""
+    """The visible state of many chains, as arrays in which component 1 comes first."""
 
     forward: Bools  # True where component 1 leaves the tube first, (m,)
     fed: Ints  # number of components whose magnets and speed are chosen, (m,)
@@ -46,7 +46,7 @@ class ChainArrays(NamedTuple):
 
     @classmethod
     def empty(cls, count: int, n: int) -> "ChainArrays":
-        """Return the arrays of chains that have not begun."""
+        """Return arrays for chains whose episodes have not begun."""
         return cls(
             forward=np.ones(count, dtype=np.bool_),
             fed=np.zeros(count, dtype=np.int64),

@@ -1,7 +1,7 @@
-"""The simulated chains of environments, each with its own draws.
+"""The simulated chains of environments, each with its own random draws.
 
-Draws take the same numbers in the same order as `Scene.draw`, but need no scene for each chain. The
-results equal those of `magfold_env.simulation.pack.pack` for the drawn scene, bit for bit.
+Draws use random numbers as `Scene.draw` does, but need no scene for each chain. The results equal
+those of `magfold_env.simulation.pack.pack` for the drawn scene, bit for bit.
 """
 
 import math
@@ -103,10 +103,10 @@ class DynamicChains:
         self._messages = [""] * count
         self.arrays = ChainArrays.empty(count, n)
         self.seen = pointer(self.arrays)
-        """`arrays` in the form that makes calls of kernels fastest."""
+        """A pointer to `arrays`, which makes calls of kernels fastest."""
 
     def begin(self, rows: Ints, rngs: Sequence[np.random.Generator], kind: int = 0) -> None:
-        """Draw chains from a template, row k with ``rngs[k]``, and put them into their tubes."""
+        """Draw chains from template `kind`, row k with ``rngs[k]``, and put them into tubes."""
         if self._first:
             for row in rows.tolist():
                 cast("Any", rngs[row]).random(out=self._numbers[row])
@@ -116,7 +116,7 @@ class DynamicChains:
         self._sync_from_engine(rows)
 
     def _put_in(self, rows: Ints, kind: int) -> None:
-        """Put chains of a template into their tubes, using the numbers drawn for them."""
+        """Put chains of template `kind` into their tubes, using the numbers drawn for them."""
         self.engine.clear(rows, kind)
         if self._first:
             self._apply_draws(rows, kind)
@@ -158,7 +158,7 @@ class DynamicChains:
         self._sync_from_engine(rows)
 
     def load(self, rows: Ints, signs: Floats) -> None:
-        """Set the outward poles (rows, n, 4) of whole chains, which have one feed direction."""
+        """Set all outward poles (rows, n, 4) of chains, which must have the same feed direction."""
         self.arrays.signs[rows] = signs
         self.arrays.fed[rows] = signs.shape[1]
         charges = signs * self.strengths[rows]
@@ -196,7 +196,7 @@ class DynamicChains:
         """Draw each chain's last released component back into the tube, at speeds [m/s].
 
         That component then has no magnets and may be chosen again, even if the tube does not hold
-        it. The motion stops early if the simulation ends, or at the time ``until`` [s].
+        it. The motion stops early if the chain's simulation ends, or at time ``until`` [s].
         """
         arrays, chains, n = self.arrays, self.engine, self.arrays.angles.shape[1]
         arrays.fed[rows] -= 1
@@ -215,9 +215,9 @@ class DynamicChains:
         self.engine.speeds[rows] = np.where(flips, factors[:, ::-1], factors)
 
     def _move(self, rows: Ints, speeds: Floats, excess: float, until: Floats) -> None:
-        """Move the feeds to where exactly the chosen components are out, and ``excess`` [s] more.
+        """Move each feed until exactly the chosen components are out, and ``excess`` [s] longer.
 
-        The motion stops early if the simulation ends, or at the time ``until`` [s].
+        The motion stops early if the chain's simulation ends, or at time ``until`` [s].
         """
         chains, n, pitch, left = self.engine, self.arrays.angles.shape[1], self._length[0], rows
         chosen = chains.speeds[rows]
@@ -252,7 +252,7 @@ class DynamicChains:
         return int(self.engine.charge[row].any(axis=1).sum())
 
     def stop(self, rows: Ints, message: str, status: int = UNSETTLED) -> None:
-        """End the given chains in their present states, by default with the status unsettled."""
+        """End the simulation of the given chains; their status is unsettled by default."""
         self.arrays.status[rows] = status
         for row in rows.tolist():
             self._messages[row] = message
@@ -270,7 +270,7 @@ class DynamicChains:
         return self._messages[row]
 
     def held(self, row: int) -> NDArray[np.bool_]:
-        """Return which components of a chain friction holds in place, (n,), component 1 first."""
+        """Return which components of a chain are held by friction, (n,), component 1 first."""
         held = self.engine.stuck[row] == 1
         return held[::-1] if self._flip[row] else held
 
@@ -280,7 +280,7 @@ class DynamicChains:
         return found.finite() if found else found
 
     def scene(self, row: int) -> Scene:
-        """Return the drawn scene of a chain with the magnets and speeds of the fed components."""
+        """Return the scene drawn for a chain, with the magnets and speeds of fed components."""
         scene, speeds = self.drawn(row), self.engine.speeds[row]
         sequence, chosen = list(scene.sequence), scene.speeds
         for index in self.arrays.order(row)[: self.arrays.fed[row]]:
@@ -289,12 +289,12 @@ class DynamicChains:
         return scene.replace(sequence=sequence, feed={"speed": chosen})
 
     def drawn(self, row: int) -> Scene:
-        """Return the drawn scene of a chain; its sequence is the template's."""
+        """Return the scene drawn for a chain, with the sequence of its template."""
         again = cast("np.random.Generator", _Again(self._numbers[row]))
         return self.templates[int(self.engine.kind[row])].draw(again)
 
     def drive_as(self, scene: Scene) -> None:
-        """Take the factors of the feed speeds from a drawn scene."""
+        """Set the factors of the feed speeds to those in a drawn scene."""
         self.factors[:] = scene.speeds / REFERENCE_SPEED
 
     def get_state(self) -> tuple[Any, ...]:
@@ -349,7 +349,7 @@ class DynamicChains:
         chains.put(rows, numbers(scene, values))
 
     def _offsets(self, rows: Ints, kind: int) -> Floats:
-        """Return the initial offsets of hinges from the axis [m], (rows, n + 1), inner first."""
+        """Return the initial offsets of hinges from the axis [m], (rows, n + 1), deepest first."""
         scene, n = self.templates[0], self.templates[0].n
         if self._given is not None:
             given = self._given[kind]
@@ -377,7 +377,7 @@ class DynamicChains:
 
 
 class _Again:
-    """A random source that returns earlier numbers, so that `Scene.draw` repeats its results."""
+    """A random source that returns earlier numbers again, so that `Scene.draw` repeats itself."""
 
     def __init__(self, numbers: Floats) -> None:
         self._left = numbers

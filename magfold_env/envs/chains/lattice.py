@@ -1,9 +1,9 @@
 """Compiled energy minimisation, component by component: it decides a joint in about a microsecond.
 
-The rule is that of `magfold_env.minimise` in the modes `forward` and `backward`: a joint takes the
-letter S, L or R with the least energy that causes no overlap, with the components beyond it in a
-straight line. If the chain is preloaded, all components beyond it have magnets. If components get
-their magnets as they leave the tube, the components beyond the joint have none.
+The rule is that of `magfold_env.minimise` in the modes `forward` and `backward`: of the letters S,
+L and R that cause no overlap, a joint takes the one with the least energy. The energy is that with
+the components beyond the joint in a straight line. If the chain is preloaded, these components have
+magnets. If components get their magnets as they leave the tube, these have none.
 
 Rows are components in the order in which they leave the tube. `magfold_env.minimiser.lattice`
 defines cells and quarter turns; the first row is at the origin.
@@ -68,7 +68,7 @@ class LatticeFeed:
 
     @property
     def turn(self) -> int:
-        """1 in forward and −1 in backward feed."""
+        """Sign of the feed direction: 1 for forward, −1 for backward."""
         return self.packed.turn
 
     def energy_of(self, turns: Ints, poles: Floats) -> float:
@@ -94,8 +94,8 @@ def pose_table(table: Couplings, n: int) -> Floats:
     """Return the couplings of two components of a chain of `n` in every pose [J].
 
     The axes of the array, (4 n − 3, 4 n − 3, 4, 4, 4), are the cell of the second component as seen
-    from the first (both numbers shifted by 2 (n − 1)), its quarter turns, the face of the first and
-    the face of the second. Entries for poses that no chain reaches are zero.
+    from the first (both coordinates shifted by 2 (n − 1)), its quarter turns, the face of the first
+    and the face of the second. Entries for poses that no chain reaches are zero.
     """
     reach = 2 * (n - 1)
     span = np.arange(-reach, reach + 1)
@@ -148,7 +148,7 @@ def energy(acting: int, table: Floats, poles: Floats, cells: Ints, quarters: Int
 
 @kernel
 def put(row: int, acting: int, turn: int, letter: int, cells: Ints, quarters: Ints) -> bool:
-    """Place a row after a joint of ``letter`` quarter turns, and the rows beyond it in line.
+    """Place a row after a joint of ``letter`` quarter turns, and later rows in line with it.
 
     Returns True if nothing overlaps. Rows after the first overlap do not change.
     """

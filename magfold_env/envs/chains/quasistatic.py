@@ -73,7 +73,7 @@ class QuasistaticChains:
         )
         self.arrays = ChainArrays.empty(count, n)
         self.seen = pointer(self.arrays)
-        """`arrays` in the form that makes calls of kernels fastest."""
+        """A pointer to `arrays`, which makes calls of kernels fastest."""
         self._chains = pointer(_Chains(self.arrays, self._lattice, rules.packed))
 
     def begin(self, rows: Ints, rngs: Sequence[np.random.Generator] = (), kind: int = 0) -> None:
@@ -121,7 +121,7 @@ class QuasistaticChains:
         return
 
     def scene(self, row: int) -> Scene:
-        """Return the scene of a chain with the magnets and speeds of the fed components."""
+        """Return the scene of a chain, with the magnets and speeds of the fed components."""
         scene, arrays = self._rules.scene, self.arrays
         sequence, speeds = list(scene.sequence), scene.speeds
         for index in arrays.order(row)[: arrays.fed[row]]:

@@ -52,7 +52,7 @@ class Game:
         self.draw()
 
     def run(self) -> None:
-        """Handle keys until one quits the game or the window is closed."""
+        """Handle keys until the player quits the game or closes the window."""
         import pygame  # noqa: PLC0415 - needs the extra, and a window is open by now
 
         while True:

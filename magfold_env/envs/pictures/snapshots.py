@@ -1,4 +1,4 @@
-"""What pictures of an episode show, and recordings for the page that plays it."""
+"""The content of an episode's pictures, and recordings for the web page that plays the episode."""
 
 import math
 from collections.abc import Sequence
@@ -81,7 +81,7 @@ def or_dash(value: float, unit: str) -> str:
 
 
 def recording(episodes: Episodes[Any], choices: Sequence[Any]) -> Recording:
-    """Play an episode that records frames, with decoded actions, and return the recording."""
+    """Play the decoded actions `choices` in an episode and return the recording of its motion."""
     arrays, chains = episodes.arrays, cast("DynamicChains", episodes.chains)
     if chains.motion() is None:
         raise ValueError("fidelity: 'quasistatic' is not allowed; there is no motion to play")

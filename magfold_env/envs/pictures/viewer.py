@@ -1,4 +1,4 @@
-"""Pictures, windows and text of an episode.
+"""Pictures, windows and text that show an episode.
 
 The content of a picture is a `magfold_env.render.snapshot.Snapshot`; that module defines its
 layout. ``rgb_array`` and ``ansi`` show the chain at the moment of a decision. ``human`` also plays

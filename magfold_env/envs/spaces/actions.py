@@ -126,8 +126,8 @@ ROUNDING = 1e-6
 class Actions:
     """The encoding of actions, and the decoding of arrays of actions.
 
-    There are three kinds. ``multidiscrete``: whole numbers. ``discrete``: one number that has these
-    as digits. ``box``: numbers from −1 to 1.
+    There are three kinds. ``multidiscrete``: whole numbers. ``discrete``: one number whose digits
+    are these. ``box``: numbers from −1 to 1.
     """
 
     kind: ActionKind
@@ -209,7 +209,7 @@ class Actions:
         return np.clip(found, -1.0, 1.0)
 
     def _written(self, digits: Ints) -> Any:
-        """Return actions other than ``box``, given their whole numbers, (…, sizes)."""
+        """Return ``discrete`` or ``multidiscrete`` actions from whole numbers, (…, sizes)."""
         if self.kind == "multidiscrete":
             return digits
         return np.int64(np.ravel_multi_index(tuple(digits.T), self.sizes))
@@ -244,8 +244,8 @@ class ActionTable(Actions):
     last digit is the speed level. ``box``: four numbers from −1 to 1 per component, above 0 for N,
     then the speed on a log scale from −1 to 1.
 
-    A component that cannot be built is replaced by the one that can and differs in the fewest
-    faces. `masks` returns the actions that need no replacement.
+    If a component cannot be built, the one that can be built and differs in the fewest faces
+    replaces it. `masks` returns the actions that need no replacement.
     """
 
     levels: int
@@ -298,9 +298,9 @@ class ActionTable(Actions):
         return self._built[patterns], speeds, scaled_speeds(speeds)
 
     def encode(self, faces: str | Sequence[str], speed: float) -> Any:
-        """Return the action for the faces of each component, or of one, and a speed [m/s].
+        """Return the action for the faces of one component or of each, and for a speed [m/s].
 
-        Unless the action is a ``box``, it has the nearest speed level on the log scale.
+        Forms other than ``box`` use the speed level that is nearest on the log scale.
         """
         each = [faces] if isinstance(faces, str) else faces
         patterns = np.array([PATTERNS.index(letters) for letters in each], dtype=np.int64)
@@ -361,7 +361,7 @@ class SpeedTable(Actions):
 
     ``box``: one number x from −1 to 1, for the speed ``0.6 x |x|`` m/s, or standstill if that is
     slower than `DEAD_BAND`, 0.025 m/s. ``discrete``: the index of a speed in the table, ascending
-    from −0.6 m/s; ``levels`` is standstill. ``multidiscrete``: a list that contains this index.
+    from −0.6 m/s; index ``levels`` is standstill. ``multidiscrete``: a list of this index.
 
     `encode` returns the action for a speed v. A ``box`` action is ``x = ±√(|v| / 0.6 m/s)``, such
     as 0.447 for 0.12 m/s; 0.2 means standstill.

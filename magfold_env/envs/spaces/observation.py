@@ -14,10 +14,10 @@ from magfold_env.envs.chains.arrays import ChainArrays, Floats, Ints
 Singles = NDArray[np.float32]
 
 VELOCITY_SCALE = 1.0
-"""Velocity that an observation shows as one half [m/s]."""
+"""Velocity that an observation encodes as 0.5 [m/s]."""
 
 RATE_SCALE = 100.0
-"""Angular rate that an observation shows as one half [rad/s]."""
+"""Angular rate that an observation encodes as 0.5 [rad/s]."""
 
 POSITION_NOISE = 3e-4
 """Standard deviation of a position in a frame, along x and along y [m]."""
@@ -27,7 +27,7 @@ HEADING_NOISE = np.pi / 180.0
 
 
 MEASURED = ("joint", "heading", "rate", "position", "velocity", "seen", "force", "borne")
-"""Groups that a sensor measures; the agent knows the others."""
+"""Groups that a sensor measures; the agent knows the others without measurement."""
 
 
 @dataclass(frozen=True)
@@ -127,9 +127,9 @@ def take_frames(
 
 @kernel
 def fill(side: float, arrays: ChainArrays, words: Singles, out: Singles) -> None:
-    """Fill in observations (m, size) that have a `chain_layout`.
+    """Write observations of all chains to ``out`` (m, size), in the layout of `chain_layout`.
 
-    ``side`` is the edge length of a casing [m]. ``words`` (m, words) are the entries of the words.
+    ``side`` is the edge length of a casing [m]. ``words`` (m, words) are the first entries.
     """
     count, first = words.shape
     for k in range(count):
@@ -140,7 +140,7 @@ def fill(side: float, arrays: ChainArrays, words: Singles, out: Singles) -> None
 
 @kernel
 def fill_chain(side: float, arrays: ChainArrays, row: int, out: Singles) -> None:
-    """Fill in a chain's own groups, (14 n − 1,), from `released` to `velocity`."""
+    """Write one chain's own groups, from `released` to `velocity`, to ``out`` (14 n − 1,)."""
     released, signs, speeds = arrays.released[row], arrays.signs[row], arrays.speeds[row]
     angles, rates = arrays.angles[row], arrays.rates[row]
     base, base_velocity = arrays.base[row], arrays.base_velocity[row]

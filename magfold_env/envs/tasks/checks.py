@@ -59,7 +59,7 @@ def refuse_unknown(options: Mapping[str, Any], known: type) -> None:
 
 
 def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:
-    """Return one seed per environment; a single number is the first seed, and others count up."""
+    """Return one seed per environment; from a single number, the seeds count up."""
     if seed is None:
         return [None] * count
     if not hasattr(seed, "__len__"):

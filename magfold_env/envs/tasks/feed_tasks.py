@@ -138,7 +138,7 @@ class TrayTask(Task):
 class AnchorTask(TrayTask):
     """A tray of components, the direction of feed and the pull that the fold must withstand.
 
-    Any fold is allowed; the target is used only for b and for shaping.
+    Any fold is allowed; the target is used only for the baseline and for shaping.
     """
 
     pull: Positive

@@ -178,7 +178,7 @@ def _similarity(
 
 @kernel
 def _place(angles: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64]) -> None:
-    """Write a chain's centres, in sides; they lie halfway between hinges √2 sides apart."""
+    """Write the components' centres to ``x`` and ``y``, in sides; hinges are √2 sides apart."""
     px, py = 0.0, 0.0
     for i in range(angles.size):
         dx, dy = np.sqrt(2.0) * np.cos(angles[i]), np.sqrt(2.0) * np.sin(angles[i])

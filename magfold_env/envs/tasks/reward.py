@@ -1,8 +1,8 @@
 """Rewards of episodes and of their steps.
 
-The **score** of an episode is 1 if the chain settled in the target, else half its similarity to the
-target, and 0 if the simulation failed (`magfold_env.envs.tasks.goals`) or the task's time limit was
-reached. The last step's reward is
+The **score** of an episode is 1 if the chain settled in the target, 0 if the simulation failed or
+the task's time limit was reached, and else half the chain's similarity to the target
+(`magfold_env.envs.tasks.goals`). The last step's reward is
 
 - ``relative``: the score minus b. b is the mean score of the energy minimiser's design for the same
   target and randomisation (`magfold_env.envs.baselines.baseline`). If the agent sets only the
@@ -38,7 +38,7 @@ class RewardRule:
     """How an episode is rewarded."""
 
     kind: RewardKind = "relative"
-    """The last step's reward."""
+    """What the last step earns."""
     shaping: Shaping | None = None
     """The additional reward of every step."""
     gamma: float = 1.0
@@ -56,7 +56,7 @@ class RewardRule:
         return cls(kind, shaping, gamma)
 
     def step(self, before: Floats, after: Floats) -> Floats:
-        """Return the shaping rewards of steps between two potentials."""
+        """Return the shaping reward of each step from the potentials before and after it."""
         return self.gamma * after - before
 
     def end(self, score: Floats, success: Bools, baseline: Floats) -> Floats:
@@ -67,6 +67,6 @@ class RewardRule:
 
 
 def energy_potential(energy: Floats, wanted: Floats) -> Floats:
-    """Return the potential for shaping by energy, given energies now and of the target [J]."""
+    """Return the potential Φ for energy-based shaping from present and target energies [J]."""
     share = np.divide(energy, wanted, out=np.zeros_like(energy), where=wanted < 0.0)
     return 0.5 * np.clip(share, 0.0, 1.0)

@@ -35,7 +35,7 @@ class Setup:
     """The scene, targets, actions, observations and rewards that all episodes share.
 
     This class reads the options ``fidelity``, ``match``, ``randomisation`` and those of
-    `RewardOptions`. The arguments `randomisation` and `reward` are defaults of these options.
+    `RewardOptions`. The arguments `randomisation` and `reward` apply if those options are missing.
     """
 
     option: ClassVar[tuple[str, type]] = ("target", str)
@@ -88,8 +88,8 @@ class SharedOptions(TypedDict, total=False):
     difficulty: float
     """Share of the targets or tasks to draw from, easiest first: above 0, at most 1 (default)."""
     fidelity: Fidelity
-    """``dynamics`` (default): the chain is simulated. ``quasistatic``, where the agent chooses
-    magnets: energy decides each joint, without speed, friction, randomisation or baseline."""
+    """``dynamics`` (default): the chain is simulated. ``quasistatic``, only where the agent
+    chooses magnets: energy decides each joint; no speed, friction, draws or baseline."""
     randomisation: Randomisation
     """Physics drawn at reset. ``none``: no draws, a straight chain, sound magnets. ``nominal``
     (default where the agent chooses magnets): friction ±10 %, remanence ±5 %, speed of each
@@ -108,7 +108,7 @@ class SharedOptions(TypedDict, total=False):
 
 
 class RewardOptions(TypedDict, total=False):
-    """How episodes are rewarded."""
+    """Options that set how episodes are rewarded."""
 
     reward: RewardKind
     """``relative``, ``score`` or ``sparse``; see `magfold_env.envs.tasks.reward`. The default is
@@ -120,7 +120,7 @@ class RewardOptions(TypedDict, total=False):
 
 
 class ChainOptions(SharedOptions, total=False):
-    """Options where the agent chooses magnets, except those of the reward."""
+    """Options of environments where the agent chooses magnets, except those of the reward."""
 
     components: int | None
     """Chain length; by default that of the suite or the scene."""
@@ -134,7 +134,7 @@ class ChainOptions(SharedOptions, total=False):
 
 
 class FoldOptions(ChainOptions, RewardOptions, total=False):
-    """Options where the agent chooses magnets."""
+    """Options of environments where the agent chooses magnets."""
 
     baseline: Literal["auto"] | None
     """``auto`` (default): take b from the package data or the disk cache, or compute it. None: b is
@@ -142,7 +142,7 @@ class FoldOptions(ChainOptions, RewardOptions, total=False):
 
 
 class FeedOptions(SharedOptions, RewardOptions, total=False):
-    """Options where tasks are given."""
+    """Options of environments with given tasks."""
 
     tasks: str | Path | Sequence[Task | Mapping[str, Any]]
     """Name of a shipped list of tasks, path of a YAML file, or the tasks themselves; by default the

@@ -2,8 +2,8 @@
 
 The difficulty of a word is minus the logarithm of the share of random sequences that energy
 minimisation, component by component, folds into it. For long chains this share is too small to
-count, so it is a product over joints (multilevel splitting). Each chain in a population of random
-chains that are right so far gets a random next component. The factor is the share of chains that
+count, so it is a product over joints (multilevel splitting). At each joint, every chain in a
+population of random chains gets a random next component. The factor is the share of chains that
 take the right letter, and the next population is drawn from these chains.
 """
 
@@ -74,7 +74,7 @@ def _listed(words: Sequence[str], most: int = 40) -> str:
 
 
 POPULATION = 4096
-"""Number of chains in a population; difficulties for six components are exact to about 0.1."""
+"""Number of chains in a population; difficulties for six components are accurate to about 0.1."""
 
 
 def difficulties(scene: Scene, words: tuple[str, ...]) -> dict[str, float]:

@@ -3,7 +3,7 @@
 The environment lists components from the chain's first to its last, so the position of the
 component that left the tube last changes with every step. Here that component always comes first,
 and earlier ones follow. The target begins at the joint that folds next. What a network learns at
-one joint thus applies to the others. Missing entries are 0. The step comes last, one-hot.
+one joint thus applies to the others. Missing entries are 0. The step number comes last, one-hot.
 """
 
 from typing import Any
@@ -36,7 +36,7 @@ def mouth_order(n: int, width: int, backward: bool) -> NDArray[np.int64]:
     entries = np.arange(missing)
 
     def group(span: slice, width: int) -> NDArray[np.int64]:
-        """Return the entries of a group, one row per component or joint, in the order of feed."""
+        """Return a group's indices, one row per component or joint, in the order of feed."""
         rows = entries[span].reshape(-1, width)
         return rows[::-1] if backward else rows
 

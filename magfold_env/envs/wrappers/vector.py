@@ -78,7 +78,7 @@ class MouthOrderObservation(_Observation):
 
 
 class FrameStackObservation(_Observation):
-    """Stacks the last observations, like `gymnasium.wrappers.FrameStackObservation`.
+    """Stacks the most recent observations, like `gymnasium.wrappers.FrameStackObservation`.
 
     Gymnasium has no vector form of that wrapper. An episode's first observation pads the stack.
 
