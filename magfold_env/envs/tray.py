@@ -136,7 +136,7 @@ class TrayEpisodes(CameraEpisodes):
         return np.where(kind < DEAD, 0.0, weak * (1.0 + SPREAD * (2.0 * spread - 1.0)))
 
     def act(self, rows: Ints, choice: TrayChoice) -> None:
-        """Feed a component of each tray, or draw the last one back."""
+        """Feed a component of each tray, or draw the last component back into the tube."""
         parts, lies, speeds, way = choice
         back = (way == BACK) & self.may_draw_back()[rows]
         began, before = self.times(rows), self.chains.impulses(rows)
@@ -166,7 +166,7 @@ class TrayEpisodes(CameraEpisodes):
         self.chains.feed(rows, patterns, speeds, scaled, grades, until)
 
     def _until(self, rows: Ints, speeds: Floats) -> float | Floats:
-        """Return the times at which unfinished feeds of the next component pause [s]."""
+        """Return the times [s] at which feeds pause if the next component is not out yet."""
         return self.late
 
     def _draw_back(self, rows: Ints, speeds: Floats) -> None:

@@ -25,9 +25,9 @@ class UnknownFloorEnv(FeedTrackEnv):
     friction of the floor (log-uniform from 0.05 to 1), the strength of all magnets together (±30 %)
     and of each (±15 %), the ratio of actual to requested feed speed (±60 %), and the offsets of the
     hinges in the tube. Each step sets the feed speed for the next 20 ms. Magnets act only outside
-    the tube. The tube is 1.3 diagonals wide, so most folded chains can be drawn in, and the tube
-    may hold them again. Two casings do not fit side by side, so a fold opens when it is drawn in.
-    Until the last component is out, a wrong fold can be drawn in and released again.
+    the tube. The tube is 1.3 diagonals wide, so most folded chains can be drawn in and held again.
+    Two casings do not fit side by side, so a fold opens when it is drawn in. Until the last
+    component is out, a wrong fold can be drawn in and released again.
 
     **End**: when all components are out and at rest; when the drive has slipped for 0.1 s (status
     ``jammed``); after 250 steps, 5 s (``unsettled``); or when the simulation breaks down. Each of

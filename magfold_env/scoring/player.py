@@ -74,9 +74,9 @@ class Player:
         return actions
 
     def plan(self, env: Any) -> Plan:
-        """Return a plan that plays the first rows of episodes.
+        """Return a plan that plays the first `count` rows of a batch of episodes.
 
-        All running episodes must have taken equally many steps. `env` must accept the actions.
+        All running episodes must be at the same step. `env` must accept the actions.
         """
         table, first = env.setup.actions, slice(self.count)
 

@@ -70,7 +70,7 @@ class Run(FrozenModel):
 
 
 class Row(FrozenModel):
-    """The summary of a player."""
+    """The results of a player, as a row of the table."""
 
     success: tuple[float, float, float]
     """Share of successes, and the lower and upper end of its interval."""

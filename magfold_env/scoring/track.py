@@ -44,7 +44,7 @@ def choice_of_tasks(available: int, wanted: int) -> list[int]:
 
 @dataclass(frozen=True)
 class Track:
-    """An environment, its played tasks, and their draws."""
+    """An environment, the tasks that are played in it, and their random draws."""
 
     env_id: str
     """ID of the environment in Gymnasium."""

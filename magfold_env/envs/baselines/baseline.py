@@ -236,7 +236,7 @@ def baseline_key(
 
 
 def cache_folder() -> Path:
-    """Return the folder of computed baselines."""
+    """Return the folder in which computed baselines are cached."""
     return user_cache_path("magfold_env") / "baselines"
 
 

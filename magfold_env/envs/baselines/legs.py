@@ -1,4 +1,4 @@
-"""Feed schedules made of legs. In each leg, the feed has one speed until it reaches an advance.
+"""Feed schedules made of legs. In each leg, the feed moves at one speed to a given position.
 
 Schedules observe only how far the feed has advanced.
 """

@@ -43,7 +43,7 @@ from magfold_env.simulation.pack import (
 from magfold_env.simulation.view import Orientation, advances, public_states
 
 REFERENCE_SPEED = 0.1
-"""Feed speed of all templates [m/s]; drawn speeds divided by it are the drawn factors."""
+"""Feed speed of all templates [m/s]; a drawn speed divided by this is the drawn factor."""
 
 _TURNED = tuple(TURNED)
 _AS_DRAWN = np.ones(4)
@@ -359,7 +359,7 @@ class DynamicChains:
         return np.ascontiguousarray(offsets[:, ::-1]) if self._flips[kind] else offsets
 
     def _sync_from_engine(self, rows: Ints) -> None:
-        """Update the arrays from the engine, and mark chains that have ended."""
+        """Update the arrays from the engine, and mark chains whose simulations have ended."""
         chains, arrays = self.engine, self.arrays
         public_states(
             rows, self._flip, self._length, chains.counters, chains.q, chains.v, arrays.angles,

@@ -127,7 +127,7 @@ class Actions:
     """The encoding of actions, and the decoding of arrays of actions.
 
     There are three kinds. ``multidiscrete``: whole numbers. ``discrete``: one number whose digits
-    are these. ``box``: numbers from −1 to 1.
+    are those numbers. ``box``: numbers from −1 to 1.
     """
 
     kind: ActionKind
@@ -338,7 +338,7 @@ class ActionTable(Actions):
 
     @cached_property
     def _scaled(self) -> Floats:
-        """The levels on the log scale from −1 to 1."""
+        """The speed levels on the log scale from −1 to 1."""
         return np.array([scaled_speeds(speed) for speed in self.speeds.tolist()])
 
     @property

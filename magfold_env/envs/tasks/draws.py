@@ -22,7 +22,7 @@ _RESERVED = 1 << 64
 
 
 def episode_seeds(stream: str, count: int) -> list[int]:
-    """Return the first seeds of a stream, which is named for a purpose such as ``validation``."""
+    """Return the first `count` seeds of a stream, named for a purpose such as ``validation``."""
     seeds: list[int] = []
     for index in range(count):
         key = (crc32(stream.encode()), index)

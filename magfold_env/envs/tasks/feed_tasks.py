@@ -174,7 +174,7 @@ def read_tasks(
 
 
 def _checked(tasks: object, kind: type[Task]) -> tuple[Any, ...]:
-    """Return tasks as models; raise an error for other values or different chain lengths."""
+    """Return validated tasks; raise an error if one is invalid or chain lengths differ."""
     listed = isinstance(tasks, (list, tuple))
     given = cast("list[Any]", tasks if listed else [None])
     right = all(isinstance(each, (Task, Mapping)) for each in given)

@@ -60,7 +60,7 @@ def is_target(word: object, n: int) -> bool:
 
 
 def pick_target(word: object, targets: Sequence[str]) -> str:
-    """Return `word` if it is one of `targets`."""
+    """Return `word` if it is one of `targets`; otherwise raise an error."""
     if unless_one_of("", word, targets):
         allowed = f"must be one of {_listed(targets)}{nearest(str(word), targets)}"
         refuse([Problem("options['target']", word, allowed)])
