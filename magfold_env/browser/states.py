@@ -1,4 +1,4 @@
-"""The words of least magnetic energy, for a page: the ranking of `mf.minimise`.
+"""The words of least magnetic energy for a web page, ranked as by `mf.minimise`.
 
 The search visits words depth first, in the order S, L, R, and adds a component's pair energies when
 it places the component. Nothing is allocated here, and a search can run in parts, because its
@@ -88,7 +88,7 @@ def new_search(couplings: Couplings, n: int) -> Search:
 
 @kernel
 def couple(couplings: Couplings, n: int, most: int) -> int:
-    """Fill in up to ``most`` couplings that chains of n components need; return 1 at the end."""
+    """Fill in up to ``most`` couplings for chains of n components; return 1 if none are missing."""
     reach, middle, filled = 2 * (n - 1), couplings.energy.shape[0] // 2, 0
     for x in range(-reach, reach + 1):
         rest = reach - abs(x)
