@@ -156,7 +156,7 @@ def is_of(path: Path, sources: str) -> bool:
 
 
 def _as_function(modules: tuple[str, ...], names: tuple[str, ...]) -> str:
-    """Return modules as one function, so that their names do not clash with other names."""
+    """Return scripts as one function, so that their names do not clash with other names."""
     text = "\n".join(_source(name) for name in modules)
     text = re.sub(r"^(import|export) \{.*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"^export ", "", text, flags=re.MULTILINE)

@@ -149,7 +149,7 @@ def begin_search(settings: Settings, couplings: Couplings, search: Search) -> No
 
 @kernel
 def visit(search: Search, most: int) -> int:
-    """Continue for up to ``most`` steps; return 1 once all words have been visited."""
+    """Continue the search for up to ``most`` steps; return 1 once all words have been visited."""
     table = PairTable(search.coupling, search.coupling.shape[0] // 2, search.charge, False)
     last, depth = search.x.size - 1, search.progress[DEPTH]
     for _ in range(most):

@@ -81,7 +81,7 @@ def design(  # noqa: PLR0913 - all that a search depends on, and its workers
         Feed speeds [m/s] to choose from for `probability`, tried in this order until one succeeds;
         None means 0.2, 0.5, 0.08 and 0.03. Designs by energy keep the scene's speed.
     budget
-        Largest number of releases: except for the first, `cross-entropy` begins no generation that
+        Largest number of releases. After its first generation, `cross-entropy` begins no other that
         would exceed it.
     goal
         A probability that suffices. The search itself requires a value halfway between this and 1,

@@ -66,7 +66,7 @@ class Task:
 
     @property
     def enough(self) -> float:
-        """Share of successes that ends the search; selected choices do worse in other releases."""
+        """Share of successes that ends the search; it exceeds `goal`: later releases do worse."""
         return 0.5 * (1.0 + self.goal)
 
     @property
