@@ -53,13 +53,13 @@ def alone_in(folder: Path, wait: bool = False) -> Generator[None]:
 class Checkpoint:
     """Numbered records of a long run, in a database that is written every few seconds.
 
-    A checkpoint is a context manager. No other run can use the folder until the context ends. The
-    end of the context writes the remaining records.
+    A checkpoint is a context manager. No other run can use the folder until the context ends. At
+    that moment, the remaining records are written.
 
     Parameters
     ----------
     folder
-        Folder, which is created if needed; None stores nothing.
+        Folder, which is created if needed. If None, no records are stored.
     key
         All settings on which the records depend, as JSON values.
     wait
@@ -115,7 +115,7 @@ class Checkpoint:
         return made
 
     def add(self, record: object, number: int | None = None) -> None:
-        """Add a record of JSON values; if the last write was more than `EVERY` ago, write all.
+        """Add a record of JSON values; write all new records if the last write is over `EVERY` ago.
 
         The record replaces an earlier one with the same number; None gives it the next number.
         """
@@ -196,7 +196,7 @@ def _text(content: object) -> str:
 
 
 def difference(there: object, here: object, key: str = "") -> str:
-    """Return a description of the first difference between two keys; empty if they are equal."""
+    """Return a text about the first difference between two runs' keys; empty if they are equal."""
     if isinstance(there, dict) and isinstance(here, dict):
         old, new = cast("dict[str, Any]", there), cast("dict[str, Any]", here)
         for name in sorted({*old, *new}):

@@ -28,7 +28,7 @@ def configs_dir() -> Path:
 def pip_install(extra: str) -> str:
     """Return the command that installs an extra.
 
-    In a checkout, the command installs the checkout, because no index contains the package.
+    In a checkout, the command installs from the checkout, because no index has the package.
     """
     inside = configs_dir().parent == PACKAGE
     return f"pip install 'magfold_env[{extra}]'" if inside else f"pip install -e '.[{extra}]'"
@@ -121,7 +121,7 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def write_json(path: str | Path, data: Mapping[str, Any], listed: str) -> None:
-    """Write a mapping as JSON through a temporary file, with the list of key ``listed`` last."""
+    """Write a mapping as JSON through a temporary file, with the list ``data[listed]`` last."""
     lines = ",\n  ".join(json.dumps(each, allow_nan=False) for each in data[listed])
     rest = {key: value for key, value in data.items() if key != listed}
     head = json.dumps(rest, indent=1, allow_nan=False).removesuffix("\n}")

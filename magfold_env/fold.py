@@ -272,7 +272,7 @@ def recording(fold: Fold) -> Recording:
 
 
 def along(scene: Scene, motion: Trajectory) -> dict[str, Any]:
-    """Return the motion for a `Recording`, without magnetic energies."""
+    """Return the fields of a `Recording` that describe a motion, except the magnetic energies."""
     return {
         "time": motion.time,
         "angles": motion.angles,
@@ -288,7 +288,7 @@ def along(scene: Scene, motion: Trajectory) -> dict[str, Any]:
 def loaded(
     scene: Scene, angles: FloatArray, base: FloatArray, released: npt.ArrayLike
 ) -> BoolArray:
-    """Return which components have their magnets in m states, component 1 first, shape (m, n).
+    """Return which components have magnets in each of m states, component 1 first, shape (m, n).
 
     All components have magnets unless the scene loads them at the mouth. In that case, a component
     has magnets if its leading hinge would be outside the tube after all components between it and
@@ -318,8 +318,8 @@ def turns(scene: Scene) -> IntArray:
 def kinetic_energy(scene: Scene, motion: Trajectory) -> FloatArray:
     """Return the kinetic energies of a recorded motion [J], shape (m,).
 
-    They include the energies of components in the tube. The scene must be concrete (its spreads
-    drawn), and the motion must be finite.
+    They include the energies of components in the tube. The scene must be concrete: nothing is left
+    to draw. The motion must be finite.
     """
     lever = scene.casing.diagonal * motion.rates
     turning = np.stack([-lever * np.sin(motion.angles), lever * np.cos(motion.angles)], axis=-1)

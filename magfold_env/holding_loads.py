@@ -73,8 +73,8 @@ class Holding(NotebookDisplay):
     stiffness: FloatArray
     """Stiffness of each joint [N·m/rad], shape (n-1,): the increase per radian of the moment with
     which the magnets, the field and gravity turn the joint back, with all other joints fixed. At a
-    stop, it is the slope for opening. If it is negative, the joint snaps open when it gives way.
-    """
+    stop, it is the slope in the direction that opens the joint. A joint with a negative stiffness
+    snaps open when it gives way."""
     directions: FloatArray
     """Directions of the pull in the plane [rad], shape (m,); 0 is along +x, the direction of a
     tube."""
@@ -149,7 +149,7 @@ def holding(
     pulled: int | None = None,
     held: int | None = None,
 ) -> Holding:
-    """Find the moments that open a fold's joints, and the pull at which it gives way.
+    """Return the moments that open a fold's joints, and the pull at which it gives way.
 
     The scene's mount acts: a pin holds component 1's outer hinge, and a tube holds the components
     in it. Friction with the floor acts on all other components, including the pulled one.
@@ -223,7 +223,7 @@ def in_tube(fold: Fold) -> BoolArray:
 
 
 class _Forces:
-    """Forces of magnets, field and gravity on a fold's components at any pose, by the engine."""
+    """Forces of magnets, field and gravity on a fold's components, as the engine computes them."""
 
     def __init__(self, fold: Fold) -> None:
         n = fold.scene.n
@@ -237,7 +237,7 @@ class _Forces:
         self.work = new_work(self.model)
 
     def at(self, angles: FloatArray, base: FloatArray) -> FloatArray:
-        """Compute the pose; return forces (x, y) [N] and torques about centres [N·m], (n, 3)."""
+        """Return forces (x, y) [N] and torques about centres [N·m] at a pose, shape (n, 3)."""
         n, work = self.model.n, self.work
         q = np.concatenate([angles, base])
         smooth_accelerations(0, self.model, q, np.zeros(n + 2), work, np.empty(n + 2))
@@ -250,15 +250,15 @@ class _Forces:
 
     @property
     def reach(self) -> FloatArray:
-        """Vectors from the centres to the outer hinges, away from component 1 [m], shape (n, 2)."""
+        """Vectors from each centre to the hinge farther along the chain [m], shape (n, 2)."""
         cosines, sines = self.work.pose.cos, self.work.pose.sin
         return self.model.bodies.reach[:, None] * np.stack([cosines, sines], axis=1)
 
 
 def _stiffnesses(forces: _Forces, fold: Fold, *, from_first: bool) -> FloatArray:
-    """Return the slopes of the joints' moments [N·m/rad], shape (n-1,).
+    """Return the stiffness of each joint in a fold [N·m/rad], shape (n-1,).
 
-    Components beyond a joint turn, as seen from component 1 if ``from_first``, else from n.
+    A joint turns the components after it if ``from_first``, else those before it.
     """
     found = np.empty(fold.scene.n - 1)
     for joint, angle in enumerate(fold.joint_angles):
@@ -274,7 +274,7 @@ def _stiffnesses(forces: _Forces, fold: Fold, *, from_first: bool) -> FloatArray
 
 
 def _moment(forces: _Forces, fold: Fold, joint: int, turn: float, from_first: bool) -> float:
-    """Return the moment [N·m] that turns a joint to the left, at ``turn`` [rad] from the fold."""
+    """Return the moment on a joint [N·m], positive to the left, after a turn of ``turn`` [rad]."""
     beyond = np.arange(fold.scene.n) > joint
     angles = fold.angles + (np.where(beyond, turn, 0.0) if from_first else beyond * turn - turn)
     # The shift keeps the joint's hinge in place.
@@ -295,7 +295,7 @@ def _cross(arm: FloatArray, force: FloatArray) -> FloatArray:
 
 
 class _Balance:
-    """The balance of all movable components, with all forces that can contribute.
+    """The balance of forces and torques on all movable components.
 
     A *wrench*, shape (n, 3), contains the forces and the torques about the centres that a unit of
     one unknown exerts on the components. The unknowns are hinge forces, then forces that can only
@@ -342,7 +342,7 @@ class _Balance:
         return (wrench / self._lengths)[self._moves].ravel()
 
     def _make_exact(self) -> None:
-        """Subtract the residual of the fold's balance, which is almost zero at rest."""
+        """Remove the unbalanced part of the fold's loads; refuse a fold where it is large."""
         size = self._size
         found = self._solve(-np.eye(size), np.ones(size), np.zeros(size))
         assert found is not None  # the added unknowns can fill any gap
@@ -372,9 +372,9 @@ class _Balance:
     def _solve(
         self, added: FloatArray, quadratic: FloatArray, linear: FloatArray
     ) -> FloatArray | None:
-        """Minimise x² · quadratic / 2 + x · linear, with ``added`` (size, k) @ x in the balance.
+        """Minimise x² · quadratic / 2 + x · linear, in balance if ``added`` (size, k) @ x is added.
 
-        Returns x (k) and the unknowns at the minimum, or None if there is no minimum.
+        Returns x (k) and then the unknowns at the minimum, or None if there is no minimum.
         """
         below = np.zeros((len(self._right) - self._size, len(linear)))
         none = np.zeros(self._matrix.shape[1])
@@ -406,7 +406,7 @@ def _wrench(n: int, rows: Mapping[int, Sequence[Any]]) -> FloatArray:
 
 
 def _hinge_wrenches(forces: _Forces, *, pinned: bool) -> list[FloatArray]:
-    """Return the wrenches of hinge forces along x and y, which act on both components."""
+    """Return the wrenches of hinge forces along x and y; each acts on both hinged components."""
     n, reach = forces.model.n, forces.reach
     found: list[FloatArray] = []
     for hinge in range(-1 if pinned else 0, n - 1):
@@ -436,7 +436,7 @@ def _at_stop(fold: Fold, angle: float) -> bool:
 def _contact_wrenches(fold: Fold, forces: _Forces) -> list[FloatArray]:
     """Return the wrenches of touching casings and obstacles, which push them apart.
 
-    They follow from the engine's contacts of casings with slightly larger rounded edges.
+    The contacts are those that the engine finds for slightly enlarged casings.
     """
     if not fold.scene.contact:
         return []

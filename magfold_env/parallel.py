@@ -23,7 +23,7 @@ MOST_WORKERS = 4096
 """Largest number of workers; a larger number is probably a typing error."""
 
 LOSSES = 3
-"""Number of losses of workers in a row, without a result in between, after which work fails."""
+"""Number of consecutive losses of workers, with no result in between, that end the work."""
 
 _FEW_THREADS, _MANY_TASKS = 4, 500
 
@@ -32,7 +32,7 @@ _WAVE = 2.0
 
 
 def threads_of(threads: int | None) -> int:
-    """Return how many threads to use; None stands for as many as the process may use cores."""
+    """Return the number of threads to use; None means one per core that the process may use."""
     if threads is None:
         usable = getattr(os, "sched_getaffinity", None)
         return len(usable(0)) if usable else os.cpu_count() or 1

@@ -190,7 +190,7 @@ def words_of_outline(covered: Outline) -> tuple[str, ...]:
     Raises
     ------
     ValueError
-        If edges do not connect all cells, or one is given twice.
+        If edges do not connect all cells, or a cell is given twice.
     """
     left, reached = set(covered), list(covered[:1])
     for x, y in reached:  # which grows

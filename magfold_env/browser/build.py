@@ -1,4 +1,4 @@
-"""Build the laboratory: kernels, packed memory with its layout, scripts, and the complete page."""
+"""Build the laboratory, a web page: kernels, packed memory with its layout, scripts and HTML."""
 
 import base64
 import hashlib
@@ -79,7 +79,7 @@ def page() -> Path:
 
 
 def kept() -> Path:
-    """Return a folder built from these sources; build it if there is none."""
+    """Return a folder of files built from the current sources; build them if necessary."""
     root = cache_root() or Path(tempfile.gettempdir())
     found = root / f"browser-{_sources()}"
     with FileLock(root / "browser.lock"):
@@ -156,7 +156,7 @@ def is_of(path: Path, sources: str) -> bool:
 
 
 def _as_function(modules: tuple[str, ...], names: tuple[str, ...]) -> str:
-    """Return modules as one function, so that their names do not clash with other names."""
+    """Return scripts as one function, so that their names do not clash with other names."""
     text = "\n".join(_source(name) for name in modules)
     text = re.sub(r"^(import|export) \{.*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"^export ", "", text, flags=re.MULTILINE)
@@ -220,7 +220,7 @@ def packed_memory() -> dict[str, bytes]:
 
 
 def _told(image: memory.Image, data: bytearray) -> dict[str, Any]:
-    """Append a block's pieces to ``data``; return what a page must know about the block."""
+    """Append a block's pieces to ``data``; return the layout with which a page loads it."""
     first = len(data)
     data += image.data
     found = {name: value for name, value in image._asdict().items() if name != "data"}

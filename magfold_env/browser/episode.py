@@ -67,13 +67,13 @@ def observe(model: Model, episode: Episode) -> None:
 
 @kernel
 def film(model: Model, episode: Episode) -> None:
-    """Record a camera frame with noise."""
+    """Fill in a camera's view of the chain, with noise."""
     take_frames(model.side, episode.row, episode.arrays, episode.noise, episode.frames)
 
 
 @kernel
 def judge(episode: Episode) -> None:
-    """Fill in how near the chain is to the target word; ``arrays.status`` tells how it ended."""
+    """Fill in the chain's potential, score and success, given its status in ``arrays.status``."""
     angles = episode.arrays.angles
     for k in range(episode.joint.size):
         turn = float(episode.letter[k]) * (math.pi / 2.0)

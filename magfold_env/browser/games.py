@@ -1,4 +1,4 @@
-"""The environments that can be played in a page, and the networks of policies that play them."""
+"""The environments that can be played on a web page, and the networks of policies for them."""
 
 import base64
 from typing import Any

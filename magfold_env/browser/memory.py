@@ -1,8 +1,8 @@
 """Packed memory: the data of chains of every length, and the data that they share, as bytes.
 
-A *block* holds NamedTuples of arrays in the kernels' form (`engine.compile.by_pointer`): their
-words and the arrays' data. Addresses among the words are relative to the start of their block or of
-the shared block; the loader adds the actual start. Only nonzero parts are stored.
+A *block* holds NamedTuples of arrays in the kernels' form (`engine.compile.by_pointer`): words of
+eight bytes for their fields, and the arrays' data. Words that are addresses count from the start of
+their block or the shared block; the loader adds the actual start. Only nonzero parts are stored.
 """
 
 from collections.abc import Iterator
@@ -35,7 +35,7 @@ TYPES = {"float64": "f64", "float32": "f32", "int64": "i64", "bool": "u8"}
 
 
 def standard(n: int) -> Scene:
-    """Return a scene with the casing and magnets of a page's chains."""
+    """Return a scene of n components with the casing and magnets of all chains on the web page."""
     return Scene(sequence=("NNNN",) * n, start_angles=(0.0,) * (n - 1))
 
 
@@ -62,7 +62,7 @@ class Shared(NamedTuple):
 
 
 def shared_of(scene: Scene) -> Shared:
-    """Return what chains with a scene's magnets share; parts still to be computed are zero."""
+    """Return data for all chains with a scene's magnets; parts that the page computes are zero."""
     magnets, part = pack(scene).magnets, scene.magnets
     made = magnets.tables
     if part is None or made.end == 0.0 or made.far.end == 0.0:
@@ -127,7 +127,7 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
 
 
 def _word(packed: Any, name: str, count: int = 1) -> NDArray[Any]:
-    """Return a writable view of ``count`` words of a marked NamedTuple, which begin at a field."""
+    """Return a writable view of ``count`` words of a packed NamedTuple, from a field on."""
     place = pointer_types.place_of(packed, name)
     words = pointer_types.words_of(packed)[place : place + count]
     return words.view(np.float64) if isinstance(getattr(packed, name), float) else words
@@ -150,9 +150,9 @@ class Image(NamedTuple):
     pieces: list[tuple[int, int]]
     """Where each piece lies in the block, and how long it is."""
     own: list[int]
-    """Where addresses relative to the beginning of this block lie."""
+    """Places of the addresses that count from the beginning of this block."""
     shared: list[int]
-    """Where addresses relative to the beginning of the shared block lie."""
+    """Places of the addresses that count from the beginning of the shared block."""
     roots: dict[str, int]
     """Where each NamedTuple's words begin."""
     fields: dict[str, Field]
@@ -160,7 +160,7 @@ class Image(NamedTuple):
 
 
 class Block:
-    """Memory into which NamedTuples are packed, which must live as long as the block.
+    """Memory that contains packed NamedTuples. They must live as long as the block.
 
     Arrays that are also in the ``shared`` block are stored only there.
     """
@@ -229,7 +229,10 @@ class Block:
 
 
 def _arrays(packed: Any, name: str, word: int) -> Iterator[tuple[int, str, NDArray[Any]]]:
-    """Yield a NamedTuple's arrays and names, with their addresses' places from ``word`` on."""
+    """Yield the place of each array's address in a block, the array's name, and the array.
+
+    ``word`` is the place of the first word of ``packed``, a NamedTuple with this ``name``.
+    """
     for field, value in zip(packed._fields, packed, strict=True):
         if isinstance(value, np.ndarray):
             yield word, f"{name}.{field}", value

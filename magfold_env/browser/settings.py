@@ -1,4 +1,4 @@
-"""The settings of a chain in a page, and the kernel that sets up the chain from them.
+"""The settings of a chain on a web page, and the kernel that sets up the chain from them.
 
 Nothing is allocated here: `magfold_env.browser.memory` allocates chains of n components in advance,
 and they already contain the scene's other groups, such as the casing. This module compiles the
@@ -44,7 +44,7 @@ _friction_limit, _rectangle = inlined(numbers.friction_limit), inlined(numbers.r
 
 @by_pointer
 class Numbers(NamedTuple):
-    """The words that hold a chain's numbers; they are only written between two calls of kernels."""
+    """Writable views of a chain's numbers in memory; they change only between calls of kernels."""
 
     magnetic: IntArray  # one word each, as in `Model`
     frictional: IntArray
@@ -244,7 +244,7 @@ def begin(settings: Settings, model: Model, state: State, fastest_rate: float) -
 
 @kernel
 def put_start(settings: Settings, model: Model, state: State) -> None:
-    """Lay the chain according to its angles or its hinges' offsets."""
+    """Set the chain's initial pose from its joint angles or its hinges' offsets."""
     n, start = model.n, settings.start
     if settings.choice[MOUNT] != TUBE:
         for k in range(1, n):
@@ -260,7 +260,7 @@ def put_start(settings: Settings, model: Model, state: State) -> None:
 
 @kernel
 def choose(settings: Settings, state: State, k: int) -> None:
-    """Set the magnets of component k, the next to leave its tube; the run pauses when it is out."""
+    """Set the magnets of component k, the next to leave; the run pauses when it has left."""
     n, held = state.speed.size, state.counter[ix.N_HELD]
     i, turned = (n - 1 - k, True) if is_flipped(settings) else (k, False)
     for f in range(4):
@@ -271,7 +271,7 @@ def choose(settings: Settings, state: State, k: int) -> None:
 
 @kernel
 def draw(settings: Settings, model: Model, spread: float) -> None:
-    """Turn ``start``, uniform numbers from [−1, 1), into a start as `Scene.draw` does.
+    """Scale uniform numbers from [−1, 1) in ``start`` to the start that `Scene.draw` would draw.
 
     ``spread`` is the scene's spread of start angles [rad].
     """

@@ -1,4 +1,4 @@
-"""The words of least magnetic energy, for a page: the ranking of `mf.minimise`.
+"""The words of least magnetic energy for a web page, ranked as by `mf.minimise`.
 
 The search visits words depth first, in the order S, L, R, and adds a component's pair energies when
 it places the component. Nothing is allocated here, and a search can run in parts, because its
@@ -88,7 +88,7 @@ def new_search(couplings: Couplings, n: int) -> Search:
 
 @kernel
 def couple(couplings: Couplings, n: int, most: int) -> int:
-    """Fill in up to ``most`` couplings that chains of n components need; return 1 at the end."""
+    """Fill in up to ``most`` couplings for chains of n components; return 1 if none are missing."""
     reach, middle, filled = 2 * (n - 1), couplings.energy.shape[0] // 2, 0
     for x in range(-reach, reach + 1):
         rest = reach - abs(x)
@@ -149,7 +149,7 @@ def begin_search(settings: Settings, couplings: Couplings, search: Search) -> No
 
 @kernel
 def visit(search: Search, most: int) -> int:
-    """Continue for up to ``most`` steps; return 1 once all words have been visited."""
+    """Continue the search for up to ``most`` steps; return 1 once all words have been visited."""
     table = PairTable(search.coupling, search.coupling.shape[0] // 2, search.charge, False)
     last, depth = search.x.size - 1, search.progress[DEPTH]
     for _ in range(most):

@@ -1,7 +1,7 @@
-"""The largest of the magnets' tables, computed by the same kernels as elsewhere.
+"""The largest table of magnetic interactions, which a web page computes with the engine's kernels.
 
 The table takes a megabyte, which compression does not reduce, and a page computes it in 0.2 s. The
-tables of joint angles have a quarter of that size and would take 0.35 s, so they are stored, like
+tables of joint angles are a quarter of that size and would take 0.35 s, so they are stored, like
 small data such as the knots and matrices of `simulation.far_table`. Tests compare every bit.
 """
 
@@ -16,7 +16,7 @@ from magfold_env.simulation.far_table import fill, filter_rows
 
 @by_pointer
 class FarKit(NamedTuple):
-    """The data from which the table for casings that are farther apart is computed."""
+    """The data from which the table of interactions of distant casings is computed."""
 
     magnets: Magnets
     far: Array  # distances at which few nodes suffice [m]
@@ -34,7 +34,7 @@ class FarKit(NamedTuple):
 
 @kernel
 def make_far_table(kit: FarKit, tables: Tables) -> None:
-    """Fill in the table for casings that are farther apart; see `build_far_table`."""
+    """Fill in the table of interactions of distant casings; see `build_far_table`."""
     soft, soften = tables.far.soft, tables.far.soften
     fill(kit.magnets, kit.far, soft, soften, kit.few[0], kit.few[1], kit.far_values)
     fill(kit.magnets, kit.near, soft, soften, kit.many[0], kit.many[1], kit.near_values)
@@ -59,7 +59,7 @@ def make_far_table(kit: FarKit, tables: Tables) -> None:
 
 @kernel
 def turn(values: Array, out: Array) -> None:
-    """Swap the last two axes of values, which have the shape (…·turns, turns)."""
+    """Swap the last two axes of ``values``, whose shape is (radial·turns, turns), into ``out``."""
     turns = values.shape[1]
     for d in range(values.shape[0] // turns):
         for b in range(turns):

@@ -1,4 +1,4 @@
-"""A chain as a page shows it: its pose, letters and energies, and how its run ended."""
+"""A chain as a web page shows it: its pose, letters and energies, and how its run ended."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -59,7 +59,7 @@ def look(
 ) -> None:
     """Fill in the view of a recorded frame, or of the present state if ``frame`` is negative.
 
-    ``flip`` is 1 if the engine counts from component n. The scratch space must not be the run's.
+    ``flip`` is 1 if the engine counts from component n. Do not pass the run's own scratch space.
     The feed's travel is always the present one.
     """
     n = model.n
@@ -100,7 +100,7 @@ def letter(angle: float) -> int:
 
 @kernel
 def loaded(model: Model, lo: int, base: float) -> int:
-    """Return how many components have magnets (see `fold.loaded`); ``base`` is the base's x [m]."""
+    """Return how many components have magnets; ``base`` is the engine's first hinge's x [m]."""
     if not model.at_mouth:
         return model.n
     count = 0
@@ -112,7 +112,7 @@ def loaded(model: Model, lo: int, base: float) -> int:
 
 @kernel
 def ending(outcome: int, state: State, view: View) -> int:
-    """Return the index in STATUSES for a run with this outcome, or BY_BREAKDOWN; see `look`."""
+    """Return the index in STATUSES of a run's status, or BY_BREAKDOWN; ``view`` is from `look`."""
     if outcome == outcomes.TIMED_OUT:
         return _UNSETTLED
     if outcome != outcomes.RESTED:

@@ -3,11 +3,11 @@
 
 """Compile kernels to one WebAssembly module without imports, by means of compilers' internals.
 
-Numba only lowers kernels (`engine.compile.numba_private`): its code before optimisation is the same
-on every machine, and LLVM optimises it for WebAssembly. Words of eight bytes hold addresses of
-four; their other bytes are zero. Where other machines have an instruction or a library function,
-as for sines and fused multiply-adds, the engine's own kernels are used here. Then LLD links LLVM's
-output.
+Numba only translates kernels to LLVM's language (`engine.compile.numba_private`). This code is the
+same on every machine; LLVM optimises it for WebAssembly, and LLD links the result. Addresses have
+four bytes; in words of eight bytes, the other four are zero. WebAssembly has no instructions or
+library functions for sines, fused multiply-adds and the like, so kernels of this package replace
+them.
 """
 
 import importlib.util
@@ -83,8 +83,8 @@ define i128 @__multi3(i128 %a, i128 %b) noinline optnone {
 
 
 Exports = Mapping[str, tuple[Any, tuple[Any, ...]]]
-"""By name, the kernels that a module exports, and examples of their arguments: marked NamedTuples
-and numbers. The kernels return a number or nothing."""
+"""The kernels that a module exports, by name, with examples of their arguments: NamedTuples marked
+with `by_pointer`, and numbers. The kernels return a number or nothing."""
 
 
 @jit.kernel
@@ -233,7 +233,7 @@ def _program(exports: Exports) -> str:
 
 @cache
 def _lowered(kernel: Any, signature: tuple[Any, ...]) -> Any:
-    """Return numba's result for a kernel that it has only lowered."""
+    """Return numba's result for a kernel, translated to LLVM's language but not optimised."""
     made = cast("Any", numba.njit)(
         pipeline_class=numba_private.LoweringCompiler,
         no_cpython_wrapper=True,

@@ -98,7 +98,7 @@ def add_measurement(app: typer.Typer) -> None:
         return
 
     def missing(context: typer.Context) -> None:
-        """Measure the package; needs a checkout of its repository."""
+        """Measure the package; this needs a checkout of its repository."""
         typer.echo(f"error: {context.info_name}: {HOW_TO_GET}", err=True)
         raise typer.Exit(2)
 

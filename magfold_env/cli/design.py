@@ -48,7 +48,7 @@ def design(  # noqa: PLR0913 - one parameter per option
     ] = None,
     json: options.Json = None,
 ) -> None:
-    """Search for magnets and a feed speed that fold into a word; exit code 1 if none are found."""
+    """Search for magnets and a feed speed that fold a chain into a word; exit code 1 if none do."""
     options.check_outputs({"--json": json})
     options.check_folder("--out", out)
     given = None if scene is None else load_scene(scene)

@@ -52,7 +52,7 @@ def ensemble(  # noqa: PLR0913 - one parameter per option
 
 
 def check_pictures(out: Path | None, png: Path | None) -> None:
-    """Raise an error before the long work if a requested picture or file cannot be written."""
+    """Raise an error before long work if a requested picture or file cannot be written."""
     options.check_outputs({"--png": png})
     options.check_folder("--out", out)
     if out is not None:

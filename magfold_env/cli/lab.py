@@ -26,7 +26,7 @@ def lab(
         Path | None, typer.Option(help="Folder to write the page to, instead of opening it.")
     ] = None,
 ) -> None:
-    """Open the laboratory in a browser: turn poles, drag friction and speed, watch it fold.
+    """Open the laboratory in a browser: turn poles, drag friction and speed, and watch chains fold.
 
     The laboratory is one self-contained file. In a checkout, it is compiled on first use.
     """
@@ -50,7 +50,7 @@ def lab(
 
 
 def link_of(scene: Scene) -> str:
-    """Return the end of the laboratory's address that opens a scene there.
+    """Return the fragment of the laboratory's URL (``#`` and text) that opens a scene there.
 
     If the page cannot show a scene, it displays an error that names the key.
     """

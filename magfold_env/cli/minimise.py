@@ -119,7 +119,7 @@ def one_by_one_table(feeds: Sequence[minimiser.Minimum]) -> Table:
 
 
 def to_json(scene: Scene, *searches: minimiser.Minimum) -> str:
-    """Return a scene and searches of it as JSON text, the ranking first, with energies in J."""
+    """Return a scene and the results of searches as JSON text, the ranking first, energies in J."""
     found = [
         {
             **asdict(search),

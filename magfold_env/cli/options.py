@@ -77,7 +77,7 @@ LONGEST = 800  # limit for the characters of a message
 
 
 class _InOneLine:
-    """A command that reports a user's errors, and Ctrl-C, in one line, and refuses empty values."""
+    """A command that reports user errors and Ctrl-C in one line, and refuses empty values."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         with errors_in_one_line():
@@ -142,7 +142,7 @@ def errors_in_one_line(
 ) -> Generator[None]:
     """Print a user error on one line of stderr and exit with ``code``.
 
-    Each problem of a scene has a separate line. After Ctrl-C, the exit code is 130.
+    If a scene has several problems, each has its own line. After Ctrl-C, the exit code is 130.
     """
     try:
         yield
@@ -161,7 +161,7 @@ def errors_in_one_line(
 
 
 def refuse_repeated(option: str, texts: Sequence[str]) -> None:
-    """Refuse texts KEY=VALUE, two of which have the same key."""
+    """Raise an error if two of an option's texts KEY=VALUE have the same key."""
     keys = [text.partition("=")[0].strip() for text in texts]
     for k, key in enumerate(keys):
         if key in keys[:k]:
@@ -169,7 +169,7 @@ def refuse_repeated(option: str, texts: Sequence[str]) -> None:
 
 
 def check_outputs(paths: Mapping[str, Path | None]) -> None:
-    """Raise an error before the long work if a result cannot be drawn or written to its path."""
+    """Raise an error before long work if a result cannot be drawn or written to its path."""
     for option, path in paths.items():
         if path is None:
             continue
@@ -189,7 +189,7 @@ def check_outputs(paths: Mapping[str, Path | None]) -> None:
 
 
 def check_folder(option: str, path: Path | None) -> None:
-    """Raise an error before the long work if the folder of results cannot be made or written."""
+    """Raise an error before long work if the folder of results cannot be made or written."""
     if path is None:
         return
     existing = next(each for each in (path, *path.parents) if each.exists())
@@ -203,7 +203,7 @@ def check_folder(option: str, path: Path | None) -> None:
 
 
 def need_render() -> None:
-    """Raise an error before the long work if pictures or charts cannot be drawn."""
+    """Raise an error before long work if pictures or charts cannot be drawn."""
     for module in ("magfold_env.render", "matplotlib.figure"):
         try:
             import_module(module)

@@ -97,7 +97,7 @@ def _choices(entry: Schema) -> list[Schema]:
 
 
 def _written(value: object) -> str:
-    """Return a value as text for a file; empty for a group, because its keys have values."""
+    """Return a value as YAML text; empty for a group, because its keys have their own values."""
     if isinstance(value, dict):
         return ""
     if isinstance(value, float):

@@ -36,10 +36,10 @@ def score(
     minutes: Annotated[float, typer.Option(help="The most it may take.")] = MINUTES,
     json: options.Json = None,
 ) -> None:
-    """Play a policy on draws that it cannot know, or actions on the draws they were chosen for.
+    """Play a policy on random draws unknown to it, or actions on the draws they were chosen for.
 
     Nothing in the file is run as code. A file of actions contains the track, the seed and the
-    episodes for which they were chosen.
+    episodes for which the actions were chosen.
     """
     options.check_outputs({"--json": json})
     with options.progress_bar() as bar:

@@ -65,7 +65,7 @@ def sweep(  # noqa: PLR0913 - one parameter per option
 
 
 def grid_of(texts: list[str]) -> dict[str, list[float]]:
-    """Return the values by key from texts ``KEY=VALUES``, one text per number of the scene.
+    """Return the values by key from texts ``KEY=VALUES``, one text per parameter of the scene.
 
     Values within a range are rounded to twelve digits.
     """

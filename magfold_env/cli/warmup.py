@@ -31,7 +31,7 @@ def warmup() -> None:
 
 
 def work() -> dict[str, Callable[[], Any]]:
-    """Return a short task for every kind of work, by the name of that kind."""
+    """Return short tasks that use all kernels, each by the name of its kind of work."""
     tube = mf.Scene(sequence=SEQUENCE, mount="tube", feed=mf.Feed(speed=0.6))
     free = tube.replace(mount="free")
     magnet = {"position": (0.1, 0.1), "heading": 0.3, "width": 0.01}

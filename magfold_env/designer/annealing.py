@@ -61,12 +61,12 @@ def anneal_sequence(
     stable: bool = False,
     good_enough: float = np.inf,
 ) -> Annealed:
-    """Search for the sequence whose worst rival scores highest, or any above ``good_enough``.
+    """Search for the sequence with the highest score, or any with more than ``good_enough``.
 
-    The score of a rival of the target, a word without overlap, is its energy above the target [J],
-    or its tolerance if ``tolerant``. The scene's sequence is ignored. If ``stable``, the search
-    includes only sequences whose only stable word is the target; see `stable_groups`. Flips tried
-    count as ``energies`` in ``calls``, exact searches as ``ground states``.
+    The score is that of the worst rival of the target: its energy above the target [J], or its
+    tolerance if ``tolerant``. The target has no overlap. The scene's sequence is ignored. If
+    ``stable``, the search includes only sequences whose only stable word is the target; see
+    `stable_groups`. ``calls`` counts flips as ``energies``, exact searches as ``ground states``.
     """
     if stable:
         signs, groups = stable_signs(target, rng)
@@ -100,7 +100,7 @@ def anneal_sequence(
 def sequence_of_signs(signs: Array) -> tuple[str, ...]:
     """Return the sequence for the signs of its faces, shape (4n,); N is positive.
 
-    Flipping all signs changes nothing, so the first face is N.
+    Flipping all signs changes no energy; the result always begins with N.
     """
     letters = "".join("N" if sign == signs[0] else "S" for sign in signs)
     return tuple(letters[k : k + 4] for k in range(0, len(letters), 4))
@@ -142,7 +142,7 @@ def stable_signs(target: str, rng: np.random.Generator) -> tuple[Array, list[Int
 
 
 def _spread(start: int, linked: list[list[tuple[int, int]]], signs: Array) -> Ints:
-    """Fill in the signs that follow from the sign of ``start``, and return the faces."""
+    """Fill in the signs that follow from the sign of face ``start``, and return their faces."""
     group = [start]
     for face in group:
         for other, relation in linked[face]:
@@ -157,7 +157,7 @@ def anneal(
     excess: Array, faces: Ints, first: Ints, proposals: Ints, chances: Array, temperatures: Array,
     tolerant: bool, signs: Array,
 ) -> float:  # fmt: skip
-    """Anneal; write the best signs found to ``signs`` (4n,) and return their score.
+    """Improve ``signs`` (4n,) by simulated annealing, and return the score of the best found.
 
     The score is the worst rival's energy above the target [J] or, if ``tolerant``, its tolerance;
     see `Rivals`. ``excess`` (rivals, 4n, 4n) are the rivals' forms. The faces of group g,
@@ -201,7 +201,7 @@ def anneal(
 
 @allocating_kernel
 def change_of(form: Array, field: Array, signs: Array, group: Ints) -> float:
-    """Return the increase [J] of the energy sᵀ A s if a group of faces flips."""
+    """Return the increase [J] of the energy sᵀ A s if a group of faces flips; A is ``form``."""
     change = 0.0
     for f in group:
         others = float(field[f])

@@ -31,7 +31,7 @@ _BLOCK = 1 << 18  # number of sequences per batch
 
 
 def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, tuple[str, ...] | None]:
-    """Find the sequence with the largest energy gap for each target, among all sequences.
+    """Return the sequence with the largest energy gap for each target, among all sequences.
 
     A sequence's gap is the lowest energy of any other word without overlap, minus the target's.
 
@@ -75,7 +75,7 @@ def gap_designs(scene: scenes.Scene, targets: Iterable[str]) -> dict[str, tuple[
 
 
 def _first_of_largest(scores: Array, tie: float) -> int | None:
-    """Return the number of the first sequence with the largest score; None unless it exceeds a tie.
+    """Return the number of the first sequence of largest score; None if none exceeds ``tie``.
 
     Scores that differ by rounding count as equal, so that rounding does not decide the result.
     """
@@ -123,10 +123,10 @@ class Exhaustive:
         return found
 
     def tolerances(self) -> Array:
-        """Return the worst rival's tolerance, or −inf where the target is not the ground state.
+        """Return each sequence's least tolerance; −inf unless the target is its ground state.
 
         If some rival's tolerance is below that of the best sequence so far, it may be returned
-        instead of the worst rival's, because the sequence cannot be the best.
+        instead of the least one, because the sequence cannot be the best.
         """
         found = np.full(self.gaps.size, -np.inf)
         numbers = np.flatnonzero(self.gaps > self.tie)
@@ -159,7 +159,7 @@ class Exhaustive:
         return _first_of_largest(scores, self.tie)
 
     def spread_out(self, scores: Array, count: int, apart: int) -> list[int]:
-        """Return the numbers of good sequences, the best first, at least ``apart`` faces apart."""
+        """Return numbers of good sequences, best first, that differ in ``apart`` faces or more."""
         chosen: list[int] = []
         wanted = np.flatnonzero(scores > self.tie)
         for number in wanted[np.argsort(-scores[wanted], kind="stable")].tolist():

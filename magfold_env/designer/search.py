@@ -81,7 +81,7 @@ def design(  # noqa: PLR0913 - all that a search depends on, and its workers
         Feed speeds [m/s] to choose from for `probability`, tried in this order until one succeeds;
         None means 0.2, 0.5, 0.08 and 0.03. Designs by energy keep the scene's speed.
     budget
-        Largest number of releases: except for the first, `cross-entropy` begins no generation that
+        Largest number of releases. After its first generation, `cross-entropy` begins no other that
         would exceed it.
     goal
         A probability that suffices. The search itself requires a value halfway between this and 1,
@@ -136,7 +136,7 @@ class Found(NamedTuple):
     bound: float | None = None
     """Proven upper bound of the score; None if unknown."""
     certificate: str = ""
-    """The reason, if there is no choice."""
+    """Reason why there is no choice; empty if there is one."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class _Run:
     calls: Counter[str]
 
     def most_probable(self) -> trials.Evaluation:
-        """Search for the choice that most often settles as the target."""
+        """Return the evaluation of the choice whose chain most often settles as the target."""
         task = self.task
         scene = trials.hurried(task.scene)
         key = {
@@ -177,7 +177,7 @@ class _Run:
         return evaluations[0]
 
     def assessed(self, found: Found) -> Design:
-        """Collect the evidence for a choice: energies, and releases that the search did not use."""
+        """Return the design for a choice, assessed by energies and releases beyond the search."""
         task, score = self.task, found.score
         scene = weighed = probability = None
         reached = False
@@ -209,7 +209,7 @@ class _Run:
 def _raced(
     task: Task, releases: trials.Trials, few: list[tuple[str, ...]], many: list[tuple[str, ...]]
 ) -> list[trials.Evaluation]:
-    """Try ``few`` sequences at one speed, then ``many`` more at more speeds, until one succeeds."""
+    """Evaluate ``few`` sequences at one speed, then all sequences at more, until one succeeds."""
     speeds = task.speeds or (None,)
     stages = [(few, 1), *(([*few, *many], count) for count in range(1, len(speeds) + 1))]
     evaluations: list[trials.Evaluation] = []
@@ -224,7 +224,7 @@ def _raced(
 def _refined(
     task: Task, releases: trials.Trials, evaluations: list[trials.Evaluation]
 ) -> list[trials.Evaluation]:
-    """Continue with `cross_entropy` from the best choice so far, if any; return all, ranked."""
+    """Run `cross_entropy` from the best choice so far, if any; return all evaluations, ranked."""
     rng = np.random.default_rng([task.searching_seed, 1])
     first = evaluations[0].choice if evaluations else None
     # The target is the only stable word of annealing's proposals, and must remain so.

@@ -78,7 +78,7 @@ class Suite(base.FrozenModel):
         return tuple(self.words)
 
     def scene(self) -> Scene:
-        """Return the scene, with a placeholder for a sequence."""
+        """Return the scene, with a placeholder as its sequence."""
         return load_scene(self.scene_name).replace(sequence=("NNNN",) * self.n)
 
 

@@ -66,7 +66,7 @@ class Task:
 
     @property
     def enough(self) -> float:
-        """Share of successes that ends the search; selected choices do worse in other releases."""
+        """Share of successes that ends the search; it exceeds `goal`: later releases do worse."""
         return 0.5 * (1.0 + self.goal)
 
     @property
@@ -268,7 +268,7 @@ class Design(NotebookDisplay):
         return {"format": FORMAT, **asdict(self), "scene": scene}
 
     def to_json(self, path: str | Path) -> None:
-        """Write the design as JSON, under a temporary name first; `from_json` reads it."""
+        """Write the design as JSON through a temporary file; `from_json` reads the file."""
         write_text(path, json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n")
 
     @classmethod

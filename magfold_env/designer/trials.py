@@ -58,7 +58,7 @@ class Oracle(Protocol):
         ...
 
     def scores(self, choices: Sequence[Choice], draws: int) -> Array:
-        """Return scores, at most 1, of each choice's first releases, shape (choices, draws)."""
+        """Return scores, at most 1, of each choice's first ``draws`` releases, (choices, draws)."""
         ...
 
 
@@ -135,14 +135,14 @@ def cross_entropy(
     first: Choice | None = None,
     groups: Sequence[IntArray] | None = None,
 ) -> list[Evaluation]:
-    """Search for the choice that folds into the target most often.
+    """Search for the choice with which the chain folds into the target most often.
 
     The search begins around ``first`` or, without it, with all choices equally likely. Speeds stay
     between the slowest and the fastest of ``speeds`` [m/s], which is empty without a tube. Relative
     signs within each of the ``groups`` of faces stay as in ``first``; None makes each face a group.
     Generations after the first must stay within the ``budget`` of releases, in which earlier
-    releases count too. A share of successes of ``goal`` ends the search. Returns the best choices,
-    ranked by `successive_halving`.
+    releases count too. A share of successes of ``goal`` ends the search. Returns evaluations of
+    the best choices, ranked by `successive_halving`.
     """
     current = _around(first, faces, speeds, groups)
     best: list[Evaluation] = []

@@ -1,1 +1,1 @@
-"""Ensembles of perturbed releases of a scene, and sweeps over grids of its numbers."""
+"""Ensembles of perturbed releases of a scene, and sweeps over grids of its parameters."""

@@ -106,7 +106,7 @@ def generator(seed: int, index: int) -> np.random.Generator:
 
 
 def run_one(seed: int, count: int, task: tuple[int, Scene]) -> Run:
-    """Simulate the run of ``task``: its number among the runs of ``count`` scenes, its scene."""
+    """Simulate one run; ``task`` is its number among the runs of ``count`` scenes and its scene."""
     number, scene = task
     fold = simulate(scene, generator(seed, number // count))
     angles = tuple(fold.angles.tolist())
@@ -115,7 +115,7 @@ def run_one(seed: int, count: int, task: tuple[int, Scene]) -> Run:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Ensemble(Columns, NotebookDisplay):
-    """Many releases of one scene: columns with one entry per run, and probabilities.
+    """Results of many releases of one scene, in columns with one entry per run, and probabilities.
 
     Each probability has its own Wilson interval at 95 %.
     """
@@ -172,7 +172,7 @@ class Ensemble(Columns, NotebookDisplay):
     def words(self) -> Shares[str]:
         """The probability of every word that occurred, most frequent first; others have 0.
 
-        Every run counts by its nearest word, even if it misfolded; `outcomes` separates such runs.
+        A misfolded run also counts towards its nearest word; `outcomes` separates such runs.
         A key that is not a word of the chain raises a ValueError.
         """
         return Shares(_shares(self.word.tolist()), self.probability)
@@ -187,7 +187,7 @@ class Ensemble(Columns, NotebookDisplay):
     def outcomes(self) -> Shares[tuple[str, FoldStatus]]:
         """The probability of every pair of word and status that occurred, most frequent first.
 
-        Other pairs have the probability 0.
+        Other pairs have probability 0.
         """
         statuses = [FoldStatus(status) for status in self.status.tolist()]
         found = _shares(list(zip(self.word.tolist(), statuses, strict=True)))
@@ -236,7 +236,7 @@ class Ensemble(Columns, NotebookDisplay):
         """Return the runs as columns of equal length, with the values that each run drew.
 
         Columns of drawn values are named by key, followed by the position in a list from 1:
-        ``friction``, ``magnets.remanence_3_1``, ``start_angles_2``. The values are drawn again.
+        ``friction``, ``magnets.remanence_3_1``, ``start_angles_2``. Each call repeats the draws.
         """
         angles = {f"angle_{k + 1}": column for k, column in enumerate(self.angles.T)}
         return {
@@ -282,7 +282,7 @@ class Ensemble(Columns, NotebookDisplay):
         }
 
     def to_json(self, path: str | Path) -> None:
-        """Write everything as JSON, under a temporary name first; `from_json` reads it."""
+        """Write the ensemble as JSON through a temporary file; `from_json` reads the file."""
         write_json(path, self.to_dict(), listed="runs")
 
     @classmethod
@@ -451,7 +451,7 @@ def varied(scene: Scene) -> str:
 def predictions(scene: Scene) -> dict[str, str]:
     """Return the word that each of the minimiser's searches predicts, by the name of the search.
 
-    Searches that do not accept the scene, or that block themselves, are omitted.
+    Searches that refuse the scene, or reach a joint where every letter overlaps, are omitted.
     """
     found: dict[str, str] = {}
     for mode, name in PREDICTORS.items():

@@ -71,7 +71,7 @@ def outcomes(made: Ensemble) -> Counter[Outcome]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sweep(NotebookDisplay):
-    """Ensembles of one scene on a grid of values of one or two parameters, with equal draws."""
+    """Ensembles of one scene on a grid of one or two parameters; all points use the same draws."""
 
     scene: Scene
     """The scene before its parameters are set."""
@@ -137,7 +137,7 @@ class Sweep(NotebookDisplay):
         ]
 
     def to_csv(self, path: str | Path) -> None:
-        """Write `rows` as CSV, under a temporary name first."""
+        """Write `rows` as CSV, through a temporary file."""
         write_text(path, to_csv(self.rows()))
 
     def to_dict(self) -> dict[str, Any]:
@@ -157,7 +157,7 @@ class Sweep(NotebookDisplay):
         }
 
     def to_json(self, path: str | Path) -> None:
-        """Write everything as JSON, under a temporary name first; `from_json` reads it."""
+        """Write the sweep as JSON through a temporary file; `from_json` reads the file."""
         write_json(path, self.to_dict(), listed="points")
 
     @classmethod
@@ -192,15 +192,15 @@ def sweep(
     """Simulate an ensemble at every point of a grid of one or two of a scene's parameters.
 
     Run i uses the same random numbers at every point, so that only the parameters cause
-    differences between points. A separate ensemble of a point's scene equals the sweep's ensemble
-    bit for bit.
+    differences between points. Calling `ensemble` with a point's scene gives the same result, bit
+    for bit.
 
     Parameters
     ----------
     scene
         The scene to release.
     over
-        Increasing values of one or two numbers of the scene, by their dotted keys:
+        Increasing values of one or two parameters of the scene, by their dotted keys:
         ``{"friction": [0.1, 0.2, 0.4], "magnets.remanence": np.linspace(0.6, 1.4, 9)}``.
     runs
         Number of releases per point.

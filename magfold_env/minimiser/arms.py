@@ -3,11 +3,11 @@
 Both arms begin at the same root: the component before the cut, at the origin, heading along +x. The
 near arm contains the root and the components before it, the far arm the components after the cut.
 
-A state is a word of the near arm and a word of the far arm. Its energy is the energy within the
-near arm, plus that within the far arm, plus the sum of ``cross`` over the pairs of nodes of the two
-words. A word of the near arm makes a field on the far arm's nodes: the sum of the word's rows of
-``cross``. Dynamic programming along the far arm finds the least energy in that field. This is a
-lower bound of the energy between the arms, because the method ignores overlaps.
+A node is a possible pose of one component, and a state consists of a word of each arm. The energy
+of a state is the energy within the near arm, plus that within the far arm, plus the energies
+``cross`` of all pairs of a near and a far node. A word of the near arm makes a field on the far
+nodes: the sum of its nodes' rows of ``cross``. Dynamic programming along the far arm finds the
+least energy in that field: a lower bound of the energy between the arms, as it ignores overlaps.
 """
 
 from functools import lru_cache
@@ -26,11 +26,11 @@ LETTERS = len(ORDER)
 NOWHERE = -1  # no node, while the number of nodes is unknown
 
 Entries = NDArray[np.int32]
-"""32-bit integers, because an arm may have tens of millions of entries."""
+"""Array of 32-bit integers, because an arm may have tens of millions of entries."""
 
 
 class Arm(NamedTuple):
-    """The possible poses of an arm's components, joint by joint from the root.
+    """The possible poses (nodes) of an arm's components, joint by joint from the root.
 
     Equal poses of two components are different nodes.
     """
@@ -54,11 +54,11 @@ class Arm(NamedTuple):
 
 
 class PairTable(NamedTuple):
-    """The couplings of two components of a chain at any pose."""
+    """The couplings of pairs of components of a chain, at any relative pose."""
 
     coupling: Array
-    """K [J] by the pose of the second component relative to the first (cell x, cell y, quarter
-    turns), then by faces."""
+    """Matrices K [J] of `Couplings`, by the pose of the second component relative to the first
+    (cell x, cell y, quarter turns)."""
     reach: int
     """Index of cell 0 along x and y."""
     strength: Array
@@ -281,7 +281,7 @@ def lowest_in_field(arm: Arm, field: Array, lowest: Array) -> float:
 def bound_prefixes(
     cross: Array, near: Arm, far: Arm, words: ArmWords, begin: int, end: int, bound: Array
 ) -> None:
-    """Fill in ``bound``, a lower bound of the states' energies for words of the near arm [J].
+    """Fill in, for each word of the near arm, a lower ``bound`` of its states' energies [J].
 
     The bound omits the energy within the far arm. The function fills the entries from ``begin`` to
     ``end``, excluding ``end``; shorter words have an infinite bound.

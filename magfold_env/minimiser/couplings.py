@@ -2,7 +2,7 @@
 
 The interaction of two components is bilinear in their pole charges. Their energy is sᵀ K t. The
 vectors s and t contain the charges in units of the largest one, and the 4×4 matrix K depends only
-on the relative pose. The lattice has few poses. At each, energies of pairs of single faces give K.
+on the relative pose. The lattice has few poses. K contains the energies of pairs of single faces.
 """
 
 import math

@@ -133,7 +133,7 @@ def _between_faces(magnets: Magnets, side: float) -> Array:
 
 
 def _lines(rho: Array, one: float, other: float) -> Array:
-    """Return the mean of 1/r of two upright lines, rho apart and centred on the plane [1/m]."""
+    """Return the mean of 1/r [1/m] of two upright lines of given lengths, ``rho`` [m] apart."""
 
     def antiderivative(u: float) -> Array:
         return u * np.arcsinh(u / rho) - np.sqrt(u * u + rho * rho)

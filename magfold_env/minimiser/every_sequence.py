@@ -3,8 +3,8 @@
 The energy of a word is sᵀ J s for the signs s of all faces. The faces are divided into leading and
 trailing faces. For fixed leading signs, the energy is that among the leading faces, plus that among
 the trailing faces, which a table stores, plus the fields on the trailing faces times their signs.
-These last sums are built by doubling: each trailing face doubles the number of sums, and its sign
-is -1 in the new half. That takes one addition per sequence, and few rounding errors add up.
+The sums for all trailing signs are built by doubling: each trailing face doubles their number, and
+its sign is -1 in the new half. That takes one addition per sequence and limits rounding errors.
 
 The number of a sequence has one bit per face, N = 0 and S = 1; component 1's front-left face is the
 highest bit. The order of the numbers is the alphabetical order of the sequences.
@@ -80,7 +80,7 @@ def sequence_of(number: int, n: int) -> tuple[str, ...]:
 
 
 def every_ground_state(scene: Scene) -> EverySequence:
-    """Find the ground state of every sequence of N and S; the scene's own sequence is ignored.
+    """Return the ground state of every sequence of N and S; the scene's own sequence is ignored.
 
     Raises
     ------
@@ -159,9 +159,9 @@ def keep_lowest(
 def fill_block(
     form: Array, block: int, trailing: int, own: Array, fields: Array, energies: Array
 ) -> None:
-    """Fill in the energies (2^trailing,) [J] of sequences whose leading faces are ``block``'s bits.
+    """Fill in the energies (2^trailing,) [J] of sequences with ``block``'s bits as leading faces.
 
-    `tabulate` fills ``own``. The function overwrites ``fields`` (trailing,).
+    ``own`` is the result of `tabulate`. The function overwrites ``fields`` (trailing,).
     """
     faces = form.shape[0]
     leading = faces - trailing
@@ -202,5 +202,5 @@ def tabulate(form: Array, trailing: int, own: Array) -> None:
 
 @allocating_kernel
 def sign_of(number: int, bit: int) -> float:
-    """Return the sign of a face from its bit: +1 for N, which is 0, and -1 for S, which is 1."""
+    """Return the sign of a face from its bit: +1 for N (bit 0) and -1 for S (bit 1)."""
     return -1.0 if (number >> bit) & 1 else 1.0

@@ -30,7 +30,7 @@ the number of words by 2.7.
 
 LONGEST_CUT: Final = {"all": 32, "folded": 56, "stable": 56}
 """Largest number of components for which `ground_state` can list the words of each half, by the
-words that it ranks."""
+argument ``among``."""
 
 MOST_STATES: Final = 10_000_000
 """Largest number of states that can be requested."""
@@ -79,7 +79,7 @@ class Minimum(NotebookDisplay):
     decisions: tuple[Decision, ...]
     """Decisions in the order in which they were made; empty for the mode `free`."""
     examined: int
-    """Number of words whose energies were compared; for long chains, words of half the chain."""
+    """Number of words whose energies were compared, or of words of half the chain if it is long."""
 
     @property
     def best(self) -> State:
@@ -141,7 +141,7 @@ def minimise(
         The words that `free` ranks: `all`, only the `folded` words (no S), or only the
         `stable` words (folded, and no equal poles touch).
     progress
-        Called during branch and bound, as by `ground_state`.
+        Called during branch and bound; see `ground_state`.
 
     Raises
     ------
@@ -205,7 +205,7 @@ def _one_by_one(scene: Scene, mode: Mode) -> Minimum:
 def ground_state(
     scene: Scene, top: int = 1, among: Among = "all", *, progress: Progress | None = None
 ) -> Minimum:
-    """Find the states of least energy of a long chain, and prove that no other is lower.
+    """Return the states of least energy of a long chain, and prove that no other is lower.
 
     The method is branch and bound. The chain is cut in the middle. The words of one half are
     ordered by a lower bound of the energy of their states, and completed in that order until the

@@ -107,14 +107,14 @@ def touching_faces(one: Lattice) -> Pairs:
 
 
 def conflicts(one: Lattice, sequence: Sequence[str]) -> Pairs:
-    """Return the touching pairs (i, j) of a single word whose touching faces have equal poles."""
+    """Return the pairs of components (i, j) of one word that touch with faces of equal poles."""
     sign = np.ravel(energies.signs(sequence))
     pairs = touching_faces(one)
     return tuple((a // 4 + 1, b // 4 + 1) for a, b in pairs if sign[a] * sign[b] > 0.0)
 
 
 def conflict_free(lattice: Lattice, sequence: Sequence[str]) -> NDArray[np.bool_]:
-    """Return whether each word is without touching faces of equal poles, shape (m,)."""
+    """Return, for each word, whether no faces of equal poles touch, shape (m,)."""
     sign = energies.signs(sequence)
     free = np.ones(len(lattice), dtype=np.bool_)
     for i, j, poses in lattice.pairs():
@@ -125,7 +125,7 @@ def conflict_free(lattice: Lattice, sequence: Sequence[str]) -> NDArray[np.bool_
 
 
 def _face(poses: Ints) -> Ints:
-    """Return the face of a component that touches a component at each pose, or -1, shape (m,)."""
+    """Return the face with which a component touches another one at each pose, or -1, (m,)."""
     face = np.full(len(poses), -1, dtype=np.int64)
     for index, cell in enumerate(_BESIDE):
         face[(poses[:, :2] == cell).all(axis=1)] = index

@@ -161,7 +161,7 @@ def holding_text(fold: Fold, *, drawn: bool = False) -> str:
 def predicted(scene: Scene, simulated_word: str) -> list[Outcome]:
     """Return the folds of least energy: over all words and, in a tube, joint by joint.
 
-    Each note states whether the fold agrees with the simulation, or why it was not searched.
+    Each note states whether the fold agrees with the simulation, or why no search was made.
     """
     ways: list[tuple[str, Mode]] = [("Least energy of all words", "free")]
     if scene.mount == "tube":

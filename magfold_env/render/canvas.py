@@ -20,7 +20,7 @@ _OVERSAMPLING = 3
 
 
 class View(NamedTuple):
-    """A rectangle of the plane [m]."""
+    """A rectangle in the plane [m]."""
 
     left: float
     right: float

@@ -100,7 +100,7 @@ def _label(bar: Bar) -> str:
 
 
 def _draw_outline(axis: Any, bar: Bar) -> None:
-    """Draw the casings of a chain; those of a full fold are upright."""
+    """Draw the casings of a chain; component 1 heads up and to the right."""
     angles = headings(bar.joints, first=math.pi / 4)
     for k, (middle, angle) in enumerate(zip(centres(angles), angles, strict=True)):
         face = COLOUR_OF[bar.status] if k == 0 else "white"

@@ -138,7 +138,7 @@ def _columns(count: int, size: Size) -> int:
 
 
 def write_gif(images: Sequence[Image.Image], path: str | Path, step: int, hold: int) -> None:
-    """Write pictures as a GIF that repeats; a common palette lets it store only moving parts.
+    """Write pictures as a GIF that repeats; with a common palette, it stores only what changes.
 
     Each picture lasts ``step`` [ms]. The last one lasts ``hold`` [ms] longer.
     """

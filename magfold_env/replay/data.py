@@ -1,4 +1,4 @@
-"""Data of a fold for the page, with lengths in mm and energies in mJ, rounded to visible digits."""
+"""Data of a fold for the replay page, with lengths in mm, energies in mJ, and few digits."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -39,7 +39,7 @@ class Recording(NamedTuple):
     magnetic: FloatArray | None  # magnetic energy, (m,) [J]; None without magnets or if unknown
     feed: str  # description of the feed
     earlier: Sequence[tuple[int, Sequence[str]]] = ()
-    """Sequences before the last one, each with the index of the first frame after it."""
+    """Sequences before the last one, each with the index of the first frame without it."""
 
 
 def page_data(fold: Recording) -> dict[str, Any]:

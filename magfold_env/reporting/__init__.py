@@ -1,1 +1,1 @@
-"""Parts of reports: pages, tables, diagrams, intervals and the machine."""
+"""Parts of reports: pages, tables, diagrams, intervals, and descriptions of the machine."""

@@ -26,7 +26,7 @@ class Share:
         return per_cent(self.rate, self.low, self.high)
 
     def __repr__(self) -> str:
-        """Return the counts, the share and its interval, as lists and dictionaries print them."""
+        """Return the counts, the share and its interval; lists and dictionaries show this text."""
         return f"<Share {self.successes} of {self.trials}: {self}>"
 
 

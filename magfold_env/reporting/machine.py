@@ -1,4 +1,4 @@
-"""The machine and the software of a measurement."""
+"""Descriptions of the machine and the software that made a measurement."""
 
 import os
 import platform

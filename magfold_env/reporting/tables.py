@@ -22,14 +22,14 @@ WHOLE = 1000.0  # larger numbers have no decimals
 
 @dataclass(frozen=True)
 class Table:
-    """Rows for the console or a page. The column headings are the keys, equal in all rows."""
+    """Rows for the console or a page. All rows have the same keys: the column headings."""
 
     title: str
     rows: list[Row]
 
 
 class Columns:
-    """A result with one entry per run or frame, for spreadsheets and data frames."""
+    """A result in columns, with one entry per run or frame, for spreadsheets and data frames."""
 
     def columns(self) -> dict[str, npt.NDArray[Any]]:
         """Return columns of equal length by name."""

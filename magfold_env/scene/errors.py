@@ -76,7 +76,7 @@ def unless_one_of(key: str, value: object, allowed: Iterable[object]) -> list[Pr
 def unless_a(
     key: str, value: object, kinds: type | tuple[type, ...], allowed: str
 ) -> list[Problem]:
-    """Return the problem, if any, with the type of a value; ``allowed`` describes ``kinds``."""
+    """Return the problem, if any, with a value of the wrong type; ``allowed`` names ``kinds``."""
     return [] if isinstance(value, kinds) else [Problem(key, value, f"must be {allowed}")]
 
 
@@ -162,7 +162,7 @@ def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]
 
 @cache
 def meanings(model: type[BaseModel]) -> dict[str, str]:
-    """Return the docstrings of the keys of a group, none if it has no source file.
+    """Return the docstring of each key of a group; empty if the group has no source file.
 
     Pydantic can read them too, but then every process that makes a scene spends a tenth of a
     second.

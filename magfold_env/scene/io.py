@@ -1,4 +1,4 @@
-"""Read and write scenes as YAML files; a shipped scene has a name, any other a path."""
+"""Read and write scenes as YAML files. Shipped scenes have names, and other scenes have paths."""
 
 import os
 import re
@@ -17,7 +17,7 @@ ModelType = TypeVar("ModelType", bound=FrozenModel)
 _SUFFIXES = (".yaml", ".yml")
 
 MOST_BYTES = 2 << 20
-"""In a file of YAML, which takes about four seconds to read."""
+"""Largest size of a YAML file [bytes]; such a file takes about four seconds to read."""
 
 
 _NUMBERS = {

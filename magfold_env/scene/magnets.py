@@ -28,7 +28,7 @@ from magfold_env.scene.errors import Problem, SceneError
 from magfold_env.scene.numbers import face_charge
 
 FACES = ("front-left", "back-left", "back-right", "front-right")
-"""Order of a component's letters; outward normals at +45°, +135°, -135°, -45° from the heading."""
+"""Faces in the order of their letters; normals at +45°, +135°, -135° and -45° to the heading."""
 
 ROUNDING = 1e-12  # lengths that agree to this part of the side count as equal
 
@@ -95,9 +95,9 @@ class Magnets(FrozenModel):
     inset: EachFace[MetresOrZero] = 0.0005
     """How far the outer pole face lies within the casing [m]; 0 needs `strips` without `nodes`."""
     nodes: Annotated[int, Strict(), Field(ge=1, le=128)] | None = None
-    """Number of nodes along a pole face's width; None: `accuracy` sets it (3 for `points`)."""
+    """Number of nodes along a pole face's width; if None, `accuracy` sets it (3 for `points`)."""
     accuracy: Annotated[float, Strict(), Field(ge=1e-12, le=0.1)] = 1e-3
-    """Bound on a component's force error, relative to the force of two flush faces (`strips`)."""
+    """For `strips`: bound on a component's force error, relative to the force of flush faces."""
 
     @model_validator(mode="before")
     @classmethod

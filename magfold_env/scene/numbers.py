@@ -1,7 +1,7 @@
-"""Rules that turn the values of a scene into the numbers of kernels, for one or many chains.
+"""Formulas that compute the engine's parameters from scenes, for one chain or for many.
 
 The functions above `narrowest` accept numbers or arrays. `magfold_env.browser.settings` compiles
-them for the laboratory.
+them for the laboratory, a web page.
 """
 
 import math
@@ -53,7 +53,7 @@ def rectangle(
 
 
 def typical_rate(charge: N, width: float, outer: float, mass: N, x: N, y: N, length: float) -> N:
-    """Return a component's typical angular rate under strong forces, the scale of errors [rad/s].
+    """Return a component's typical angular rate under strong forces [rad/s], a scale for errors.
 
     ``charge`` is the largest charge of a pole face [A·m], ``width`` the largest width [m], and
     ``outer`` the flux density of an external field [T]. The component has ``mass`` [kg] and

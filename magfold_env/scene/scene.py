@@ -110,7 +110,7 @@ class Scene(base.FrozenModel, NotebookDisplay):
     bumps: sections.Bumps | None = None
     """Random bumps that disturb the chain; None for none."""
     spreads: sections.Spreads = sections.Spreads()
-    """Randomisation: half-widths of uniform draws, relative unless a unit is given; 0: no draw."""
+    """Half-widths of uniform draws, relative unless a unit is given; 0 means no draw."""
     solver: sections.Solver = sections.Solver()
     """Time stepping."""
     duration: base.Positive = 5.0
@@ -252,7 +252,7 @@ class Scene(base.FrozenModel, NotebookDisplay):
         return problems
 
     def _straight_chain(self) -> Iterator[Array]:
-        """Yield the outlines of a straight chain's casings, shrunk slightly: they may touch."""
+        """Yield the outlines of a straight chain's casings, shrunk to allow them to touch."""
         half = 0.5 * self.casing.diagonal
         square = (1.0 - 1e-6) * half * np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
         for k in range(self.n):
@@ -301,7 +301,7 @@ class Scene(base.FrozenModel, NotebookDisplay):
         return problems
 
     def _obstacles_at(self, unit: Array) -> tuple[Rectangle, ...]:
-        """Return the obstacles at the positions that two numbers from [−1, 1) determine."""
+        """Return the obstacles at the positions drawn with ``unit``, two numbers from [−1, 1)."""
         y = np.array([each.position[1] for each in self.obstacles])
         places = self.spreads.obstacle_places(y, unit[None])[0].tolist()
         return tuple(
@@ -310,7 +310,7 @@ class Scene(base.FrozenModel, NotebookDisplay):
         )
 
     def _sized(self, side: float, inset: float) -> dict[str, Any]:
-        """Return the changes that multiply the casings' side and the magnets' inset by factors."""
+        """Return changes of the scene that multiply the casings' side and the magnets' inset."""
         changes: dict[str, Any] = {"casing": {"side": self.casing.side * side}}
         if self.magnets is not None:
             changes["magnets"] = {"inset": np.asarray(self.magnets.inset) * inset}
@@ -397,7 +397,7 @@ class Scene(base.FrozenModel, NotebookDisplay):
         return Scene(**_merged(entries, changes))
 
     def pictured(self, angles: Array) -> list[Markup]:
-        """Return a list with an SVG of the chain at headings (n,) [rad]; empty if not finite."""
+        """Return the chain at headings (n,) [rad] as one SVG; empty if a heading is not finite."""
         if not np.isfinite(angles).all():
             return []
         sizes = None if self.magnets is None else self.magnets.lengths
@@ -466,7 +466,7 @@ class Scene(base.FrozenModel, NotebookDisplay):
         return self.replace(**changes)
 
     def _draw_last(self, rng: np.random.Generator) -> dict[str, Any]:
-        """Return the changes of the values that are drawn last, and only if they vary."""
+        """Draw the last values, each only if it varies, and return the changes of the scene."""
         changes: dict[str, Any] = {}
         spreads = self.spreads
         if spreads.moves_obstacles:

@@ -28,7 +28,7 @@ from magfold_env.scene.numbers import face_charge
 from magfold_env.scene.obstacles import Rectangle
 
 MOST_STEPS = 10**12
-"""Largest limit of steps that a scene may set, which no run reaches."""
+"""Largest step limit that a scene may set; no run reaches it."""
 
 STEEPEST = 45.0
 """Largest allowed tilt of a floor [degrees]."""
@@ -57,10 +57,10 @@ class Casing(FrozenModel):
 
 
 class Schedule(FrozenModel):
-    """The legs of a feed, which move the chain out and back."""
+    """The stages of a feed (legs), each of which moves the chain out of the tube or back."""
 
     time: tuple[tuple[Positive, Velocity], ...] | None = None
-    """Legs as pairs of a duration [s] and a speed [m/s]; a negative one pulls back, 0 waits."""
+    """Legs as pairs of a duration [s] and a speed [m/s]; a negative speed pulls back, 0 pauses."""
     advance: tuple[tuple[NonNegative, Speed], ...] | None = None
     """Legs as pairs of the feed's position at the end [diagonals] and a speed [m/s]."""
 
@@ -105,7 +105,7 @@ class Feed(FrozenModel):
     speed: Each[Speed] = 0.05
     """Feed speed [m/s]; one number, or the speed at which each component leaves."""
     schedule: Schedule | None = None
-    """Legs in both directions, which replace `speed`; components may stay inside."""
+    """Feeding in stages (legs), out and back, instead of at `speed`; components may stay inside."""
     loading: Literal["preloaded", "at_mouth"] = "preloaded"
     """`at_mouth`: a component has magnets only while its leading hinge is outside the mouth."""
     force_limit: Positive | None = 20.0
@@ -205,12 +205,12 @@ class Factors(NamedTuple):
 
 
 class Spreads(FrozenModel):
-    """Half-widths of uniform draws, relative unless the field states otherwise; 0: no draw."""
+    """Half-widths of uniform draws, relative unless the field states otherwise; 0 draws nothing."""
 
     friction: Fraction = 0.0
     """Friction coefficients, one factor for the scene."""
     friction_decades: Fraction = 0.0
-    """Logarithm to base ten of friction; the random number of `friction` gives this factor too."""
+    """Logarithm to base ten of another friction factor, from the random number of `friction`."""
     mass: Fraction = 0.0
     """Masses and given inertias, one factor per component."""
     remanence: Fraction = 0.0
@@ -263,7 +263,7 @@ class Spreads(FrozenModel):
         return max(self.obstacle_width, self.obstacle_offset) > 0.0
 
     def obstacle_places(self, y: Array, unit: Array) -> Array:
-        """Return the y of obstacles (m, k) [m], drawn with numbers (m, 2) around ``y`` (k,)."""
+        """Return m draws of the y coordinates of k obstacles [m], (m, k); ``unit`` is (m, 2)."""
         width = 1.0 + self.obstacle_width * unit[:, :1]
         return width * y + self.obstacle_offset * unit[:, 1:]
 
