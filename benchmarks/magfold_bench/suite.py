@@ -82,7 +82,7 @@ class Result(NamedTuple):
     pace: tuple[float, float]  # time of the fixed work just before and just after the part [s]
 
     def to_json(self) -> dict[str, Any]:
-        """Return everything; numbers that are not finite become null."""
+        """Return the results as JSON values; numbers that are not finite become null."""
         plain, found = tables.plain, self.found
         shown = [{"title": each.title, "rows": plain(each.rows)} for each in found.tables]
         found = {"rows": plain(found.rows), "tables": shown, "findings": found.findings}

@@ -1,9 +1,9 @@
 """Find chains that fold into two words, one after the other.
 
 Random chains are pushed out, pulled in and pushed out again at constant speeds, in draws of a
-separate stream. A chain that reaches two words is then tried with every pair of push speeds. The
-pair of different words that it reaches most often with one of them makes a task if it reaches both
-words again in other draws. The ease of a task is the number of these draws in which it does so.
+separate random stream. A chain that reaches two words is then tried with every pair of push speeds.
+The two different words that one such pair reaches most often make a task if the chain reaches both
+again in other draws. The ease of a task is the number of these draws in which it does so.
 """
 
 from collections import Counter

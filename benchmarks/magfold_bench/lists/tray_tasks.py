@@ -82,7 +82,7 @@ def sound_shares(task: TrayTask, sequence: tuple[str, ...], threads: int = 1) ->
 def find_pulls(
     direction: Any, seed: int = 0, threads: int = 1
 ) -> Iterator[tuple[float, AnchorTask]]:
-    """Yield tasks endlessly, each with the share of draws in which the chain withstands it."""
+    """Yield tasks endlessly, each with the share of draws in which a chain withstands the pull."""
     rng, n = np.random.default_rng([seed, direction == "forward"]), load_scene(ANCHOR_SCENE).n
     words = track(folded_words(n), "chains of every word")
     designs = {str(word): _designs(ANCHOR_SCENE, str(word)) for word in words}

@@ -225,7 +225,7 @@ def started(scene: Scene, step: int) -> dict[str, Any]:
 
 
 def _around(scene: Scene, matrix: FloatArray, pivot: FloatArray = ORIGIN) -> Scene:
-    """Return the scene with the chain's surroundings seen from a pivot, along other axes."""
+    """Return the scene with its surroundings expressed relative to a pivot and along other axes."""
 
     def placed(each: Rectangle | FixedMagnet) -> dict[str, Any]:
         along = matrix @ [math.cos(each.heading), math.sin(each.heading)]
