@@ -124,7 +124,7 @@ def load_shipped(
     Parameters
     ----------
     name : str or environment
-        Name of the set, or an environment or vector whose id and spaces fit exactly one set.
+        Name of the set, or a single or vector environment whose id and spaces fit one set only.
     number : int
         Number of the seed, from 0.
 
@@ -142,7 +142,7 @@ def load_shipped(
 
 
 def _fitting(env: Any) -> str:
-    """Return the name of the set of policies that fits an environment or a vector."""
+    """Return the name of the set of policies that fits an environment or a vector environment."""
     one = getattr(env, "template", env)
     place = f"{type(one).__module__}:{type(one).__name__}"
     ids = [env_id for env_id, entry_point in ENTRY_POINTS.items() if entry_point == place]

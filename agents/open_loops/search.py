@@ -84,7 +84,7 @@ def _ranked(field: Ints, ends: Floats) -> list[Ranked]:
 
 
 class Search(NamedTuple):
-    """The effort of a search."""
+    """The effort of a search, as the numbers of open loops and of episodes."""
 
     candidates: int
     """Number of open loops."""

@@ -1,4 +1,4 @@
-"""Time for a chain's accelerations by this engine, the paper's equation 39 and other engines.
+"""Time to compute a chain's accelerations: this engine, the paper's equation 39, other engines.
 
 The chain is pinned, and gravity and motors in its hinges act on it. Every contender is built for
 one problem and first returns its accelerations once, which are compared before anything is timed.
@@ -158,7 +158,7 @@ def lanes(problem: ChainProblem) -> Contender:
 
 
 def dense(problem: ChainProblem) -> Contender:
-    """Solve the paper's equation 39 directly, with all parts that are constant precomputed."""
+    """Solve the paper's equation 39 directly; terms that do not change are precomputed."""
     bodies = problem.bodies
     arms = levers(bodies.reach, bodies.length)
     coupling = arms.T @ (bodies.mass[:, None] * arms)

@@ -183,7 +183,7 @@ def _page(
     system: Mapping[str, str],
     folder: Path,
 ) -> page.Page:
-    """Return the report on the parts in `done`, and on the reasons in `missing`, both by title.
+    """Return the report on the parts in `done`; `missing` states why others are missing, by title.
 
     Diagrams are read from the folder.
     """

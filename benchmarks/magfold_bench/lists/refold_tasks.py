@@ -51,7 +51,7 @@ def find_refolds(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Fo
 
 
 def _task(chain: RefoldTask, threads: int) -> list[Found]:
-    """Return a list with the task of a chain, or an empty list."""
+    """Return a list with the one task that a chain yields, or an empty list."""
     schedules = list(product(PUSHES, PULLS[:1], PUSHES))
     speeds = [each for each in schedules for _ in range(DRAWS)]
     seeds = _seeds(AT_ONCE, DRAWS) * len(schedules)

@@ -10,7 +10,7 @@ available speeds, that end in the word.
 from the tube. For every word, the minimiser's chain from the tray is fed at the middle speed in a
 few randomised episodes. The chain that withstands the pull most often is then tried at every speed.
 The search keeps pulls that this chain withstands in a quarter to three quarters of the draws at its
-best speed, so that pulls are neither impossible nor trivial. The ease of a task is that share.
+best speed, so that pulls are neither impossible nor trivial. The share is the ease of the task.
 """
 
 from collections.abc import Iterator, Sequence

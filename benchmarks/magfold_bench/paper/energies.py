@@ -347,7 +347,7 @@ STATED = {"S1A": quoted.SCORE_S1A, "S1B": quoted.SCORE_S1B}
 
 
 def nearly_equal(quick: bool, progress: Progress) -> Measured:
-    """Compute the energies of S1A and S1B, and how often simulated releases end in them."""
+    """Compute the energies of the paper's states S1A and S1B, and how often releases end there."""
     found = {state.word: state for state in states.folded(1)}
     rows: list[Row] = []
     for name, stated in STATED.items():

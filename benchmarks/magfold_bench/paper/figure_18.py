@@ -200,8 +200,8 @@ def _first_apart(word: str, goal: str) -> int:
 def _misfolds(bars: list[Row]) -> Claim:
     """Judge whether misfolds of sequence 3 equal S3A, apart from joints that component 5 turns.
 
-    A straight outer joint is not enough: a chain that turned an inner joint the wrong way has
-    blocked itself and misfolds for a reason other than the paper's.
+    It is not enough that an outer joint is straight: a chain that turned an inner joint the wrong
+    way has blocked itself, and misfolds for a reason other than the paper's.
     """
     goal = states.word_of("S3A")
     mine = [row for row in select(bars, sequence=3) if row["mode"] in MODES[:2]]

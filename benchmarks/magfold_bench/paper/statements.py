@@ -118,7 +118,7 @@ def _only_stable(*exceptions: str) -> Callable[[Released], float]:
 
 
 def clear(share: float) -> float:
-    """Return 1 if ``share`` is 1 except for at most `RARE`, else a degree that does not hold."""
+    """Return 1 if ``share`` is at least 1 − `RARE`, else a degree too low to hold."""
     return 1.0 if share >= 1.0 - RARE else 0.5 * share
 
 

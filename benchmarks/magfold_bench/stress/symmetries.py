@@ -136,7 +136,7 @@ def alike(one: End, other: End) -> bool:
 
 
 def _check_other_end_of_tube(scene: Scene, fold: Fold, verdict: Verdict) -> None:
-    """Check that both views run identically, as the engine always counts from the held end."""
+    """Check that a fed chain runs identically if its components are counted from the other end."""
     other = simulate(seen_from_other_end(scene))
     same = (other.status, other.time, other.steps) == (fold.status, fold.time, fold.steps)
     off = _apart(_reversed(End.of(other)).joints, fold.joint_angles)
