@@ -8,7 +8,7 @@ _IS_COMMAND = sys.argv[:1] == ["-m"]  # Python is about to run one of the comman
 
 
 def _report(kind: type[BaseException], *error: Any) -> None:
-    """Print what ended Python: Ctrl-C, even while a command imports, in one word."""
+    """Print an uncaught exception; for Ctrl-C, even during imports, print only "interrupted"."""
     if issubclass(kind, KeyboardInterrupt):
         sys.stderr.write("interrupted\n")
         sys.exit(130)

@@ -1,8 +1,9 @@
 """Ablation of a trained policy: ``python -m agents.ablate POLICY``.
 
-The policy plays ``TubeFeed`` unchanged and with parts of it removed, as ``docs/evaluation.md``
-describes, always on the same targets and draws. Intervals are 95 % bootstrap intervals over
-training seeds and targets together; intervals of differences are paired by seed, target and draws.
+The policy plays ``TubeFeed``, both unchanged and with parts of the policy removed, as
+``docs/evaluation.md`` describes. All these players have the same targets and draws. Intervals are
+95 % bootstrap intervals over training seeds and targets together; intervals of differences are
+paired by seed, target and draws.
 If it is called again, the command continues an interrupted run or prints a finished table.
 """
 
@@ -35,10 +36,10 @@ SEEING, BUILT = "seeing", "built beforehand"
 def measure(
     method: Method, settings: EnvSettings, draws: int, processes: int, folder: Path
 ) -> dict[str, Row]:
-    """Play every ablation on every target with the same draws, which training never uses.
+    """Play every ablation with the same targets and draws, and return a row for each.
 
-    Episodes are stored in `folder`, and stored episodes are not played again. `processes` is the
-    number of parallel processes.
+    Training never uses these draws. Episodes are stored in `folder`, and stored episodes are not
+    played again. `processes` is the number of parallel processes.
 
     Raises
     ------
@@ -69,8 +70,9 @@ def measure(
 
 
 def summarise(results: report.Played, built: bool = False) -> dict[str, Row]:
-    """Return a row per ablation and, if `built`, one for frozen choices in chains built beforehand.
+    """Return a row of results per ablation.
 
+    If `built`, a further row is for the chains of the ablation ``frozen``, built beforehand.
     ``difference`` is the success rate minus the unchanged policy's success rate.
     """
     targets, seeing = report.targets_of(results), report.by_target(results[SEEING])

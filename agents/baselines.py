@@ -44,11 +44,11 @@ USUAL_SPEED = 0.2
 
 
 class SpentError(Exception):
-    """Raised when no call is left in the budget, which ends a search at any point."""
+    """Raised when the budget has no calls left, which may end a search at any point."""
 
 
 class Tally(NamedTuple):
-    """A choice and the scores of its calls."""
+    """A choice and the scores of the physics calls that tried it."""
 
     choice: policies.OpenLoop
     scores: tuple[float, ...]
@@ -96,7 +96,7 @@ class Calls:
         return np.array([self._scores[choice][:draws] for choice in played])
 
     def tallies(self) -> list[Tally]:
-        """Return the tallies of all choices played, the most promising first."""
+        """Return the tallies of all choices played, in order of decreasing expected score."""
         known = [Tally(choice, tuple(scores)) for choice, scores in self._scores.items()]
         return sorted((each for each in known if each.scores), key=lambda each: -each.expected)
 
@@ -144,7 +144,7 @@ def speeds_to_try(env: FoldEnv[Any]) -> list[float]:
 
 
 def minimiser_design(goal: float, calls: Calls, rng: np.random.Generator) -> None:
-    """Race the speeds for the sequence with the largest energy gap above the target."""
+    """Compare all feed speeds for the target's sequence with the largest energy gap."""
     scene: Any = calls.env.scene
     every = _all_deepest(scene) if scene.n <= LONGEST_OF_ALL else {}
     sequence = every.get(calls.target) or _deepest(scene, calls.target)
@@ -155,14 +155,14 @@ def minimiser_design(goal: float, calls: Calls, rng: np.random.Generator) -> Non
 
 @lru_cache(maxsize=4)
 def _all_deepest(scene: mf.Scene) -> dict[str, tuple[str, ...]]:
-    """Return the sequence with the proven largest gap for each word that has one."""
+    """Return, by word, the sequence that is proven to have the largest energy gap."""
     found = designer.gap_designs(scene, folded_words(scene.n))
     return {word: sequence for word, sequence in found.items() if sequence is not None}
 
 
 @lru_cache(maxsize=512)
 def _deepest(scene: mf.Scene, target: str) -> tuple[str, ...]:
-    """Return the best sequence that annealing finds."""
+    """Return the sequence with the largest energy gap that annealing finds for the target."""
     mode = scene.feed.direction
     found = designer.design(target, scene, mode, "gap", search="annealing", runs=0, workers=1)
     return found.sequence
@@ -172,8 +172,8 @@ def robust_search(goal: float, calls: Calls, rng: np.random.Generator) -> None:
     """Let the designer's search (`magfold_env.designer`) try choices in randomised episodes.
 
     Sequences that are good by energy (for long chains, those whose only stable word is the target)
-    race at one speed, then at two and so on, until one reaches the goal. If no sequence does, the
-    cross-entropy method continues from the best choice.
+    are compared at one speed, then at two and so on, until one of them reaches the goal. If none
+    does, the cross-entropy method continues from the best choice.
     """
     env = calls.env
     # The search by energy needs no budget because it makes no physics calls.

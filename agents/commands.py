@@ -13,7 +13,7 @@ from magfold_env.files import pip_install
 
 
 def _once(param: typer.CallbackParam, texts: list[str] | None) -> list[str] | None:
-    """Refuse a key that an option sets twice."""
+    """Return an option's items unchanged; refuse a key that is set twice."""
     options.refuse_repeated(param.opts[0], texts or [])
     return texts
 
@@ -45,14 +45,14 @@ def run_command(main: Callable[..., None]) -> None:
 
 
 def _leave_to_the_command(ended: threading.ExceptHookArgs) -> None:
-    """Print why a thread ended, except file errors, which the command itself will report."""
+    """Print the error that ended a thread, unless it is a file error, which the command reports."""
     if not issubclass(ended.exc_type, OSError):
         threading.__excepthook__(ended)
 
 
 @contextmanager
 def needing(extras: str) -> Generator[None]:
-    """Name the package's extras that may provide a missing module."""
+    """Let errors about missing modules name the package's extras that may provide them."""
     try:
         yield
     except ModuleNotFoundError as error:
@@ -73,7 +73,7 @@ def progress_bar() -> progress.Progress:
 
 
 def text_table(title: str, rows: Sequence[Mapping[str, str]]) -> table.Table:
-    """Return a table of rows whose keys are the headings; intervals go on a separate line."""
+    """Return a table of `rows`, whose keys are the headings; intervals are on a second line."""
     shown = table.Table(title=title, box=box.SIMPLE_HEAD, padding=(0, 1), show_edge=False)
     cells = [[cell.replace(" (", "\n(") for cell in row.values()] for row in rows]
     for k, name in enumerate(rows[0]):

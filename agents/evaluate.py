@@ -57,11 +57,11 @@ def compare(
     folder: Path,
     built: bool = False,
 ) -> report.Played:
-    """Evaluate methods, show tables of the results, and write numbers and a page to `folder`.
+    """Evaluate methods, print tables of the results, and write JSON and a page to `folder`.
 
     The comparison includes random actions and, if every target has one, the energy minimiser's
-    designs. The given methods come first. If `built`, each choice is also folded as a chain built
-    beforehand. The other arguments are those of `evaluate`.
+    designs. The given methods come first. If `built`, each chosen chain is also built
+    beforehand and then folded. The other arguments are those of `evaluate`.
     """
     folder.mkdir(parents=True, exist_ok=True)
     typer.echo(page.conditions(settings, draws))

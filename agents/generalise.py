@@ -60,7 +60,7 @@ def summary(
     seen: Sequence[Mapping[str, float]],
     other: Mapping[str, float] | None = None,
 ) -> dict[str, intervals.Estimate]:
-    """Summarise success by word; intervals are from the bootstrap over words.
+    """Return mean success rates and their differences; intervals are bootstrapped over words.
 
     Each word is held out once. The policies of all other folds have seen it; their rates are
     averaged.

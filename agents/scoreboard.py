@@ -28,7 +28,7 @@ COLUMNS = (
 )  # fmt: skip
 
 SCALE = RANDOM, FORWARD, ORACLE
-"""The rows of an admission that a table shows."""
+"""The rows of an admission that a table shows, for comparison with the scores."""
 
 
 def page(folder: Path) -> str:
@@ -65,7 +65,7 @@ def page(folder: Path) -> str:
 
 
 def _table(admission: Results | None, scores: Sequence[Results]) -> Iterator[str]:
-    """Yield the lines of a track's table: first the scale, then the scores, the best first."""
+    """Yield the lines of a track's table: the rows in `SCALE`, then the scores, the best first."""
     yield f"| {' | '.join(COLUMNS)} |"
     yield f"|{'---|' * len(COLUMNS)}"
     for name in SCALE:

@@ -38,7 +38,7 @@ ALGORITHMS = get_args(Algorithm)
 
 
 def word_or_other(value: Any) -> str:
-    """Return the tag of a union's branch: a word, or the other allowed kind."""
+    """Return the tag of the branch of a union to which a value belongs: text, or the other kind."""
     return "<word>" if isinstance(value, str) else "<other>"
 
 
@@ -58,7 +58,7 @@ class Group(FrozenModel, frozen=True):  # pyright: ignore[reportGeneralTypeIssue
 
 
 GROUP = "group of settings"
-"""What messages call the content that a file must have."""
+"""Name of a settings file's content in error messages."""
 
 Settings = TypeVar("Settings", bound=pydantic.BaseModel)
 
@@ -236,7 +236,7 @@ class TQCSettings(SACSettings):
     algorithm: Literal["tqc"] = "tqc"  # pyright: ignore[reportIncompatibleVariableOverride]
     """Truncated quantile critics."""
     top_quantiles_to_drop_per_net: Annotated[int, Field(ge=0)] = 2
-    """Number of the highest of each critic's 25 quantiles that the target omits."""
+    """Number of highest quantiles that the target omits, of the 25 of each critic."""
 
 
 def _branch(value: Any) -> str | None:
@@ -361,7 +361,7 @@ class TrainSettings(Group, frozen=True):
         return self
 
     def _of_learner(self) -> Iterator[tuple[str, object, str]]:
-        """Yield the settings that the learner does not support: key, value and allowed values."""
+        """Yield key, value and allowed values of each setting that the learner does not support."""
         learner, env, features = self.learner, self.env, self.learner.features
         off_policy = isinstance(learner, SACSettings)
         hindsight = off_policy and learner.hindsight is not None
@@ -387,7 +387,7 @@ class TrainSettings(Group, frozen=True):
             yield "learner.blind", True, f"false with {DESIGN_ENV} and with hindsight"
 
     def _of_imitation(self) -> Iterator[tuple[str, object, str]]:
-        """Yield the settings that imitation does not support."""
+        """Yield key, value and allowed values of each setting that imitation does not support."""
         if self.imitate is None:
             return
         plan, env_id = self.imitate.plan, self.env.id
@@ -424,8 +424,8 @@ def load_settings(
 def env_settings(config: str, changes: Sequence[str]) -> EnvSettings:
     """Return the environment of training settings, changed by ``KEY=VALUE`` items in YAML.
 
-    Rewards are the environment's defaults, not those of training: they measure a policy's gain over
-    the minimiser.
+    Rewards are not those of training but the environment's defaults, which measure a policy's gain
+    over the minimiser.
 
     Raises
     ------

@@ -76,7 +76,7 @@ def with_results(card: Card, files: list[Path]) -> Card:
 
 
 def _own(card: Card, results: Results) -> Results:
-    """Return results as a card stores them: of episodes, only the success of its policies."""
+    """Return the results that a card stores, with only its own policies' success by episode."""
     rows = {name: row.model_copy(update={"runs": ()}) for name, row in results.rows.items()}
     if results.view == "evaluation":
         digests = [each.sha256 for each in card.policies]

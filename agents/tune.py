@@ -35,7 +35,7 @@ SHOWN = 10
 
 
 class Domain(train_settings.Group, frozen=True):
-    """The values of a setting: a range (of integers, if both ends are integers), or choices."""
+    """A list or a range from which a setting is drawn; integer ends mean a range of integers."""
 
     low: int | float | None = None
     """Smallest value."""
@@ -93,7 +93,7 @@ class TuneSettings(train_settings.Group, frozen=True):
 
 @dataclass(frozen=True)
 class Search:
-    """A checked search."""
+    """A search whose settings have been checked."""
 
     settings: TuneSettings
     base: train_settings.TrainSettings

@@ -1,8 +1,8 @@
 """Test whether a task needs its physics: ``python -m agents.admission MagFold/UnknownFloor-v0``.
 
 Players (`agents.admission.players`) play the same draws, which no search and no training uses, and
-the rule (`agents.admission.rule`) sets the required differences. Lines of the rule that need
-trained policies are measured only if such policies are given. If it is called again, the command
+the rule (`agents.admission.rule`) sets the required differences. Differences that need trained
+policies are measured only if such policies are given. If it is called again, the command
 continues an interrupted run; with other policies or more episodes, it plays what is missing.
 """
 
@@ -38,10 +38,10 @@ from magfold_env.scoring.player import Player
 from magfold_env.scoring.results import Run
 
 BLOCK = 50
-"""Number of episodes in a job, if they are short."""
+"""Number of short episodes that a process plays in one job."""
 
 Ranking = dict[int, list[Ranked]]
-"""The candidates of every task, by the task's number, the best first."""
+"""Each task's candidate open loops, the best first, by the task's number."""
 
 
 def measure(
@@ -51,11 +51,11 @@ def measure(
     episodes: int,
     given: Mapping[str, Sequence[str]],
 ) -> tuple[dict[str, Any], Ranking]:
-    """Play the episodes that the table's folder does not contain yet.
+    """Play the episodes that the table's folder does not contain yet, and return all results.
 
-    Returns every player's success and score, (runs, episodes, 2), and the ranked candidates for
-    open loops. `efforts` contains the efforts of the search for open loops and of the oracle's
-    race; `given` maps each player's name to the paths of its policies.
+    These are every player's success and score, (runs, episodes, 2), and the ranked candidates for
+    open loops. `efforts` contains the efforts of the search for open loops and of the oracle's own
+    search; `given` maps each player's name to the paths of its policies.
     """
     searched, raced = efforts
 

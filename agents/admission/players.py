@@ -1,11 +1,11 @@
 """The players of the admission rule, and how each of them plays the episodes of a track.
 
-``docs/evaluation.md`` describes them. The draws of reported results have their own stream, which no
-search and no training uses. Baselines of tasks are in `magfold_env.envs.baselines`, and open loops
-are in `agents.open_loops`. The oracle knows an episode's hidden physics but neither its start nor
-its noise. It races open loops on copies of the episode with another start and other noise, then
-plays the winner. It races the best open loops of the task's search; with trays, it replaces half of
-them by open loops chosen for the strengths of the episode's magnets.
+``docs/evaluation.md`` describes them. No search and no training uses the random stream that draws
+the episodes of reported results. Baselines of tasks are in `magfold_env.envs.baselines`, and open
+loops are in `agents.open_loops`. The oracle knows an episode's hidden physics but neither its start
+nor its noise. It tries open loops on copies of the episode with another start and other noise, then
+plays the best one. It tries those that the task's search found best; in tasks with trays, half of
+them are instead chosen for the strengths of the episode's magnets.
 """
 
 from collections.abc import Sequence
@@ -28,14 +28,14 @@ from magfold_env.scoring.player import Player, play
 from magfold_env.scoring.track import WIDTH, Track
 
 EVALUATION = "admission"
-"""Stream of the draws of reported results."""
+"""Name of the random stream that draws the episodes of reported results."""
 
 SEARCH = "admission search"
-"""Stream of the draws that select open loops."""
+"""Name of the random stream that draws the episodes of the search for open loops."""
 
 
 def copies(episode: int) -> str:
-    """Return the stream of the draws on which the oracle tries an episode's physics."""
+    """Return the name of the random stream for the oracle's copies of an episode."""
     return f"admission copies {episode}"
 
 
@@ -47,11 +47,11 @@ class AdmissionTrack(Track):
 
     @cached_property
     def open_loops(self) -> Any:
-        """The open loops of the environment."""
+        """The open loops of the environment, `Schedules` or `Orders`."""
         return open_loops_of(self.env)
 
     def ranked(self, count: int, number: int, best: list[Ranked]) -> list[Any]:
-        """Return the open loops that `best` ranks, among the first `count` of a task."""
+        """Return the open loops that `best` ranks among a task's first `count` candidates."""
         tried = self.open_loops.candidates(count, number)
         return [tried[each.place] for each in best]
 
@@ -61,7 +61,7 @@ class AdmissionTrack(Track):
         return RolloutPool(self.episodes(WIDTH), self.open_loops)
 
     def drawn(self, episode: int) -> tuple[Scene, Any]:
-        """Return the scene and the task of an episode, with all that is drawn."""
+        """Return an episode's scene and task, including all randomly drawn values."""
         numbers, seeds = self.draws(episode, episode + 1)
         self.env.reset(seed=seeds[0], options={"task": int(numbers[0])})
         return self.open_loops.drawn()
@@ -76,7 +76,7 @@ def own_track(env_id: str, tasks: int, randomised: bool = True) -> AdmissionTrac
 def replaying(chosen: Sequence[Sequence[Any]]) -> Plan:
     """Return a plan that plays choices made earlier, one per step, and repeats the last one.
 
-    `chosen` contains every row's choices, each as `Setup.actions` reads the action of one row.
+    `chosen` contains every row's choices, each in the form that `Setup.actions` reads for a row.
     """
     taken = np.zeros(len(chosen), dtype=np.int64)
 
@@ -100,7 +100,7 @@ SIMPLE = (RANDOM, FORWARD, BASELINE, OPEN_LOOP)
 def play_simple(
     track: AdmissionTrack, open_loops: dict[int, Any], start: int, stop: int
 ) -> list[list[list[float]]]:
-    """Return the success and score of every player in `SIMPLE` in a range of episodes."""
+    """Return the success and score of every player in `SIMPLE`, for a range of episodes."""
     numbers, seeds = track.draws(start, stop)
     listed, pool = numbers.tolist(), track.pool
     ends = {
@@ -122,7 +122,7 @@ def search(track: AdmissionTrack, effort: Search, start: int, stop: int) -> list
 def play_oracle(
     track: AdmissionTrack, best: dict[int, list[Any]], budget: int, start: int, stop: int
 ) -> list[list[list[float]]]:
-    """Return the success and score of `ORACLE` and `SAME_DRAW` in a range of episodes."""
+    """Return the success and score of `ORACLE` and `SAME_DRAW`, for a range of episodes."""
     found: list[list[list[float]]] = []
     for episode in range(start, stop):
         numbers, seeds = track.draws(episode, episode + 1)
@@ -196,7 +196,7 @@ def _play(
 
 
 def _rehearsed(track: AdmissionTrack, saved: SavedPolicy, number: int) -> list[Any]:
-    """Return the choices of a policy in an episode of a task with all randomisation off."""
+    """Return a policy's choices in an episode of a task in which nothing is randomised."""
     still = AdmissionTrack(track.env_id, track.tasks, randomised=False)
     return _play(still, saved, np.array([number]), [0])[1]
 

@@ -1,7 +1,7 @@
-"""The admission rule: the differences between players that show that a task needs its physics.
+"""The admission rule: by how much players must differ to show that a task needs its physics.
 
-Tasks are fixed. Intervals are 95 % intervals over episodes and, if there are several training
-seeds, over seeds. Differences are paired, because both players play the same draws.
+Intervals are 95 % intervals over episodes and, if there are several training seeds, over seeds; the
+tasks are fixed. Differences are paired, because both players play the same draws.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,15 +13,15 @@ from magfold_env.reporting.intervals import share
 from magfold_env.scoring.results import Row
 
 Ends = Mapping[str, intervals.Floats]
-"""Every player's success and score, (runs, episodes, 2)."""
+"""Every player's success and score, (runs, episodes, 2), by the player's name."""
 
 SOLVED = 0.03
-"""Headroom below which a task counts as solved."""
+"""Headroom (see `Verdict`) below which a task counts as solved."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """A part of the rule: one player must be ahead of another."""
+    """A condition of the rule: one player must succeed more often than another."""
 
     ahead: str
     behind: str
@@ -34,14 +34,14 @@ class Line:
 
     @property
     def holds(self) -> bool | None:
-        """Whether the line holds; None if unknown."""
+        """Whether the condition holds; None if it was not measured."""
         if self.measured is None:
             return None
         sure = not self.surely or bool(self.measured.low > 0.0)
         return sure and bool(self.measured.value >= self.least)
 
     def __str__(self) -> str:
-        """Return the line as text."""
+        """Return the condition as text."""
         by = f" + {100 * self.least:.0f} points" if self.least else ""
         rest = ", its interval above 0" if self.surely else ""
         return f"{self.ahead} ≥ {self.behind}{by}{rest}"
@@ -80,7 +80,7 @@ class Verdict:
 
 
 def judge(ends: Ends) -> Verdict:
-    """Apply the rule to the players' results, which must include random actions and the oracle."""
+    """Return the verdict on players' results, which must include random actions and the oracle."""
     low, high = (float(ends[name][..., 1].mean()) for name in (RANDOM, ORACLE))
     rows = {
         name: Row(
@@ -107,7 +107,7 @@ def by_task(ends: intervals.Floats, numbers: Sequence[int]) -> dict[int, float |
 
 
 def _ahead(ends: Ends, name: str, other: str) -> intervals.Estimate | None:
-    """Return the difference in success between two players, paired by episode."""
+    """Return the lead of one player's success over another's, paired by episode."""
     if name not in ends or other not in ends:
         return None
     better, worse = ends[name][..., 0], ends[other][..., 0]
@@ -124,7 +124,7 @@ def _share(success: intervals.Floats) -> intervals.Estimate:
 
 
 def markdown(verdict: Verdict) -> str:
-    """Return the rows and the rule's lines as tables in Markdown."""
+    """Return the players' results and the rule's conditions as tables in Markdown."""
     text = ["| | success | score | normalised |", "|---|---|---|---|"]
     for name, row in verdict.rows.items():
         success = intervals.Estimate(*row.success)

@@ -1,6 +1,6 @@
-"""A comparison's table of players and their episodes.
+"""The players of a comparison, and the episodes that they play.
 
-A part of a player may be removed, as ``docs/evaluation.md`` describes under "Ablations". A policy
+An ablation removes part of a player; see "Ablations" in ``docs/evaluation.md``. A policy
 whose speeds are replaced still observes the chain and the actual speeds.
 """
 
@@ -34,7 +34,7 @@ Result = TypeVar("Result")
 NO_MOTION, FROZEN, RANDOM_SPEEDS = "no motion", "frozen", "random speeds"
 
 Change = str | float | None
-"""The removed part: one of these names, or all speeds except one [m/s]; None for nothing."""
+"""The removed part: one of these names, or a speed [m/s] that replaces all speeds, or None."""
 
 
 @dataclass(frozen=True)
@@ -86,14 +86,14 @@ class Method:
     change: Change = None
     """The part removed from the policies."""
     built: bool = False
-    """Whether every choice is also folded as a chain built beforehand."""
+    """Whether every chosen chain is also built beforehand and then folded."""
 
     @classmethod
     def parse(cls, text: str) -> "Method":
         """Return the method described by ``NAME=PATH,PATH,...`` or by a single policy.
 
-        The name of a single policy is the file name without suffix; for ``policy.safetensors``, the
-        file name in every training run, it is the folder's name. The name of a set of shipped
+        A single policy is named after its file, without suffix. If the file is a training run's
+        ``policy.safetensors``, it is named after the file's folder. The name of a set of shipped
         policies stands for the paths of all its seeds.
 
         Raises
@@ -224,9 +224,10 @@ def play(
     seed: int,
     built: bool = False,
 ) -> Outcome:
-    """Play an episode; `seed` determines its draws and, with `target`, the policy's draws.
+    """Play an episode and return its outcome.
 
-    If `built`, the same choice is also folded as a chain built beforehand.
+    `seed` determines the episode's draws and, with `target`, the policy's draws. If `built`, the
+    chosen chain is also built beforehand and then folded.
     """
     key = (1, crc32(target.encode()))
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
@@ -284,7 +285,7 @@ def built_beforehand(
 def spread_over(
     processes: int, function: Callable[..., Result], jobs: Iterable[tuple[Any, ...]]
 ) -> Iterator[Result]:
-    """Yield the results of a function for a list of arguments, in order.
+    """Yield a function's result for each job, a tuple of arguments, in order.
 
     Several `processes` share the work and are reused later; 1 means the current process.
     """
@@ -318,9 +319,9 @@ class Table:
         """Return `count` records of a player; stored records are not played again.
 
         `name` names the row and its folder, and `key` contains further values on which these
-        records depend. `job` maps the index of the first of at most `block` records, and the index
-        after the last, to the arguments of `played`, which returns these records in some process.
-        Stored records must be JSON values.
+        records depend. They are played in blocks of at most `block`. `job` maps the index of a
+        block's first record, and the index after its last, to the arguments of `played`, which
+        returns the block, perhaps in another process. Stored records must be JSON values.
         """
         task = self.bar.add_task(name, total=count, note="")
         path = None if self.folder is None else self.folder / name.replace(" ", "-")
@@ -366,7 +367,7 @@ def _play(
     episodes: Sequence[tuple[str, int]],
     stored: bool,
 ) -> list[Any]:
-    """Play episodes with this process's own policy and environment; if `stored`, return records."""
+    """Return the outcomes of episodes played in this process, as records if `stored`."""
     player, env = changed(policy, method.change, settings), own_env(settings)
     found = [play(player, env, target, seed, method.built) for target, seed in episodes]
     return [each.record for each in found] if stored else found

@@ -52,7 +52,7 @@ class Estimate(NamedTuple):
 
 
 def percent(share: float, sign: str = "") -> str:
-    """Return a share in per cent, to a tenth; with `sign` "+", positive values get a sign, too."""
+    """Return a share in per cent, to one decimal; `sign` "+" shows the sign of positive values."""
     return f"{100.0 * share:{sign}.1f}".replace("100.0", "100").replace("-", "−")
 
 

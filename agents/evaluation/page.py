@@ -113,10 +113,10 @@ def conditions(settings: EnvSettings, draws: int) -> str:
 
 
 def _folds(settings: EnvSettings, results: report.Played) -> list[Block]:
-    """Return the same episodes of every method as animated folds, and a miss if there is one.
+    """Return animated folds: the same episodes for every method, and a failure if there is one.
 
     The episodes are the first draws of evenly spaced targets, from a method's first run; outcomes
-    do not affect this selection. If all of them succeeded, the first miss is added.
+    do not affect this selection. If all of them succeeded, the first failed episode is added.
     """
     if settings.fidelity == "quasistatic":
         return ["There is no motion to show: the chain was not simulated."]

@@ -27,7 +27,7 @@ NO_MOTION, BLIND = "no-motion:", "blind:"
 
 
 class OpenLoop(NamedTuple):
-    """The decisions of an open loop."""
+    """The components and feed speeds that an open loop chooses."""
 
     sequence: tuple[str, ...]
     """The components, component 1 first."""
@@ -41,7 +41,7 @@ class OpenLoop(NamedTuple):
 
     @classmethod
     def of_actions(cls, env: FoldEnv[Any], actions: Sequence[Any]) -> "OpenLoop":
-        """Return the choice that actions make, one for the chain or one per component from 1 on."""
+        """Return the choice that actions express, one for the chain or one per component."""
         read = [env.actions.decode(action) for action in actions]
         if env.actions.components > 1:
             sequence, speed = read[0]
@@ -60,7 +60,7 @@ class OpenLoop(NamedTuple):
         return self.of_actions(env, [encode(*each) for each in zip(*self, strict=True)])
 
     def action(self, env: FoldEnv[Any], episodes: Any, row: int) -> Any:
-        """Return the next action of an episode that follows a choice."""
+        """Return the next action of an episode that follows this choice; `row` is its row."""
         if env.actions.components > 1:
             return env.actions.encode(self.sequence, self.speeds[0])
         arrays = episodes.arrays
@@ -79,7 +79,7 @@ raises a `ValueError` if it lacks a target or has other observations or actions.
 
 
 def at_random(env: FoldEnv[Any], numbers: object, rngs: Sequence[np.random.Generator]) -> Act:
-    """Draw every action uniformly."""
+    """Return a plan that draws every action uniformly."""
     space = env.action_space
 
     def act(_: object, rows: Ints) -> Sequence[Any]:
@@ -93,10 +93,10 @@ def at_random(env: FoldEnv[Any], numbers: object, rngs: Sequence[np.random.Gener
 
 
 def designs(env: FoldEnv[Any], numbers: Sequence[int], rngs: object) -> Act:
-    """Feed the energy minimiser's design for the target at its best speed.
+    """Return a plan that feeds the energy minimiser's design for each target at its best speed.
 
-    The reward's baseline uses the same design. The policy ignores observations and feeds at the
-    available speed that is nearest.
+    The reward's baseline uses the same design. The plan ignores observations; it feeds at the
+    available speed that is nearest to the best one.
     """
     found: dict[str, OpenLoop] = {}
     for target in {env.targets[number] for number in numbers}:
@@ -137,7 +137,7 @@ def trained(saved: policy_files.SavedPolicy, no_motion: bool = False) -> Policy:
 
 
 def at_speed(policy: Policy, speed: float | None) -> Policy:
-    """Return a policy that feeds a policy's magnets at one speed [m/s], or at random if None."""
+    """Return `policy` with its speeds replaced by one speed [m/s], or by random ones if None."""
 
     def begin(
         env: FoldEnv[Any], numbers: Sequence[int], rngs: Sequence[np.random.Generator]

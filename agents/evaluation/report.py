@@ -31,8 +31,8 @@ Played = Mapping[str, Runs]
 """The runs of methods, by name."""
 
 ENDS = ("target", "other fold", "misfolded", "unsettled", "failed")
-"""How episodes end: in the target, at rest in another fold, at rest with an open joint, still
-moving at the limit of time or work, or with a failed simulation."""
+"""How episodes end: in the target, at rest in another fold, at rest without being fully
+folded, still moving at the time limit or the step limit, or with a failed simulation."""
 
 
 def targets_of(results: Played) -> list[str]:
@@ -42,7 +42,7 @@ def targets_of(results: Played) -> list[str]:
 
 
 def by_target(runs: Runs, values: str = "success") -> intervals.Floats:
-    """Return an attribute's mean over the outcomes of a run on a target, shape (runs, targets)."""
+    """Return the mean of an outcome's attribute by run and target, shape (runs, targets)."""
     words = targets_of({"": runs})
     table = np.zeros((len(runs), len(words)))
     for k, run in enumerate(runs):
@@ -52,7 +52,7 @@ def by_target(runs: Runs, values: str = "success") -> intervals.Floats:
 
 
 def ends(runs: Runs) -> dict[str, int]:
-    """Return the number of episodes with each end."""
+    """Return the number of episodes with each end that `ENDS` lists."""
     counts: Counter[str] = Counter()
     for each in (each for run in runs for each in run):
         other = "other fold" if each.status == "folded" else each.status
@@ -75,7 +75,7 @@ class Summary:
     built: intervals.Estimate | None
     """Success rate of the same choices as chains built beforehand; None if not tried."""
     ahead: intervals.Estimate | None
-    """Success minus `REFERENCE`'s on the same targets; None for `REFERENCE` or without it."""
+    """Lead in success over `REFERENCE` on the same targets; None for `REFERENCE` or without it."""
     targets: dict[str, Share]
     """Success by target over all runs, with Wilson's intervals."""
     ends: dict[str, int]
@@ -145,7 +145,7 @@ def files_of(policies: Sequence[str]) -> tuple[File, ...]:
 
 
 def made(view: View, env_id: str, rows: Mapping[str, Row], **given: Any) -> Results:
-    """Return a view of an environment's table, with the data needed to reproduce it."""
+    """Return a table of results, with the data needed to reproduce it; `view` is its kind."""
     return Results(
         view=view,
         id=env_id,
@@ -169,7 +169,7 @@ def results_of(
     played: Played,
     summaries: Mapping[str, Summary],
 ) -> Results:
-    """Return all measured values."""
+    """Return all measured values of a comparison."""
     rows: dict[str, Row] = {}
     for method in methods:
         summary = summaries[method.name]

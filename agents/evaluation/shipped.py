@@ -54,12 +54,12 @@ class Card(FrozenModel):
     on a track, with the episodes of these policies only."""
 
     def of(self, view: View) -> list[Results]:
-        """Return the results with this view, each from one command."""
+        """Return the results of one kind, such as "ablation"; one command wrote each of them."""
         return [each for each in self.results if each.view == view]
 
     @property
     def env(self) -> EnvSettings:
-        """The environment of the training."""
+        """The environment in which the policies were trained."""
         return EnvSettings.model_validate(self.settings["env"])
 
     def numbers(self, row: Row) -> list[int]:
@@ -124,7 +124,7 @@ def load_shipped(
     Parameters
     ----------
     name : str or environment
-        Name of the set, or an environment or vector whose id and spaces fit exactly one set.
+        Name of the set, or a single or vector environment whose id and spaces fit one set only.
     number : int
         Number of the seed, from 0.
 
@@ -142,7 +142,7 @@ def load_shipped(
 
 
 def _fitting(env: Any) -> str:
-    """Return the name of the set of policies that fits an environment or a vector."""
+    """Return the name of the set of policies that fits an environment or a vector environment."""
     one = getattr(env, "template", env)
     place = f"{type(one).__module__}:{type(one).__name__}"
     ids = [env_id for env_id, entry_point in ENTRY_POINTS.items() if entry_point == place]
@@ -158,13 +158,13 @@ def _fitting(env: Any) -> str:
 
 
 def _spaces(card: Card) -> tuple[Any, Any]:
-    """Return the spaces of single observations and of actions."""
+    """Return the spaces of the observations that a card's policies read and of their actions."""
     own = policy_file.read(policies.policies_dir() / card.policies[0].file).settings
     return own.observations.space(), own.actions.space()
 
 
 def _made(env: EnvSettings) -> str:
-    """Return the call that makes an environment, with the options that may change its spaces."""
+    """Return code that makes an environment, with the options that may change its spaces."""
     aside = {"id", "randomisation", *RewardOptions.__annotations__}
     given = env.model_dump(exclude=aside, exclude_none=True)
     told = [repr(env.id), *(f"{key}={value!r}" for key, value in given.items())]

@@ -2,10 +2,10 @@
 
 The first orders feed the minimiser's chain, which is the baseline, at every available speed, the
 baseline's speed first. The sequences of all other orders are drawn from those whose only ground
-state is the task's target if all magnets are sound; their rank by gap is log-uniform. If any fold
-is allowed, half of these orders instead use a word that is drawn uniformly. Equal components and
-equivalent orientations are selected at random. Half of the orders have one speed, and half one
-speed per component. No component is drawn back or tested, because open loops use no observations.
+state is the task's target if all magnets are sound; their rank by energy gap is log-uniform. If any
+fold is allowed, half of these orders use a uniformly drawn word instead. Of equal components
+or equivalent orientations, one is selected at random. Half of the orders have one speed, and half
+one speed per component. Open loops use no observations, so they draw back and test no component.
 
 The oracle knows the magnets' strengths in an episode, so components with equal patterns differ for
 it. Half of its candidates are the best orders of the task's search. The others are the best of
@@ -40,7 +40,7 @@ Fed = tuple[tuple[int, int], ...]
 
 
 class FeedOrder(NamedTuple):
-    """The decisions of an open loop."""
+    """The components, orientations and speeds that an open loop chooses."""
 
     family: str
     fed: Fed
@@ -67,7 +67,7 @@ class Orders:
         self._listed: dict[int, list[Any]] = {}
         self._known: dict[int, Ints] = {}
         self.fastest = FeedOrder("fastest", tuple((part, 0) for part in range(n)), (FASTEST,) * n)
-        """The first components of a tray, unturned, at the highest speed."""
+        """The order that feeds a tray's first components, unturned, at the highest speed."""
 
     def candidates(self, count: int, number: int) -> list[FeedOrder]:
         """Return `count` orders for the task with this number; all differ in poles or speeds.
@@ -100,16 +100,16 @@ class Orders:
         return in_order(np.array(fed), np.array(speeds))
 
     def drawn(self) -> tuple[Scene, TrayTask]:
-        """Return the scene and the task of the environment's episode, with all that is drawn."""
+        """Return the current episode's scene and task, including all randomly drawn values."""
         episodes: Any = self._env.episodes
         task: Any = self._env.task
         strengths = tuple(map(tuple, episodes.strengths[0].tolist()))
         return episodes.scene(0), task.model_copy(update={"strengths": strengths})
 
     def raced(self, best: list[FeedOrder], number: int, task: TrayTask) -> list[FeedOrder]:
-        """Return orders for the oracle to race, as many as in `best`, the best of a task's search.
+        """Return orders for the oracle to try, as many as in `best`, the best of a task's search.
 
-        `number` is the task's number; `task` contains the strengths.
+        `number` is the task's number; `task` contains the magnets' strengths.
         """
         kept = best[: (len(best) + 1) // 2]
         if number not in self._known:
@@ -123,7 +123,7 @@ class Orders:
         ]
 
     def gaps(self, fed: Ints, number: int, task: TrayTask) -> Floats:
-        """Return each order's energy gap between its lowest target word and all others [J], (k,).
+        """Return each order's energy gap from its lowest target word to any other word [J], (k,).
 
         `fed` contains components and orientations, (k, n, 2); `task` contains the strengths.
         """
@@ -141,12 +141,12 @@ class Orders:
 
     @cached_property
     def _forms(self) -> tuple[tuple[str, ...], Floats]:
-        """All words, and the quadratic forms of their energies with sound magnets."""
+        """All words, and the quadratic forms that give their energies, with sound magnets."""
         lattice = all_words(self._setup.scene.n)
         return lattice.words, quadratic_forms(self._setup.scene, lattice)
 
     def _drawn(self, number: int, rng: np.random.Generator) -> Iterator[Fed]:
-        """Yield drawn components of a task's tray with their orientations, endlessly."""
+        """Yield an endless sequence of random choices of a tray's components and orientations."""
         listed, ways = self._sequences(number), LYING[self._setup.patterns[number]]
         step = 1 if self._env.tasks[number].direction == "forward" else -1
         while True:
@@ -161,7 +161,7 @@ class Orders:
             yield tuple(found[::step])
 
     def _sequences(self, number: int) -> list[Any]:
-        """Return the sequences from a task's tray for every word that counts, the target first."""
+        """Return the sequences that a tray allows for each allowed word, the target first."""
         if number not in self._listed:
             task, lists = self._env.tasks[number], list[Any]()
             for word in dict.fromkeys((task.target, *self._others)):
@@ -171,7 +171,7 @@ class Orders:
         return self._listed[number]
 
     def _key(self, order: FeedOrder, number: int) -> Any:
-        """Return the poles and speeds, which tell orders apart if equal patterns are alike."""
+        """Return an order's poles and speeds; orders with equal ones are the same in effect."""
         part, lie = np.array(order.fed).T
         return tuple(LYING[self._setup.patterns[number, part], lie].tolist()), order.speeds
 

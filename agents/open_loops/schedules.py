@@ -1,19 +1,21 @@
-"""Feed schedules, chosen before an episode begins: speeds, each up to an advance of the feed.
+"""Feed schedules, chosen before an episode begins.
+
+A schedule is a list of speeds, each of which applies until the feed reaches a certain advance.
 
 ============== ===================================================================================
 family         what is drawn
 ============== ===================================================================================
 baseline       nothing: each constant speed from which the baseline is chosen is used once; with
                two folds, the baseline's push, pull and push is used
-two speeds     two speeds, and the advance at which the speed changes, uniformly along the way
+two speeds     two speeds, and the advance at which the speed changes, uniform over the whole feed
 three speeds   three speeds, and two such advances
 pulses         a speed, the advance of one push (a twentieth to half of the chain), and the pause
                after it (20 ms to half a second)
 push-pull-push three speeds, the second one inward; the advance of the first push (a fifth to all
-               of the way), and the share of it that is drawn in again (a tenth to all)
+               of the feed), and the share of it that is drawn in again (a tenth to all)
 refold         for two folds: one to three speeds, or pulses, until the tube holds only 0.1 to 0.9
                diagonals of the last component; a pause (0.1 to 1.2 s); a pull to an advance of
-               0.05 to 1 diagonals; then any of the drawn families above for the whole way
+               0.05 to 1 diagonals; then any of the drawn families above over the whole feed
 ============== ===================================================================================
 
 Speeds are from 0.03 to 0.6 m/s. Speeds, lengths of pulses and pauses are drawn log-uniformly.
@@ -47,11 +49,11 @@ STANDS = 5, 60
 
 
 class Schedule(NamedTuple):
-    """The decisions of an open loop."""
+    """The feed speeds that an open loop chooses."""
 
     family: str
     way: Way
-    """The legs in order; the last leg has no end."""
+    """Successive speeds, each up to an advance or, for a pause, for some steps."""
 
     def time(self, length: float) -> float:
         """Return the time [s] at which the feed of an exact drive reaches an advance [m]."""
@@ -103,12 +105,12 @@ class Schedules:
         return Following([each.way for each in found])
 
     def drawn(self) -> tuple[Scene, FeedTask]:
-        """Return the scene and the task of the environment's episode, with all that is drawn."""
+        """Return the current episode's scene and task, including all randomly drawn values."""
         task: Any = self._env.task
         return self._env.to_scene(), task
 
     def raced(self, best: list[Schedule], number: int, task: FeedTask) -> list[Schedule]:
-        """Return the schedules for the oracle to race, which are the best of the search."""
+        """Return the schedules for the oracle to try, which are the best of the search."""
         return best
 
 
@@ -144,7 +146,7 @@ def _refold(rng: np.random.Generator, length: float, diagonal: float, second: "_
 
 
 def _stretches(count: int, rng: np.random.Generator, start: float, length: float) -> Way:
-    """Return `count` legs that divide the way, each with its own speed."""
+    """Return `count` random speeds, each for its own part of the feed up to `length` [m]."""
     places = np.sort(rng.uniform(start, length, count - 1)).tolist()
     return tuple(Leg(_speed(rng), place) for place in (*places, np.inf))
 

@@ -20,12 +20,12 @@ from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scoring.player import play
 
 Trial = Callable[[Ints, int, int], Floats]
-"""A function that maps candidates, the first draw and the draw after the last to the success and
-score of their episodes, (candidates, draws, 2)."""
+"""A function that plays candidates on a range of draws, given by its first draw and the draw after
+its last. It returns the success and score of the episodes, (candidates, draws, 2)."""
 
 
 class Ranked(NamedTuple):
-    """The record of a candidate."""
+    """A candidate and its results in a search."""
 
     place: int
     """Index of the candidate, from 0."""
@@ -36,7 +36,7 @@ class Ranked(NamedTuple):
 
 
 def rounds(candidates: int, budget: int) -> list[tuple[int, int]]:
-    """Return each round's number of candidates and the number of draws that each of them adds.
+    """Return, for each round, the number of candidates and the number of new draws for each.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def _ranked(field: Ints, ends: Floats) -> list[Ranked]:
 
 
 class Search(NamedTuple):
-    """The effort of a search."""
+    """The effort of a search, as the numbers of open loops and of episodes."""
 
     candidates: int
     """Number of open loops."""

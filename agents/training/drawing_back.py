@@ -30,10 +30,10 @@ from magfold_env.envs.tasks.goals import SUCCESS_TOLERANCE
 from magfold_env.scene import Scene
 
 STREAM = "drawing back"
-"""Stream of the draws that select settings."""
+"""Name of the random stream that draws the episodes for selecting settings."""
 
 EFFORT = Search(192, 4000)
-"""Number of settings that are compared per task, and of all their episodes."""
+"""Number of settings compared per task, and total number of episodes that compare them."""
 
 SAME = 0.3
 """Share of settings that use the same open loop again."""
@@ -61,7 +61,7 @@ class Redoing(NamedTuple):
     wrong: float
     """Angle in the wrong direction above which a joint is drawn in [rad]."""
     at_last: float
-    """This angle while the last component, which cannot be drawn in again, comes out [rad]."""
+    """The same limit while the last component comes out, which cannot be drawn in again [rad]."""
     depth: float
     """Advance of the feed after drawing in, relative to the point where the component before the
     joint begins to come out [diagonals]."""
@@ -114,7 +114,7 @@ class DrawingBack:
         return (speeds,)
 
     def _judge(self, episodes: Any, rows: Ints, gone: Floats) -> None:
-        """Begin to draw in the rows with a joint that has turned the wrong way."""
+        """Start drawing in the chain of each row with a joint that has turned the wrong way."""
         is_last = gone[rows] > episodes.setup.scene.n - 1
         wrong = np.where(is_last, self._at_last[rows], self._wrong[rows])
         is_wrong = _turned_wrong(episodes, rows, wrong, self._stood[rows] >= self._stands[rows])
@@ -178,7 +178,7 @@ def searched(
 ) -> list[Redoing] | list[Refolding]:
     """Return the best settings for every task of an environment in which given chains fold.
 
-    `effort` is the effort of the search for open loops; `folder` stores searches for all runs.
+    `effort` is the effort of the search for open loops; all runs share the searches in `folder`.
     """
     best = best_open_loops(settings, effort, folder)
     key = {"open loops": effort, "drawing back": EFFORT}
@@ -210,7 +210,7 @@ def playing(found: Sequence[Any]) -> Plan:
 
 
 def candidates(best: Sequence[Schedule], number: int, count: int) -> list[Redoing]:
-    """Return `count` candidates, made from the best open loops of the task with this number."""
+    """Return `count` random settings that use the best open loops of the task with this number."""
     rng = _rng(number)
     found = [Redoing(best[0], each, 0.6, 0.3, 0.2, -0.3) for each in (best[0], *_onward(best))]
     while len(found) < count:
@@ -221,7 +221,7 @@ def candidates(best: Sequence[Schedule], number: int, count: int) -> list[Redoin
 def candidates_twice(
     best: Sequence[Schedule], number: int, count: int, scene: Scene
 ) -> list[Refolding]:
-    """Return `count` candidates for a task of two folds; see `candidates`."""
+    """Return `count` random settings for a task of two folds; see `candidates`."""
     rng = _rng(number)
     firsts, backs, seconds = zip(*map(_parted, best), strict=True)
     found: list[Refolding] = []
@@ -248,7 +248,7 @@ def _drawn(rng: np.random.Generator, best: Sequence[Schedule]) -> Redoing:
 
 
 def _creeping(rng: np.random.Generator, first: Schedule, scene: Scene) -> Schedule:
-    """Return a first fold that pauses and then lets the last component out a little more."""
+    """Return a first fold's schedule that pauses, then lets the last component out a bit more."""
     speed = float(np.exp(rng.uniform(np.log(SLOWEST_LEVEL), np.log(0.15))))
     until = (scene.n - rng.uniform(0.03, 0.3)) * scene.casing.diagonal
     stand = Leg(0.0, steps=int(rng.integers(5, LONGEST_PAUSE)))
@@ -267,7 +267,7 @@ def _onward(best: Sequence[Schedule]) -> list[Schedule]:
 
 
 def _parted(found: Schedule) -> tuple[Schedule, float, Schedule]:
-    """Return a first fold up to its pause, the speed of drawing in, and the second fold."""
+    """Split a schedule into a first fold up to its pause, the speed back, and a second fold."""
     back = next(place for place, leg in enumerate(found.way) if leg.speed < 0.0)
     first = found.way[: back - 1]
     second = found.way[back + 1 :]

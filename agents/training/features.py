@@ -61,7 +61,7 @@ class FromTheMouth(BaseFeaturesExtractor):
         return self.ordered(entries, self.step(entries))
 
     def entries(self, observations: torch.Tensor | Mapping[str, torch.Tensor]) -> torch.Tensor:
-        """Return the target, `width` entries per joint, then the chain, (batch, entries)."""
+        """Return the target's entries, `width` per joint, then the chain's, (batch, entries)."""
         if isinstance(observations, torch.Tensor):
             return observations
         wanted = observations["desired_goal"][:, :-1]

@@ -133,7 +133,7 @@ class Demonstrations:
 def imitate(model: PPO | RecurrentPPO, settings: TrainSettings, folder: Path) -> None:
     """Let a new model with these settings imitate a player of its tasks.
 
-    A recurrent model learns from whole episodes. `folder` stores searches for all runs.
+    A recurrent model learns from whole episodes. All runs share the searches in `folder`.
     """
     given = settings.imitate
     assert given is not None

@@ -26,7 +26,7 @@ from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.feed_tasks import TrayTask
 
 STREAM = "mending"
-"""Stream of the draws that select chains."""
+"""Name of the random stream that draws the episodes for selecting chains."""
 
 DRAWS = 48
 SEQUENCES = 60
@@ -49,7 +49,7 @@ BEARS = 0.9
 
 
 class Chain(NamedTuple):
-    """Components from the tray and the way they are fed."""
+    """Components from the tray, their orientations and their feed speed."""
 
     fed: tuple[tuple[int, int], ...]
     """Components and orientations, in the order in which they are fed."""
@@ -86,7 +86,7 @@ class Mending:
         return parts, lies, speeds, np.where(back, BACK, np.where(test, PULL, AHEAD))
 
     def _judge(self, episodes: AnchorEpisodes, rows: Ints) -> None:
-        """Draw back the chains that have failed a test, if there is another chain."""
+        """Start drawing back the chains that have failed a test, if others are left to build."""
         left = [len(self._ways[row]) - 1 - self.at[row] for row in rows.tolist()]
         holds = episodes.turned(rows).all(axis=1) & (episodes.borne(rows) >= BEARS)
         failed = episodes.is_whole(rows) & episodes.is_tested(rows) & ~holds
@@ -98,7 +98,7 @@ class Mending:
 def mended(settings: EnvSettings, folder: Path, draws: int = DRAWS) -> list[tuple[Chain, ...]]:
     """Return the chains to build one after another for every task of an environment.
 
-    `folder` stores the search for all runs; `draws` is the number of draws on which the chains of a
+    All runs share the search in `folder`; `draws` is the number of draws on which the chains of a
     task are compared.
     """
     env: Any = make_env(settings).unwrapped

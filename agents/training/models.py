@@ -49,7 +49,7 @@ FEATURES = {
     features.FromTheMouth: "mouth",
     symmetry.FromOneSide: "symmetric",
 }
-"""Features of networks, by class."""
+"""Names of networks' features in settings, by the class that computes them."""
 
 MODEL, REPLAY, REST = "model.zip", "replay_buffer.pkl", "state.pkl"
 _RECORDS = ("name_to_value", "name_to_count", "name_to_excluded")

@@ -20,7 +20,7 @@ from magfold_env.files import physics_digest
 from magfold_env.scoring.track import WIDTH
 
 STREAM = "imitation"
-"""Stream of the draws of the search for open loops."""
+"""Name of the random stream that draws the episodes of the search for open loops."""
 
 KEPT = 16
 """Largest number of open loops that are kept per task."""

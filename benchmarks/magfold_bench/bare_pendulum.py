@@ -53,7 +53,7 @@ class Pendulum(NamedTuple):
 
 @kernel
 def swing(p: Pendulum, until: float) -> int:
-    """Advance to the time `until` [s] and return the number of evaluations."""
+    """Advance the pendulum to the time `until` [s] and return the number of evaluations."""
     time, step, before, last_error = 0.0, FIRST / p.typical_rate, 0.0, 0.0
     copy(p.v, p.slope_q[0], 0)
     accelerate(p, p.q, p.v, p.slope_v[0])
@@ -87,13 +87,13 @@ def swing(p: Pendulum, until: float) -> int:
 
 @inlined
 def accelerate(p: Pendulum, q: Array, v: Array, out: Array) -> None:
-    """Compute accelerations (n,) [rad/s²]; gravity acts as an upward acceleration of the hinge."""
+    """Compute angular accelerations (n,) [rad/s²]; gravity acts as if the hinge accelerated."""
     recursion.accelerate(p.bodies, -p.gravity_x, -p.gravity_y, q, v, p.force, p.scratch, out)
 
 
 @inlined
 def stages(p: Pendulum, h: float) -> None:
-    """Fill in the slopes of a step and the state at its end."""
+    """Compute the slopes within a step of `h` seconds and the state at its end."""
     for s in range(1, STAGES):
         q, v = (p.stage_q, p.stage_v) if s < STAGES - 1 else (p.new_q, p.new_v)
         for k in range(q.size):
@@ -124,7 +124,7 @@ def step_error(p: Pendulum, h: float) -> float:
 
 
 def pendulum(scene: Scene) -> Pendulum:
-    """Return the pendulum of a scene, a drawn, pinned chain under gravity, in its initial state."""
+    """Return the pendulum of a concrete scene with a pinned chain, in its initial state."""
     bare = scene.mount == "pinned" and scene.magnets is None and not scene.contact
     if not bare or scene.frictions.any() or scene.start_angles is None:
         raise ValueError("scene: must be a drawn, pinned chain without magnets, friction, contact")

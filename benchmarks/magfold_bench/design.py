@@ -1,4 +1,4 @@
-"""Design chains for every target and mode of release, and compare with designs by energy alone."""
+"""Design chains for every target and mode of release, and compare them with designs by energy."""
 
 from collections.abc import Mapping
 from itertools import product
@@ -17,7 +17,7 @@ from magfold_env.shapes import folded_words
 WANTED = 0.9  # required share of successes
 RUNS = 100
 SELECTION = 16
-"""Number of releases at each speed, from which the minimiser's design gets its best speed."""
+"""Number of releases at each speed that select the best speed for the minimiser's design."""
 
 
 def targets(quick: bool, progress: Progress) -> Measurement:

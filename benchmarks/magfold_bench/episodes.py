@@ -35,7 +35,7 @@ COMPONENTS = 6  # length of the chains to which most requirements apply
 
 
 class Way(NamedTuple):
-    """A way to play episodes."""
+    """The kind of environment and the number of threads that play the episodes."""
 
     form: str  # `SINGLE` or `VECTOR`
     threads: int

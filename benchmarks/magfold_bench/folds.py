@@ -97,7 +97,7 @@ def scene_of(kind: str, seed: int) -> Scene:
 
 
 def at_tolerance(scene: Scene, tolerance: float) -> Scene:
-    """Return a scene with another tolerance [rad] and the usual work limit."""
+    """Return a scene with another tolerance [rad] and the default step limit."""
     return scene.replace(solver={"tolerance": tolerance})
 
 
@@ -130,7 +130,7 @@ def _table(kind: str, rows: list[Row]) -> Table:
 
 
 def finding(kind: str, rows: list[Row]) -> str:
-    """Describe the cost at the default tolerance and at the loosest sufficient tolerance."""
+    """State the cost at the default tolerance and at the loosest sufficient tolerance."""
     parts: list[str] = []
     for tolerance in sorted(tables.distinct(rows, "tolerance [rad]"), reverse=True):
         mine = _at(tolerance, rows)
@@ -146,7 +146,7 @@ def finding(kind: str, rows: list[Row]) -> str:
 
 
 def first_use(quick: bool, progress: Progress) -> Measurement:
-    """Start Python, import the package and fold a chain; the first time, the cache is empty."""
+    """Time starting Python, importing the package and folding a chain, first without a cache."""
     rows: list[Row] = []
     uses = [FIRST, *[LATER] * (1 if quick else LATER_USES)]
     with tempfile.TemporaryDirectory() as cache:

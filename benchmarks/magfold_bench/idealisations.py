@@ -45,7 +45,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def random_chains(count: int) -> list[Scene]:
-    """Return drawn chains of the paper's device, in turn free, fed forward and fed backward."""
+    """Return concrete scenes with random chains: in turn free, fed forward and fed backward."""
     rng = np.random.default_rng(0)
     device = load_scene("paper/sequence-1")
     sequences = [random_sequence(rng, COMPONENTS) for _ in range(count)]
@@ -56,7 +56,7 @@ def random_chains(count: int) -> list[Scene]:
 
 
 def designed_chains(count: int) -> list[Scene]:
-    """Return drawn chains that a suite lists as folding free, fed forward or fed backward."""
+    """Return concrete scenes with designed chains, each released as its suite states."""
     suite, rng = load_suite(SUITE), np.random.default_rng(0)
     found: list[tuple[Witness, Mode]]
     found = [(witnesses[mode], mode) for witnesses in suite.words.values() for mode in MODES]

@@ -84,7 +84,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def measure(fidelity: Fidelity, counts: tuple[int, ...], rounds: int, tick: Tick) -> list[Row]:
-    """Return a row for each number of environments and each way to measure."""
+    """Return a row for each number of environments and each kind of measurement."""
     envs = {count: vector(count, components=COMPONENTS, fidelity=fidelity) for count in counts}
 
     def first_step(env: Vector) -> timing.Task:

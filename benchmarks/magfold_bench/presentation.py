@@ -62,7 +62,7 @@ class Lines(NamedTuple):
     shared: bool = True
     """Whether all panels have the same limits."""
     linear: str = ""
-    """Axes that are linear instead: x or xy."""
+    """Axes that are linear rather than logarithmic: x or xy."""
 
     def draw(self, rows: list[Row]) -> Any:
         """Return a matplotlib figure, with a panel per set of values in the `panel` columns."""

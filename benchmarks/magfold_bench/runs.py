@@ -109,7 +109,7 @@ def run_task(*scenes: Scene, frame_rate: float | None = None) -> timing.Task:
 
 
 def difference(one: Fold, other: Fold) -> float:
-    """Return the largest difference in a joint's angle at any time [rad]; chains stay at rest."""
+    """Return the largest difference of a joint angle at any time [rad]; ended runs are at rest."""
     last = max(one.time, other.time)
     times = np.append(np.arange(0.0, last, 1.0 / FRAME_RATE), last)
     return float(np.abs(_joints(one, times) - _joints(other, times)).max(initial=0.0))

@@ -1,4 +1,4 @@
-"""Time for a chain's accelerations by this engine, the paper's equation 39 and other engines.
+"""Time to compute a chain's accelerations: this engine, the paper's equation 39, other engines.
 
 The chain is pinned, and gravity and motors in its hinges act on it. Every contender is built for
 one problem and first returns its accelerations once, which are compared before anything is timed.
@@ -50,7 +50,7 @@ class ChainProblem(NamedTuple):
 
     @property
     def joint_angles(self) -> Array:
-        """Angles of components relative to the previous one, the first to x; (n,) [rad]."""
+        """Angles (n,) [rad] of components relative to the previous one, or of the first to x."""
         return np.diff(self.angles, prepend=0.0)
 
     @property
@@ -158,7 +158,7 @@ def lanes(problem: ChainProblem) -> Contender:
 
 
 def dense(problem: ChainProblem) -> Contender:
-    """Solve the paper's equation 39 directly; the parts that no state changes are precomputed."""
+    """Solve the paper's equation 39 directly; terms that do not change are precomputed."""
     bodies = problem.bodies
     arms = levers(bodies.reach, bodies.length)
     coupling = arms.T @ (bodies.mass[:, None] * arms)
@@ -233,7 +233,7 @@ def mujoco(problem: ChainProblem) -> Contender:
 
 
 def missing() -> list[str]:
-    """Return the names of the peers that are not installed; the extra ``peers`` contains them."""
+    """Return the compared libraries that are not installed; the extra ``peers`` contains them."""
     needs = {PINOCCHIO: "pinocchio", MUJOCO: "mujoco"}
     return [name for name, module in needs.items() if find_spec(module) is None]
 
@@ -253,7 +253,7 @@ LONGEST = {PINOCCHIO: 450, MUJOCO: 1000, DENSE: 1000}
 def measure(quick: bool, progress: Progress) -> list[Row]:
     """Time every contender at every length, or at fewer lengths if ``quick``.
 
-    Return one row per contender and length; peers that are not installed have no rows. If
+    Return one row per contender and length; libraries not installed have no rows. If
     contenders disagree about the accelerations, an ArithmeticError is raised.
     """
     lengths, rounds = (QUICK_LENGTHS, 5) if quick else (LENGTHS, 15)
@@ -314,7 +314,7 @@ def _differences(n: int, contenders: Mapping[str, Contender]) -> dict[str, float
 def run(quick: bool, progress: Progress) -> Measurement:
     """Measure every contender at every length, like `measure`.
 
-    Peers that are not installed have no rows; a finding states that they are absent.
+    Libraries that are not installed have no rows; a finding states that they are absent.
     """
     rows = measure(quick, progress)
     lines = tables.pivot(rows, "n", "contender", "time [µs]", "")

@@ -115,7 +115,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 
 
 def variants() -> list[Variant]:
-    """Return the scene with all features, without each one of them, and with fewer and fewer."""
+    """Return scenes with all features, with all but one, and with fewer and fewer features."""
     scene = load_scene(SEQUENCE)
     whole = scene.replace(
         mount="tube",

@@ -82,7 +82,7 @@ class Result(NamedTuple):
     pace: tuple[float, float]  # time of the fixed work just before and just after the part [s]
 
     def to_json(self) -> dict[str, Any]:
-        """Return everything; numbers that are not finite become null."""
+        """Return the results as JSON values; numbers that are not finite become null."""
         plain, found = tables.plain, self.found
         shown = [{"title": each.title, "rows": plain(each.rows)} for each in found.tables]
         found = {"rows": plain(found.rows), "tables": shown, "findings": found.findings}
@@ -183,7 +183,7 @@ def _page(
     system: Mapping[str, str],
     folder: Path,
 ) -> page.Page:
-    """Return the report on the parts in `done`, and on the reasons in `missing`, both by title.
+    """Return the report on the parts in `done`; `missing` states why others are missing, by title.
 
     Diagrams are read from the folder.
     """

@@ -30,8 +30,8 @@ COMPARED = {
     SURELY: "on the way, without settings that are as exact only by luck",
     AT_END: "at the end",
 }
-"""Columns with the default's time relative to the fastest equally exact setting, and where the
-error is measured."""
+"""Columns with the ratio of the default's time to that of the fastest equally exact setting; the
+values state which errors and settings are compared."""
 TABLES = {
     "The default: medians over starts": ("words right", "set aside", WAY, END, "ms"),
     "The default and the fastest setting that is as exact": ("fastest as exact", *COMPARED),
@@ -132,7 +132,7 @@ class Reference(NamedTuple):
         return self.known > CLOSE
 
     def error_on_the_way(self, run: Fold) -> float:
-        """Return a joint's largest difference at any time [rad], or its uncertainty if larger."""
+        """Return a joint's largest error at any time [rad], or the reference's own if larger."""
         return max(runs.difference(run, self.fold), self.known, NUDGE)
 
 

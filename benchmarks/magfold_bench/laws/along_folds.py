@@ -41,7 +41,7 @@ class SteppedSession(Session):
         self._state.counter[ix.FRESH] = 1
 
     def throw(self, rates: npt.ArrayLike, base_velocity: npt.ArrayLike = (0.0, 0.0)) -> None:
-        """Set rates (n,) [rad/s] and the outer hinge's velocity (2,) [m/s]; not in a tube."""
+        """Set angular rates (n,) [rad/s] and the base's velocity (2,) [m/s]; not in a tube."""
         self._state.v[: self.n] = rates
         self._state.v[self.n :] = base_velocity
         self._state.counter[ix.FRESH] = 1
@@ -70,19 +70,19 @@ class Motion:
 
     scene: Scene
     time: Floats
-    """[s], shape (m,)."""
+    """Times [s], shape (m,)."""
     angles: Floats
     """Headings [rad], shape (m, n)."""
     rates: Floats
-    """[rad/s], shape (m, n)."""
+    """Rates of the headings [rad/s], shape (m, n)."""
     base: Floats
     """Outer hinge of component 1 [m], shape (m, 2)."""
     base_velocity: Floats
-    """[m/s], shape (m, 2)."""
+    """Velocity of that hinge [m/s], shape (m, 2)."""
     potential: Floats
     """Magnetic energy [J], shape (m,)."""
     work: Floats
-    """Work done so far on the chain by the drive, bumps and loading at the mouth [J], (m,)."""
+    """Work so far by the drive, bumps and magnets that appear at the mouth [J], shape (m,)."""
     impacts: Floats
     """Energy lost in impacts so far [J], shape (m,)."""
     released: npt.NDArray[np.int64]

@@ -39,11 +39,11 @@ class States(NamedTuple):
     angles: Floats
     """Headings [rad], shape (m, n)."""
     rates: Floats
-    """[rad/s], shape (m, n)."""
+    """Rates of the headings [rad/s], shape (m, n)."""
     base: Floats
     """Outer hinge of component 1 [m], shape (m, 2)."""
     base_velocity: Floats
-    """[m/s], shape (m, 2)."""
+    """Velocity of that hinge [m/s], shape (m, 2)."""
     released: npt.NDArray[np.int64]
     """Number of components outside the tube, shape (m,)."""
 
@@ -152,7 +152,7 @@ class Judge:
 
 
 def _apart(ways: Floats, still: float) -> npt.NDArray[np.intp]:
-    """Choose states about ``still`` [m] apart, and the last; ``ways`` [m] separate the states."""
+    """Return the indices of states about ``still`` [m] apart; ``ways`` [m] separate all states."""
     passed = np.cumsum(np.concatenate([[0.0], ways])) // still
     return np.union1d(np.flatnonzero(np.diff(passed, prepend=-1.0)), [len(ways)])
 

@@ -1,7 +1,7 @@
 """Exact forces between magnets, in plain NumPy and independent of the engine's kernels.
 
 A pole face is a uniformly charged rectangle, whose field, ∫ r/|r|³ dA, has a closed form: its
-components are sums over the corners of an arcsinh, an arcsinh and an arctangent. The field of one
+components sum an arcsinh, an arcsinh and an arctangent over the corners. The field of one
 face is summed over the other face with Gauss-Legendre nodes along both its sides. The engine
 instead integrates across the plane in closed form and sums over nodes of both faces. Nearer faces
 get more nodes, so that errors approach rounding errors. Faces may differ in size and charge.
@@ -86,8 +86,8 @@ def forces(scene: Scene, places: Array, headings: Array) -> tuple[Array, Array]:
 def flush_force(scene: Scene) -> float:
     """Return the force [N] between opposite pole faces of flush casings, the unit of errors.
 
-    If the four faces differ, the one with the strongest attraction between two of its kind counts,
-    with the largest charge that it has in any component.
+    If the four faces differ, the face counts that would attract an opposite copy of itself most
+    strongly, with the largest charge that it has in any component.
     """
     insets = magnets_of(scene).by_face("inset").tolist()
     return max(face_force(scene, 2.0 * inset, face) for face, inset in enumerate(insets))

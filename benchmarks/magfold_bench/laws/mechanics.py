@@ -1,4 +1,4 @@
-"""Mechanics of a chain in plain NumPy, independent of the engine: energies, momenta, equation 39.
+"""Mechanics of a chain in plain NumPy, independent of the engine: energies, momenta, accelerations.
 
 Arrays may have leading axes: headings and rates (..., n), component 1's outer hinge (..., 2).
 """
@@ -27,7 +27,7 @@ def equation_39(
 
 
 def levers(reach: Floats, length: Floats) -> Floats:
-    """Return the lever arms [m] with which each component's rotation (column) moves each centre."""
+    """Return the levers [m] by which each component's rotation (column) moves each centre (row)."""
     return np.tril(np.broadcast_to(length, (len(reach), len(length))), -1) + np.diag(reach)
 
 

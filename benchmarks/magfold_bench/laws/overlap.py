@@ -2,7 +2,7 @@
 
 A casing is a square core widened by the corner's radius, and an obstacle is a rectangle widened in
 the same way. If cores are apart, their separation is the least distance from a corner of one to the
-other. If they overlap, it is minus the shortest way out along an edge's normal.
+other. If they overlap, it is minus the shortest shift along an edge's normal that parts them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Boxes(NamedTuple):
     """Rectangles; all arrays except `turn` have the shape (k, 2)."""
 
     centre: Floats
-    """[m]."""
+    """Centres [m]."""
     turn: Floats
     """Direction of the first side [rad], shape (k,)."""
     half: Floats
@@ -134,7 +134,7 @@ def obstacles(scene: Scene) -> list[tuple[Boxes, float]]:
 
 
 def separation(one: Boxes, other: Boxes, wanted: float = np.inf) -> Floats:
-    """Return the distances of pairs of boxes [m], (k,), or minus the way out where they overlap.
+    """Return the separations of pairs of boxes [m], (k,), which are negative for overlaps.
 
     Distances of at least ``wanted`` may be inexact but are never returned as less than ``wanted``.
     """

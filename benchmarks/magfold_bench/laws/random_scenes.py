@@ -66,7 +66,7 @@ def random_word(rng: np.random.Generator, n: int) -> str:
 def designed_sequence(rng: np.random.Generator, n: int) -> Sequence:
     """Draw a sequence that pulls every joint towards one folded word.
 
-    Return the draw with the fewest pairs of touching like poles where the word closes loops.
+    Of several draws, the one with the fewest like poles touching in closed loops is returned.
     """
     word = random_word(rng, n)
     lattice = from_words([word])

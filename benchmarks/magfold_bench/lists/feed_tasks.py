@@ -89,7 +89,7 @@ def _task(scene: Scene, counts: Mapping[float, Counter[str]], target: str) -> Fo
 
 
 def count_words(scene: Scene, speed: float) -> Counter[str]:
-    """Count the words into which draws of a scene fold at a speed [m/s]; misfolds count as ""."""
+    """Return how many draws fold into each word at a speed [m/s]; misfolds count as ""."""
     fed = scene.replace(feed={"speed": speed})
     return Counter(_fold(fed.draw(draw_generator("control", index))) for index in range(DRAWS))
 
@@ -117,7 +117,7 @@ def find_chambers(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[F
 
 
 def takes_several_speeds(came: Any) -> bool:
-    """Return whether a word needs several speeds; ``came`` (draws, speeds) marks runs with it."""
+    """Return whether a word needs several speeds; ``came`` (draws, speeds) marks its runs."""
     return bool(came.any(axis=1).sum() >= LEAST and came.sum(axis=0).max() <= MOST)
 
 

@@ -1,9 +1,9 @@
 """Find chains that fold into two words, one after the other.
 
 Random chains are pushed out, pulled in and pushed out again at constant speeds, in draws of a
-separate stream. A chain that reaches two words is then tried with every pair of push speeds. The
-pair of different words that it reaches most often with one of them makes a task if it reaches both
-words again in other draws. The ease of a task is the number of these draws in which it does so.
+separate random stream. A chain that reaches two words is then tried with every pair of push speeds.
+The two different words that one such pair reaches most often make a task if the chain reaches both
+again in other draws. The ease of a task is the number of these draws in which it does so.
 """
 
 from collections import Counter
@@ -51,7 +51,7 @@ def find_refolds(direction: str, seed: int = 0, threads: int = 1) -> Iterator[Fo
 
 
 def _task(chain: RefoldTask, threads: int) -> list[Found]:
-    """Return a list with the task of a chain, or an empty list."""
+    """Return a list with the one task that a chain yields, or an empty list."""
     schedules = list(product(PUSHES, PULLS[:1], PUSHES))
     speeds = [each for each in schedules for _ in range(DRAWS)]
     seeds = _seeds(AT_ONCE, DRAWS) * len(schedules)

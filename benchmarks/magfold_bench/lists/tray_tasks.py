@@ -10,7 +10,7 @@ available speeds, that end in the word.
 from the tube. For every word, the minimiser's chain from the tray is fed at the middle speed in a
 few randomised episodes. The chain that withstands the pull most often is then tried at every speed.
 The search keeps pulls that this chain withstands in a quarter to three quarters of the draws at its
-best speed, so that pulls are neither impossible nor trivial. The ease of a task is that share.
+best speed, so that pulls are neither impossible nor trivial. The share is the ease of the task.
 """
 
 from collections.abc import Iterator, Sequence
@@ -82,7 +82,7 @@ def sound_shares(task: TrayTask, sequence: tuple[str, ...], threads: int = 1) ->
 def find_pulls(
     direction: Any, seed: int = 0, threads: int = 1
 ) -> Iterator[tuple[float, AnchorTask]]:
-    """Yield tasks endlessly, each with the share of draws in which the chain withstands it."""
+    """Yield tasks endlessly, each with the share of draws in which a chain withstands the pull."""
     rng, n = np.random.default_rng([seed, direction == "forward"]), load_scene(ANCHOR_SCENE).n
     words = track(folded_words(n), "chains of every word")
     designs = {str(word): _designs(ANCHOR_SCENE, str(word)) for word in words}

@@ -78,7 +78,7 @@ def run(quick: bool, progress: Progress) -> Measurement:
 def draw_chain(
     rng: np.random.Generator, n: int, headings: Array | None = None
 ) -> tuple[Scene, tuple[Array, Array]]:
-    """Draw a chain's poles and, if no headings (n,) are given, its pose."""
+    """Return a chain with random poles, and its pose, which is random unless headings are given."""
     scene = samples.random_scene(rng, n)
     if headings is None:
         headings = samples.random_shape(rng, n, scene.casing.side)

@@ -2,7 +2,7 @@
 
 Both compute the force and torque on every casing of a chain: magpylib with magnets divided into a
 given mesh of cells, and the engine with sums over nodes and a given error bound. The result for
-each mesh is the ratio of its time to that of the fastest bound with no larger error.
+each mesh is the ratio of its time to that of the engine's fastest setting with no larger error.
 """
 
 import importlib

@@ -50,7 +50,7 @@ def state_row(state: State) -> Row:
 
 
 def search(quick: bool, progress: Progress) -> Measured:
-    """Minimise the energy of each of the paper's sequences, for both feeds and magnet models."""
+    """Minimise each sequence's energy, for both feed directions and both magnet models."""
     rows: list[Row] = []
     for number, _ in each_case(progress, SEQUENCES, "sequence {}".format):
         for direction, stated in quoted.TABLE_1[number].items():
@@ -194,7 +194,7 @@ def with_digits(row: Row, *columns: str) -> Row:
 
 
 def lowest_claims(measured: Measured) -> list[Claim]:
-    """Compare the states with section 4.1's statements about the figure."""
+    """Compare the states with what section 4.1 of the paper states about the figure."""
     rows = measured["states"]
     by_name = {str(row["state"]): row for row in rows if row["state"]}
     counts = {n: len(select(rows, sequence=n, stable="yes")) for n in SEQUENCES}
@@ -238,7 +238,7 @@ def _outlines(by_name: dict[str, Row]) -> Claim:
 
 
 def _below_s1c(rows: list[Row]) -> Claim:
-    """Compare the states with less energy than S1C with the statements in the discussion."""
+    """Judge the paper's statements about the states with less energy than S1C."""
     mine = select(rows, sequence=1)
     below = mine[: [row["state"] for row in mine].index("S1C")]
     conflicts = [row for row in below if row["conflicts"]]
@@ -290,7 +290,7 @@ def _distance(by_name: dict[str, Row], name: str, stated: float) -> Claim:
 
 
 def _compact(rows: list[Row]) -> Claim:
-    """Judge whether stable states with less energy have at least as many contacts."""
+    """Judge whether, of two stable states, the lower one has at least as many contacts."""
     broken: list[str] = []
     for number in SEQUENCES:
         stable = select(rows, sequence=number, stable="yes")
@@ -347,7 +347,7 @@ STATED = {"S1A": quoted.SCORE_S1A, "S1B": quoted.SCORE_S1B}
 
 
 def nearly_equal(quick: bool, progress: Progress) -> Measured:
-    """Compute the energies of S1A and S1B, and how often simulated releases end in them."""
+    """Compute the energies of the paper's states S1A and S1B, and how often releases end there."""
     found = {state.word: state for state in states.folded(1)}
     rows: list[Row] = []
     for name, stated in STATED.items():

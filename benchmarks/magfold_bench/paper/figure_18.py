@@ -17,7 +17,7 @@ from magfold_env.shapes import FloatArray, centres, headings, word_to_angles
 
 FOLDED = FoldStatus.FOLDED.value
 NEARLY = 1.05
-"""Shapes with at most this factor times the least movement count as shapes of least movement."""
+"""Shapes whose movement is at most this factor times the least count as those of least movement."""
 MOST = 0.5
 OUTER = (4, 5)
 """The joints that turn when component 5 drags component 6 along."""
@@ -198,10 +198,10 @@ def _first_apart(word: str, goal: str) -> int:
 
 
 def _misfolds(bars: list[Row]) -> Claim:
-    """Judge whether misfolds of sequence 3 are S3A, apart from joints that component 5 turns.
+    """Judge whether misfolds of sequence 3 equal S3A, apart from joints that component 5 turns.
 
-    A straight outer joint is not enough: a chain that turned an inner joint the wrong way has
-    blocked itself and misfolds for a reason other than the paper's.
+    It is not enough that an outer joint is straight: a chain that turned an inner joint the wrong
+    way has blocked itself, and misfolds for a reason other than the paper's.
     """
     goal = states.word_of("S3A")
     mine = [row for row in select(bars, sequence=3) if row["mode"] in MODES[:2]]

@@ -111,7 +111,7 @@ def steps(quick: bool, progress: Progress) -> Measured:
 
 
 def steps_claims(name: str, rows: list[Row]) -> list[Claim]:
-    """Judge the chosen step for one charge, until the first joint snaps and for the whole fold."""
+    """Judge the paper's time step for one charge, up to the first snap and for the whole fold."""
     (chosen,) = select(rows, {"steps per frame": quoted.COMPUTATIONS})
     stated = f"{quoted.COMPUTATIONS} steps per frame of the film are fine enough to continue with"
     own, ours, smooth = (math.sqrt(float(chosen[EARLY + key])) for key in (OWN, ERROR, SMOOTH))

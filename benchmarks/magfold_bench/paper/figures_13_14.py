@@ -11,11 +11,11 @@ from magfold_bench.presentation import Lines
 from magfold_bench.tables import Progress, Row, Table, cell_text, select
 
 BESIDE = 1
-"""Largest number of frames between a jump and a snap that belong together."""
+"""Largest number of frames between a jump of the displacement and a snap that belongs to it."""
 LIKE = 2.0
 """Factor within which distances count as similar to the paper's."""
 WINS = 1e-3
-"""Energy [mJ] that is negligible, of the order of a solver's tolerance."""
+"""Negligible energy [mJ], which is of the order of a solver's error."""
 
 PAPER, OURS, DEVICE = "paper's solver", "our solver, points", "our solver, rectangles"
 PAIRS = {

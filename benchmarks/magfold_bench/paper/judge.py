@@ -23,12 +23,12 @@ from magfold_env.scene import Scene, load_scene
 from magfold_env.shapes import mirror
 
 LINE = "LRLRL"
-"""S2B: the fold that is a straight line, up to mirroring."""
+"""The word of the paper's fold S2B, a straight line, or of its mirror image."""
 GAP = 0.01
 RUNS, SEED = 100, 1
 CHAIN_WORDS, CHAIN_RUNS = 8, 4
 STALLING = (0.3, 1.0, 1.4, 2.0, 3.0, 5.0)
-"""Friction divided by the square of the remanence, for longer chains [1/T²]."""
+"""Values of friction over remanence squared [1/T²] at which longer chains are released."""
 
 
 class Point(NamedTuple):

@@ -34,7 +34,7 @@ class Motion:
 
     scene: Scene
     time: FloatArray
-    """[s], shape (m,)."""
+    """Times [s], shape (m,)."""
     angles: FloatArray
     """Headings [rad], shape (m, n)."""
     end: float

@@ -25,8 +25,8 @@ QUICK_STEPS = (1, 5, 20, 100)
 TOLERANCE, TIGHT = 1e-4, 1e-10  # [rad]; the first is the engine's default
 STEP, CHANGE = "Δt [ms]", "change per step [%]"
 KEPT = 1e-6
-"""Change of the energy per step [%] below which an integrator conserves energy, like the
-equations."""
+"""Change of the energy per step [%] below which an integrator counts as conserving energy, as
+the exact equations do."""
 
 _PAIR = f"DP5(4), tolerance {TOLERANCE:g}"
 _ENGINE = f"this project's solver, tolerance {TOLERANCE:g}"
@@ -208,7 +208,7 @@ FIGURE_15 = Reproduction(
 # --- Figure 16: computing time against the number of components -------------------------------
 
 NEAR = 0.25
-"""Difference below which powers of n agree."""
+"""Difference below which two exponents of n count as equal."""
 SHORTEST = 6
 """Length from which growth is judged: in shorter chains, a call costs more than its work."""
 TIME = "time [µs]"

@@ -43,7 +43,7 @@ class Claim(NamedTuple):
 
     @classmethod
     def unless(cls, stated: str, found: str, holds: bool, why_not: str) -> Self:
-        """Return a claim that has its reason only if it does not hold."""
+        """Return a claim that gives ``why_not`` as its reason only if it does not hold."""
         return cls(stated, found, holds, "" if holds else why_not)
 
     @property

@@ -43,7 +43,7 @@ class Released(NamedTuple):
         return self.folded(mode).get(self.names.get(name, ""), 0.0)
 
     def misfolded(self, mode: Mode) -> dict[str, float]:
-        """Return the share of releases that end in each word without folding."""
+        """Return, by nearest word, the share of releases that end without a full fold."""
         made = self.ends[mode]
         stopped = Counter[str](made.word[made.status != FoldStatus.FOLDED.value].tolist())
         return {word: count / len(made) for word, count in stopped.items()}
@@ -118,7 +118,7 @@ def _only_stable(*exceptions: str) -> Callable[[Released], float]:
 
 
 def clear(share: float) -> float:
-    """Return 1 if at most the share `RARE` is missing, else a degree that does not hold."""
+    """Return 1 if ``share`` is at least 1 − `RARE`, else a degree too low to hold."""
     return 1.0 if share >= 1.0 - RARE else 0.5 * share
 
 

@@ -73,7 +73,7 @@ def run(
     out: Path | None = None,
     progress: Progress | None = None,
 ) -> Tally:
-    """Try cases of the kinds in ``only``, or of all kinds with a share, and count the results.
+    """Try cases of the kinds in ``only``, or of all kinds with a positive share, and count results.
 
     No more cases begin after ``minutes``. The folder ``out`` contains the state, from which an
     interrupted campaign continues, and the scenes of failing cases. ``progress`` is called with the
@@ -121,7 +121,7 @@ def try_block(block: Sequence[Case]) -> Tally:
 
 
 def ordered(seed: int, kinds: Sequence[str]) -> Iterator[Case]:
-    """Yield cases of the kinds endlessly, in proportion to their shares.
+    """Yield an endless sequence of cases of the given kinds, in proportion to their shares.
 
     A case's scene depends only on its kind and its number, not on the other cases.
     """

@@ -74,7 +74,7 @@ def numbers(source: Source, low: float, high: float, count: int) -> tuple[float,
 
 
 def changed(draw: Callable[[Source, int], Changes]) -> Callable[[Source], Scene]:
-    """Return a function that draws scenes with few components and applies drawn changes."""
+    """Return a function that draws a scene of few components and applies changes from ``draw``."""
 
     def make(source: Source) -> Scene:
         n = few(source)
@@ -127,7 +127,7 @@ def scene(source: Source, n: int, **changes: Any) -> Scene:
 
 
 def held(source: Source, scene: Scene) -> tuple[float, ...]:
-    """Draw the offsets of hinges in the tube, either as `Scene.draw` or over the whole bore."""
+    """Draw the offsets of hinges in the tube, like `Scene.draw` or over the whole bore."""
     wide = min(source.pick((scene.start_offset_spread, scene.play)), 0.5 * scene.casing.side)
     return numbers(source, -wide, wide, scene.n + 1)
 

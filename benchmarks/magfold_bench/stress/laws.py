@@ -165,9 +165,9 @@ def check_passivity(motion: Motion, verdict: Verdict) -> None:
 def energy_errors(motion: Motion, least: float) -> dict[tuple[str, str], float]:
     """Return unexpected rises and falls of energy, by law and problem.
 
-    They are relative to the largest of the energy's range in the run, the range of the work, and
-    the kinetic energy. The energy of slow motions is less exact, because rates are exact only to a
-    share of their typical size. Values below ``least`` count as rounding.
+    They are relative to the largest of three values in the run: the range of the energy, the range
+    of the work, and the kinetic energy. The energy of slow motions is less exact, because rates are
+    exact only to a share of their typical size. Values below ``least`` count as rounding.
     """
     own, kept = motion.own, motion.own + motion.impacts
     terms = (motion.potential, motion.kinetic, motion.total, motion.work, motion.impacts)
@@ -191,7 +191,7 @@ def rise(values: np.ndarray) -> float:
 
 
 def pair_energy(scene: Scene) -> float:
-    """Return the energy of two full charges a side apart [J], or 0 without magnets."""
+    """Return the energy [J] of two nominal charges one side length apart, or 0 without magnets."""
     if scene.magnets is None:
         return 0.0
     return COULOMB * scene.magnets.charge**2 / scene.casing.side
@@ -253,7 +253,7 @@ def check_status(fold: Fold, motion: Motion, verdict: Verdict) -> None:
 
 
 def energy_as_simulated(scene: Scene, angles: np.ndarray) -> float:
-    """Return the energy of a chain whose components are counted as the simulation counts them.
+    """Return the energy of a chain whose components are numbered as in the simulation [J].
 
     Their order decides which of two near faces is integrated in closed form, which changes the
     energy within the magnets' accuracy. A forward feed holds component n, which then comes first.

@@ -136,7 +136,7 @@ def alike(one: End, other: End) -> bool:
 
 
 def _check_other_end_of_tube(scene: Scene, fold: Fold, verdict: Verdict) -> None:
-    """Check that both views run identically, as the engine always counts from the held end."""
+    """Check that a fed chain runs identically if its components are counted from the other end."""
     other = simulate(seen_from_other_end(scene))
     same = (other.status, other.time, other.steps) == (fold.status, fold.time, fold.steps)
     off = _apart(_reversed(End.of(other)).joints, fold.joint_angles)
@@ -225,7 +225,7 @@ def started(scene: Scene, step: int) -> dict[str, Any]:
 
 
 def _around(scene: Scene, matrix: FloatArray, pivot: FloatArray = ORIGIN) -> Scene:
-    """Return the scene with the chain's surroundings seen from a pivot, along other axes."""
+    """Return the scene with its surroundings expressed relative to a pivot and along other axes."""
 
     def placed(each: Rectangle | FixedMagnet) -> dict[str, Any]:
         along = matrix @ [math.cos(each.heading), math.sin(each.heading)]
