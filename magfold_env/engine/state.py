@@ -105,7 +105,7 @@ class Field(NamedTuple):
 
 @by_pointer
 class Tables(NamedTuple):
-    """Splines of energies [J/(A·m)²] of face pairs (4 i + j) of unit charge; see `near_table`."""
+    """Splines of energies [J/(A·m)²] of unit faces i and j, at index 4 i + j; see `near_table`."""
 
     end: float  # joint angles from −end to end are covered [rad]; 0: no splines
     finest: float  # finest knot distance of ``one`` near the ends [rad]; 0: even knots

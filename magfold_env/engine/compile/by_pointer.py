@@ -33,7 +33,7 @@ def calls_by_address(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def reference(packed: Any) -> Any:
-    """Return what represents a marked NamedTuple in kernels that call others by address."""
+    """Return the form of a marked NamedTuple for kernels that call others by address."""
     return packed.address if POINTERS else packed
 
 
