@@ -74,7 +74,7 @@ def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
 
 @kernel
 def angles_at(shares: Array, end: float, finest: float, spaces: int, out: Array) -> None:
-    """Fill in the joint angles below which given shares of all knots lie, and knots per radian.
+    """Fill in the joint angles at shares of the knots (see `sites`), and the knots per radian.
 
     ``out`` has shape (2, shares). `knots_at` gives the knots' places, and bisection inverts it.
     """
@@ -91,7 +91,7 @@ def angles_at(shares: Array, end: float, finest: float, spaces: int, out: Array)
 
 
 def joint_angles(shares: Array, spaces: int, graded: bool) -> tuple[Array, Array | float]:
-    """Return the angles at given shares of the knots, and the knots per radian there."""
+    """Return the angles at shares of the knots (see `sites`), and the knots per radian there."""
     if not graded:
         return END * shares, spaces / (2.0 * END)
     out = np.zeros((2, shares.size))

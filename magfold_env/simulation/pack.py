@@ -1,4 +1,4 @@
-"""Convert scenes to arrays for the kernels: the chain, its start, its magnets, and the field."""
+"""Convert scenes to arrays for the kernels: the chain, its initial pose, magnets and the field."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The feed: the drive that moves the base, and the events at certain positions of the base.
+"""The feed: the drive, a pusher that moves the base, and events at certain base positions.
 
 A held component is released when its inner hinge passes the mouth on the way out. A feed that
 reverses draws free components in. A component that lies straight enough is held again when its
@@ -122,7 +122,7 @@ def note_step(state: State, work: Work, impulse: float, way: float) -> None:
 
 @kernel
 def carry(model: Model, state: State, work: Work) -> None:
-    """Set the drive's force and the mass that moves with the base; both are 0 unless it slips."""
+    """Set a slipping drive's force and the mass that moves with the base; otherwise, clear both."""
     carried, force = 0.0, 0.0
     if slips(state):
         force = state.counter[ix.SLIPPING] * ledger.most_force(model, state)

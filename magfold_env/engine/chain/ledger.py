@@ -37,7 +37,7 @@ def close_millisecond(state: State, impulse: float) -> None:
 
 @kernel
 def pass_time(state: State, until: float, gained: float) -> None:
-    """Close the milliseconds until a time [s], over which the impulse grows by ``gained`` [N·s]."""
+    """Close milliseconds up to a time [s], while the impulse grows evenly by ``gained`` [N·s]."""
     begin, impulse = float(state.clock[ix.TIME]), float(state.account[ix.IMPULSE])
     end = next_millisecond(state)
     while end <= until:

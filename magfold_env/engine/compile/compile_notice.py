@@ -55,7 +55,7 @@ class CompileNotice(event.Listener):
         return self._begun if self._depth > 0 else None
 
     def on_start(self, event: Any) -> None:
-        """Note the start of a compilation, of this package's function or of one that it calls."""
+        """Note that numba starts to compile a function of this package, or one that it calls."""
         function = event.data["dispatcher"].py_func
         # A function created by `exec` may have no module.
         ours = str(function.__module__).startswith("magfold_env.")

@@ -273,7 +273,7 @@ class _Outer(
 def check() -> None:
     """Raise an error unless kernels read tuples, call each other, and load correctly.
 
-    An error also means that a kernel that others call was compiled separately.
+    Also raises an error if a kernel that others call is compiled separately.
     """
 
     @_njit

@@ -236,7 +236,7 @@ def code_of(kernel: Any, *arguments: Any) -> int:
 
 
 def _call(result: types.Type, count: int) -> Any:
-    """Return signature and code generator of calls with ``count`` pointers and a number."""
+    """Return signature and code generator of a call with ``count`` pointers and a number."""
     kinds = (*[types.voidptr] * count, types.float64)
 
     def generate(context: Any, builder: ir.IRBuilder, _signature: Any, args: Any) -> Any:

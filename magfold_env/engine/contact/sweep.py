@@ -114,7 +114,7 @@ def between(model: Model, work: Work, i: int, j: int) -> tuple[float, float]:
 
 @inlined
 def reach(model: Model, work: Work, i: int, j: int, width: float) -> float:
-    """Return the distance of centres [m] beyond which components cannot touch within ``width``.
+    """Return the distance of centres [m] beyond which components cannot touch in a time ``width``.
 
     The bound is coarser than that of `between`, but sums of joint rates make it much cheaper.
     """
@@ -124,7 +124,7 @@ def reach(model: Model, work: Work, i: int, j: int, width: float) -> float:
 
 @kernel
 def may_meet(model: Model, state: State, work: Work) -> bool:
-    """Whether any squares may touch during the motion, at any time of which boxes are placed."""
+    """Whether any squares may touch in the motion; boxes may be placed at any time in it."""
     lo = state.counter[ix.N_HELD]
     for i in range(boxes.first_box(lo), model.n):
         for j in range(*boxes.partners(model, lo, i)):
@@ -153,7 +153,7 @@ def coordinates_at(model: Model, state: State, t: float, out: Array, work: Work)
 
 @kernel
 def place_at(model: Model, state: State, work: Work, t: float, slot: int) -> None:
-    """Store in ``slot`` the centres and first axes at ``t`` of all squares that may touch."""
+    """Store in ``slot`` the centres and first axes at time ``t`` of squares that may touch."""
     lo, n, sweep, bodies = state.counter[ix.N_HELD], model.n, work.sweep, model.bodies
     x, y = state.q[n] + value(sweep.path, n, t), state.q[n + 1] + value(sweep.path, n + 1, t)
     hinge_x, hinge_y = x, y

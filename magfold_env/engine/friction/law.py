@@ -1,7 +1,7 @@
 """Coulomb friction with the floor: the associated law on the ellipsoid in (vx, vy, c·ω).
 
 c is the friction radius. The friction on a released component that moves with S = |(vx, vy, c ω)| >
-0 is −µ m g (vx, vy, c² ω) / S. At rest, it is the force that prevents motion, as long as |(fx, fy,
+0 is −µ m g (vx, vy, c² ω) / S. On a component at rest, it prevents motion as long as |(fx, fy,
 τ/c)| ≤ µ m g; a complementarity problem finds this force together with the accelerations.
 """
 

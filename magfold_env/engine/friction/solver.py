@@ -211,7 +211,7 @@ def newton_step(count: int, rank: int, work: Work) -> None:
 
 @kernel
 def slope_at(share: float, rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
-    """Return the minimised function's slope along the Newton step, after a ``share`` of it."""
+    """Return the minimised function's slope along the Newton step, at the fraction ``share``."""
     newton = work.friction.newton
     for r in range(count):
         rate = newton.rate[r] + share * newton.along[r]
@@ -227,7 +227,7 @@ def slope_at(share: float, rows: int, count: int, rank: int, penalty: float, wor
 
 @kernel
 def step_length(rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
-    """Return the fraction of the Newton step to take, halved until its end hardly ascends.
+    """Return the fraction of the Newton step at whose end the function hardly rises, or 0.
 
     Slopes are compared, because differences of values would be lost in rounding.
     """

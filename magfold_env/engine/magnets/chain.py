@@ -169,7 +169,7 @@ def add_pairs(
 
 @inlined
 def bend(i: int, j: int, slope: float, next_slope: float, torque: Array) -> None:
-    """Add the torques of an energy with given derivatives by the angles of joints i + 1 and j."""
+    """Add the torques of an energy, given its derivatives in the angles of joints i + 1 and j."""
     torque[i] += slope
     torque[i + 1] -= slope
     torque[j - 1] += next_slope
@@ -300,7 +300,7 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
 
 @kernel
 def magnet_energy(first: int, model: Model, work: Work) -> float:
-    """Return the energy of components from ``first`` on [J], in a field too, at the known pose."""
+    """Return the energy [J] of components from ``first`` on, with any field, at the known pose."""
     if not model.magnetic:
         return 0.0
     total = pairs.energy(first, model.magnets, model.charge, work.pose, work.nodes)

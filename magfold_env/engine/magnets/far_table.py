@@ -251,7 +251,7 @@ def _stiff_faces(
     magnets: Magnets, x: float, y: float, a: tuple[float, float], b: tuple[float, float],
     with_energy: bool, scratch: Nodes,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Return the correction for faces of unit charge along ``a`` and ``b``, a at (x, y) from b."""
+    """Return the correction for unit faces along ``a`` and ``b``; (x, y) points from b to a."""
     table, level = magnets.tables.far, magnets.level_radius.size - 1
     count, sum2, nearest2 = magnets.level_count[level], magnets.height2, magnets.nearest2
     offset, share = magnets.level_node, magnets.level_weight

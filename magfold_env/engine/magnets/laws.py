@@ -79,7 +79,7 @@ def node_law(
 
 @inlined
 def step_down(ratio: float, end: float) -> tuple[float, float]:
-    """Return a smooth weight, 1 up to a ratio of 1 and 0 from ``end`` on, and its slope."""
+    """Return a twice differentiable weight, 1 to a ratio of 1 and 0 from ``end``, and its slope."""
     if ratio <= 1.0:
         return 1.0, 0.0
     if ratio >= end:

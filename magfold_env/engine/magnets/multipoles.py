@@ -73,11 +73,11 @@ _REAL, _IMAGINARY = _matrices()
 
 
 def _shifts(way: int) -> tuple[IntArray, Array]:
-    """Return all contributions when a shift by d changes terms, up to octupoles.
+    """Return all contributions of a shift by d to the terms up to octupoles.
 
-    Each is a term times d^j d̄^k / (j! k!), lower for moments (``way`` −1), higher for derivatives
-    (1). One array holds the changed term, the source term, and the powers of d and |d|²; the other
-    holds a factor and the signs of both parts.
+    Each is a term times d^j d̄^k / (j! k!): a lower term for moments (``way`` −1), a higher one for
+    derivatives (1). One array holds the changed term, the source term, and the powers of d and
+    |d|²; the other holds a factor and the signs of both parts.
     """
     rows: list[list[int]] = []
     factors: list[list[float]] = []

@@ -116,8 +116,8 @@ def along(value: Array, slot: int, begin: int, spline: Array, row: int) -> float
 def knots_at(angle: float, end: float, finest: float, last: int) -> tuple[float, float]:
     """Return the number of knots below an angle, and the number of knots per radian there.
 
-    There are ``last`` intervals from −end to end. Towards each end, down to ``finest`` [rad],
-    `LOGARITHMIC` more intervals per factor e of the distance add to an even spacing.
+    There are ``last`` intervals from −end to end. In addition to an even spacing, there are
+    `LOGARITHMIC` intervals per factor e of the distance to each end, down to ``finest`` [rad].
     """
     most = 2.0 * LOGARITHMIC * log1p(2.0 * end / finest)
     even = 0.5 * (last - most) / end
