@@ -1,1 +1,1 @@
-"""Physics of one chain: compiled kernels on scalars, arrays and NamedTuples of arrays."""
+"""Physics of one chain, in compiled kernels that take numbers, arrays and NamedTuples of arrays."""

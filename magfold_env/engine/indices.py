@@ -1,4 +1,4 @@
-"""Names of the entries of arrays that hold a chain's single numbers, such as its counters."""
+"""Names for the indices of arrays that hold single numbers of a chain, such as its counters."""
 
 # `State.counter`: FRESH = 1 makes the next step recompute the accelerations. MOREAU_LEFT is the
 # number of Moreau steps still to take, and QUICK_TOUCHES is the number of successive touches with

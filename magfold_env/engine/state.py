@@ -105,7 +105,7 @@ class Field(NamedTuple):
 
 @by_pointer
 class Tables(NamedTuple):
-    """Splines of energies [J/(A·m)²] of face pairs (4 i + j) of unit charge; see `near_table`."""
+    """Splines of energies [J/(A·m)²] of unit faces i and j, at index 4 i + j; see `near_table`."""
 
     end: float  # joint angles from −end to end are covered [rad]; 0: no splines
     finest: float  # finest knot distance of ``one`` near the ends [rad]; 0: even knots
@@ -116,7 +116,7 @@ class Tables(NamedTuple):
 
 @by_pointer
 class FarTable(NamedTuple):
-    """Splines for casings farther apart; see `engine.magnets.far_table`.
+    """Splines for casings at least three joints apart; see `engine.magnets.far_table`.
 
     Their variables are 1/r and the direction of each casing as seen from the other. The interaction
     of poles nearer than ``soft`` is softened.
@@ -133,7 +133,7 @@ class FarTable(NamedTuple):
 
 @by_pointer
 class Model(NamedTuple):
-    """One chain and its world, without its state."""
+    """A chain and its surroundings, without the chain's state."""
 
     n: int
     bodies: Bodies

@@ -51,7 +51,7 @@ def zeros(kind: type[T], sizes: Mapping[str, int], **given: Any) -> T:
 
 @lru_cache(maxsize=64)
 def _layout(kind: type[Any]) -> list[tuple[str, Any, tuple[str | int, ...]]]:
-    """Return each field's name, its type of number or its class, and its shape."""
+    """Return each field's name, number type or NamedTuple class, and shape."""
     found: list[tuple[str, Any, tuple[str | int, ...]]] = []
     for name, hint in get_type_hints(kind, include_extras=True).items():
         shape = getattr(hint, "__metadata__", ())

@@ -1,1 +1,1 @@
-"""From a scene to a fold: arrays, sessions, batches and results."""
+"""Simulation of scenes: conversion to arrays, single runs, batches, and results."""

@@ -76,7 +76,7 @@ class BatchedArrays(Generic[T]):
         return self._words.ctypes.data + np.arange(self._count) * self._words.strides[0]
 
     def row(self, row: int, original: int = 0) -> T:
-        """Return a copy of one of the originals, with the numbers of that original."""
+        """Return the copy in a row of the block, with the numbers of one of the originals."""
         arrays = {name: self[name][row] for name in self._places}
         return _with_arrays(self._originals[original], arrays)
 
@@ -87,7 +87,7 @@ class BatchedArrays(Generic[T]):
         return part.reshape(self._count, *array.shape)  # a view, as only the last axis is split
 
     def number(self, name: str) -> Array:
-        """Return a number of all copies, (count,), settable between two calls of kernels."""
+        """Return one number of every copy, (count,), which may be set between kernel calls."""
         if POINTERS:
             original = self._originals[0]
             if (type(original), name) not in _PLACES:  # finding them is slow
@@ -128,7 +128,7 @@ class Rows:
         )
 
     def number(self, name: str) -> Array:
-        """Return a number of all copies, (count,), settable between two calls of kernels."""
+        """Return one number of every copy, (count,), which may be set between kernel calls."""
         if name not in self._numbers:
             self._numbers[name] = np.array([getattr(row, name) for row in self._rows])
         return self._numbers[name]

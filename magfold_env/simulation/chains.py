@@ -1,4 +1,4 @@
-"""Chains side by side, run by compiled calls on several threads; a session is one row."""
+"""Many chains, side by side in arrays, run by kernels on several threads."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -29,7 +29,7 @@ _CODES: dict[str, Any] = {}  # addresses of `runs.run` and `runs.energy`, once c
 
 
 class Chains:
-    """Chains that differ in their draws, in the engine's order of components.
+    """Chains that differ in their drawn values, with components in the engine's order.
 
     All arrays are shared with the kernels, which see everything that is written to them.
 
@@ -171,7 +171,7 @@ class Chains:
             self.frames = Frames(self.models[0], self.state, self._frame_rate)
 
     def feed(self, rows: IntArray, *, whole: bool = False, until: float | Array = math.inf) -> None:
-        """Feed out the next component of some chains, or all; chains that are out settle.
+        """Feed the next component of some chains, or the ``whole`` rest; fully fed chains settle.
 
         The chains pause at the time ``until`` [s] if they have not finished.
         """
@@ -181,7 +181,7 @@ class Chains:
         self._run(rows)
 
     def push(self, rows: IntArray, seconds: float | Array) -> None:
-        """Feed some chains for a time [s] or for one time each; chains that are out move freely."""
+        """Feed some chains for a time [s] or for one time each; fully fed chains move freely."""
         self.counters[rows, ix.KEEP] = -1
         self._until[rows] = self.clocks[rows, ix.TIME] + seconds
         self._run(rows)
@@ -225,7 +225,7 @@ class Chains:
         return outcome
 
     def turn(self, row: int, until: float) -> int:
-        """Run a chain like `run` for at most 50 ms."""
+        """Run a chain like `run`, but for at most about 50 ms of computing time."""
         record = self.frames.record
         if self.paper_step is not None:
             chain, end = (self.model, self.state, self.work, record), float(self.clocks[0, ix.END])

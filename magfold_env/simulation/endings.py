@@ -56,7 +56,7 @@ def obstacle_names(scene: Scene) -> list[str]:
 
 
 def named(joints: Sequence[int]) -> str:
-    """Return the numbers of some joints as text, such as joint 2, or joints 1, 3 to 9, 12."""
+    """Return the numbers of some joints as text, such as "joint 2" or "joints 1, 3 to 9, 12"."""
     starts = [joint for joint in joints if joint - 1 not in joints]
     ends = [joint for joint in joints if joint + 1 not in joints]
     runs = [

@@ -61,7 +61,7 @@ def _width(magnets: Magnets) -> float:
 
 @kernel
 def softening(soft: float, height2: float, out: Array) -> None:
-    """Fill in the polynomial (4,) in ρ² for the energy of lines of unit charge about a distance."""
+    """Fill in a Taylor polynomial (4,) in ρ² of unit lines' energy about the distance ``soft``."""
     s, far = soft * soft, math.sqrt(soft * soft + height2)
     force, out[0] = node_law(True, True, height2, 0.0, s)
     # The force divided by the distance is twice the energy's slope in ρ²; its derivatives in ρ²,

@@ -25,7 +25,7 @@ APART = 1e-9  # [s] nearer frames count as the same moment
 
 
 class Frames:
-    """The recording of a chain so far: frames at a given rate [1/s], or nothing if it is None."""
+    """The frames of a chain so far, at a given rate [1/s]; none if the rate is None."""
 
     def __init__(self, model: Model, state: State, frame_rate: float | None) -> None:
         if frame_rate is not None:

@@ -31,7 +31,7 @@ PROBES = 6
 
 @kernel
 def face_energies(magnets: Magnets, pitch: float, joints: Array, nodes: Nodes, out: Array) -> None:
-    """Compute the energies of all pairs of faces of unit charge, (m, 16) [J/(A·m)²].
+    """Compute the energies of all pairs of unit faces at joint angles [rad], (m, 16) [J/(A·m)²].
 
     The first casing is at the origin and heads along x.
     """
@@ -74,7 +74,7 @@ def energies(magnets: Magnets, pitch: float, joints: Array) -> Array:
 
 @kernel
 def angles_at(shares: Array, end: float, finest: float, spaces: int, out: Array) -> None:
-    """Fill in the joint angles below which given shares of all knots lie, and knots per radian.
+    """Fill in the joint angles at shares of the knots (see `sites`), and the knots per radian.
 
     ``out`` has shape (2, shares). `knots_at` gives the knots' places, and bisection inverts it.
     """
@@ -91,7 +91,7 @@ def angles_at(shares: Array, end: float, finest: float, spaces: int, out: Array)
 
 
 def joint_angles(shares: Array, spaces: int, graded: bool) -> tuple[Array, Array | float]:
-    """Return the angles at given shares of the knots, and the knots per radian there."""
+    """Return the angles at shares of the knots (see `sites`), and the knots per radian there."""
     if not graded:
         return END * shares, spaces / (2.0 * END)
     out = np.zeros((2, shares.size))
@@ -100,22 +100,22 @@ def joint_angles(shares: Array, spaces: int, graded: bool) -> tuple[Array, Array
 
 
 def sites(spaces: int) -> Array:
-    """Return the interpolation angles of the splines, as shares of the end.
+    """Return where the splines interpolate, as shares of the knots from −1 (first) to 1 (last).
 
-    These are the knots and, near the ends, the midpoints between them: as many angles as splines.
+    These are the knots and, near the ends, the midpoints between them: as many places as splines.
     """
     return np.sort(np.concatenate([np.linspace(-1.0, 1.0, spaces + 1), _middles(spaces, 2)]))
 
 
 def _middles(spaces: int, count: int) -> Array:
-    """Return the midpoints of the first and last ``count`` knot spaces, as shares of the end."""
+    """Return the midpoints of the first and last ``count`` knot spaces, in the form of `sites`."""
     near = (2.0 * np.arange(count) + 1.0) / spaces - 1.0
     return np.concatenate([near, -near[::-1]])
 
 
 @kernel
 def fill_splines(shares: Array, spaces: int, weight: Array, out: Array) -> None:
-    """Fill in the values of all splines at some shares of the end, (shares, splines)."""
+    """Fill in the values of all splines at shares in the form of `sites`, (shares, splines)."""
     for k in range(shares.size):
         first = basis((shares[k] + 1.0) * spaces / 2.0, spaces, weight, 0)
         for r in range(weight.shape[1]):
@@ -123,7 +123,7 @@ def fill_splines(shares: Array, spaces: int, weight: Array, out: Array) -> None:
 
 
 def splines_at(spaces: int, shares: Array) -> Array:
-    """Return the values of all splines at some shares of the end, (shares, splines)."""
+    """Return the values of all splines at shares in the form of `sites`, (shares, splines)."""
     out = np.zeros((shares.size, spaces + DEGREE))
     fill_splines(shares, spaces, np.zeros((2, SPLINES)), out)
     return out

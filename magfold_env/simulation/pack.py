@@ -1,4 +1,4 @@
-"""Convert scenes to arrays for the kernels: the chain, its start, its magnets, and the field."""
+"""Convert scenes to arrays for the kernels: the chain, its initial pose, magnets and the field."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def reversed_inside(scene: Scene) -> bool:
 
 
 def inner_offsets(scene: Scene) -> Array:
-    """Return the initial offsets of hinges to the left of the tube's axis [m], (n + 1,).
+    """Return how far each hinge is initially to the left of the tube's axis [m], (n + 1,).
 
     The scene must have a tube and be concrete. The inner end comes first.
     """
@@ -94,7 +94,7 @@ def inner_offsets(scene: Scene) -> Array:
 
 
 class Values(NamedTuple):
-    """The drawn numbers of chains of one scene, one row per chain, component 1 first."""
+    """The drawn values of chains of one scene, one row per chain, component 1 first."""
 
     mass: Array  # (m, n) [kg]
     inertia: Array  # (m, n) [kg m²]
@@ -105,7 +105,7 @@ class Values(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """The resulting numbers of models, one row per chain, in the engine's order; see `Model`."""
+    """Parts of `Model` that follow from drawn values, one row per chain, in the engine's order."""
 
     mass: Array
     inertia: Array
@@ -116,7 +116,7 @@ class Numbers(NamedTuple):
 
 
 def numbers(scene: Scene, values: Values) -> Numbers:
-    """Return the model numbers of chains that are drawn from a scene."""
+    """Return the `Numbers` of chains with values drawn from a scene."""
     mass, inertia, friction = values.mass, values.inertia, values.friction
     if reversed_inside(scene):
         mass, inertia = np.ascontiguousarray(mass[:, ::-1]), inertia[:, ::-1]
@@ -296,7 +296,7 @@ class MagnetSizes(NamedTuple):
         return np.append(self.inset, np.add(self.inset, self.thickness))
 
     def near(self, gap: Array, bounded: bool) -> IntArray:
-        """Return 1 for ``bounded`` gaps between faces [m] that are narrower than the table's."""
+        """Return 1 for ``bounded`` gaps [m] below `TABLE_GAP` face widths, and 0 for other gaps."""
         near = gap < (1.0 - 1e-9) * TABLE_GAP * max(self.width)
         return (near & bounded).astype(np.int64)
 
@@ -386,7 +386,7 @@ def pack_field(scene: Scene, magnetic: bool) -> Field:
 
 
 def pack_obstacles(scene: Scene) -> Array:
-    """Return the obstacles of the chain, one row each; see `engine.indices`."""
+    """Return the obstacles of a scene, one row each; see `engine.indices`."""
     found: list[tuple[float, ...]] = []
     for each in scene.solids:
         cos, sin = each.axis.tolist()
@@ -397,7 +397,7 @@ def pack_obstacles(scene: Scene) -> Array:
 def _with_poles(field: Field, magnet: FixedMagnet, widest_face: float) -> Field:
     """Return a field with a fixed magnet's pole faces in strips no wider than the chain's.
 
-    The same nodes then serve both.
+    The nodes for the chain's faces then also suit the strips.
     """
     strips = math.ceil(magnet.width / widest_face)
     cos, sin = magnet.outline.axis

@@ -1,4 +1,4 @@
-"""The number of nodes of a pole face by distance.
+"""Choose the number of quadrature nodes on a pole face, which depends on the distance.
 
 The values come from an error map of single pairs of pole faces: the largest error of a pair's force
 over non-overlapping poses, relative to the force between two flush opposite faces, as a function of
@@ -34,7 +34,7 @@ from magfold_env.scene import Magnets
 
 
 class Rule(NamedTuple):
-    """Nodes per pole face by distance: for casings at each *rank*, for faces at each *level*.
+    """Numbers of nodes per pole face by distance, for casings (*ranks*) and for faces (*levels*).
 
     Level 0 is the last rank. Ranks depend on the room between casings, which is the distance
     between their centres less twice the depth of the outer faces; levels depend on the distance
@@ -79,7 +79,7 @@ def single_rule(count: int) -> Rule:
 
 
 def choose_rule(magnets: Magnets) -> Rule:
-    """Choose the nodes for a fixed number or for an error bound."""
+    """Return the rule for magnets with a fixed number of nodes or with an error bound."""
     if not magnets.bounded:
         return single_rule(magnets.nodes or 3)
     return next(rule for bound, rule in TABLE.items() if magnets.accuracy >= bound)

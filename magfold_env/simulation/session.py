@@ -39,7 +39,7 @@ def _spare(*_sizes: int) -> deque[Chains]:
 
 
 def _spare_of(model: Model) -> deque[Chains]:
-    """Return reusable chains of earlier runs with all sizes that this one needs."""
+    """Return reusable chains of earlier runs whose arrays have the sizes that a model needs."""
     magnets = model.magnets
     nodes = magnets.node_x.shape if model.magnetic else ()
     lanes = magnets.level_node.shape[1] if model.magnetic else 0
@@ -257,7 +257,7 @@ class Session:
         self._go_on(keep=-1, until=self.time + seconds)
 
     def _ask(self, speeds: Array) -> None:
-        """Set the speeds of the feed, one per component in the mouth."""
+        """Set the feed's speeds; each applies while its component is in the mouth."""
         self._state.speed[:] = speeds[::-1] if self._view.flip else speeds
 
     def _follow(self, schedule: Schedule) -> None:

@@ -58,7 +58,7 @@ def simulate(
     Raises
     ------
     SceneError
-        If an argument is not allowed.
+        If an argument has a value that is not allowed.
     """
     errors.refuse([*unless_a_scene(scene), *errors.unless_function("progress", progress)])
     session = Session(scene.draw(_generator(seed)), frame_rate)
@@ -99,7 +99,7 @@ def simulate_batch(
     Raises
     ------
     SceneError
-        If an argument is not allowed, or the numbers of scenes and seeds differ.
+        If an argument has a value that is not allowed, or the numbers of scenes and seeds differ.
     """
     given: Any = seeds
     ordered = isinstance(given, Iterable) and not isinstance(given, str | bytes | set | Mapping)
@@ -231,7 +231,7 @@ def checked(key: str, values: npt.ArrayLike, scene: Scene, *, stacked: bool = Fa
 
 
 def numbers(values: Any) -> Floats | None:
-    """Return numbers as a new array; None if there are others."""
+    """Return numbers as a new array, or None if any value is not a number."""
     with suppress(TypeError, ValueError, OverflowError):
         given: Any = np.asarray(values)
         # NumPy would drop imaginary parts and read texts.
@@ -240,7 +240,7 @@ def numbers(values: Any) -> Floats | None:
 
 
 def places(key: str, values: Any, allowed: str) -> Floats:
-    """Return places [m] of shape (k, 2), or refuse what is not finite or of another shape."""
+    """Return positions [m] of shape (k, 2); refuse other shapes and numbers that are not finite."""
     array = numbers(values)
     if array is None or array.ndim != 2 or array.shape[1] != 2 or not np.isfinite(array).all():
         raise SceneError([Problem(key, values, f"must be finite numbers, {allowed}")])

@@ -50,7 +50,7 @@ class WorkQueue:
             self._end = None
 
     def _start(self) -> None:
-        """Start the threads unless they are running; threads do not survive a fork."""
+        """Start the threads unless they are running; a forked process has none of them."""
         if self._end is not None and self._process == os.getpid():
             return
         self._process, self._jobs = os.getpid(), SimpleQueue()

@@ -1,1 +1,1 @@
-"""The articulated chain: recursions for one chain and for many, feed, and momentum."""
+"""Mechanics of the articulated chain: recursions for one chain and for many, feed, and momentum."""

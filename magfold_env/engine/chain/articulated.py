@@ -1,6 +1,6 @@
 """Dynamics of a planar chain in O(n): kinematics, generalised forces, accelerations.
 
-The specification is equation 39 of the paper, (Γ + Rᵀ E R) ω̇ = Q with absolute headings as
+The equation of motion is equation 39 of the paper, (Γ + Rᵀ E R) ω̇ = Q with absolute headings as
 coordinates. A planar articulated-body recursion solves it: the part of the chain beyond a hinge
 responds to a hinge acceleration ``a`` with the force ``P a + p`` (``P`` symmetric 2×2), so one
 sweep from tip to root and one back suffice. All arrays are indexed from the inner end; ``lo`` is
@@ -47,7 +47,7 @@ def centre_velocities(lo: int, bodies: Bodies, pose: Pose, v: Array, vx: Array, 
 
 @kernel
 def centripetal(lo: int, bodies: Bodies, pose: Pose, v: Array, ax: Array, ay: Array) -> None:
-    """Compute the centres' accelerations [m/s²] for zero ω̇ and zero acceleration of the base."""
+    """Compute the centres' accelerations [m/s²] if ω̇ and the base's acceleration are zero."""
     x, y = 0.0, 0.0
     for i in range(lo, bodies.mass.size):
         w2 = v[i] * v[i]
@@ -84,11 +84,11 @@ def generalise(lo: int, bodies: Bodies, pose: Pose, loads: Loads, out: Array) ->
 
 @kernel
 def factor(lo: int, bodies: Bodies, pose: Pose, lock: IntArray, chain: Recursion) -> None:
-    """Sweep from tip to root; store 1/D, h (2), D and P (xx, xy, yy) in ``chain.articulated``.
+    """Compute 1/D, h, D and P from tip to root, and store them in ``chain.articulated``.
 
-    Row i holds the values at component i's inner hinge; `recursion` defines them. A component whose
-    ``lock`` is not 0 turns with the component before it, or not at all if it is the first. It is
-    not eliminated but carried along, so that locked components move as one rigid body.
+    Row i holds 1/D, h (two entries), D and P (xx, xy, yy) of component i's inner hinge; `recursion`
+    defines them. A component whose ``lock`` is not 0 turns with the component before it, or not at
+    all if it is the first. It is not eliminated, so that locked components move as one rigid body.
     """
     art = chain.articulated
     pxx, pxy, pyy = 0.0, 0.0, 0.0
@@ -133,7 +133,7 @@ def solve(
     ``base`` is the mass [kg] that moves with the base, which then moves only along the tube. FREE
     means a free base without such a mass; DRIVEN means a prescribed motion, so the base does not
     accelerate here. The function also turns impulses into velocity changes. ``chain.hold`` gets the
-    torques that hold locked components, on the outer side of their inner hinges; 0 for others.
+    torques that hold locked components, on the outer sides of their inner hinges, and 0 elsewhere.
     """
     n, art, hold = bodies.mass.size, chain.articulated, chain.hold
     px, py, carried = 0.0, 0.0, 0.0

@@ -1,4 +1,4 @@
-"""The feed: the drive that moves the base, and the events at certain positions of the base.
+"""The feed: the drive, a pusher that moves the base, and events at certain base positions.
 
 A held component is released when its inner hinge passes the mouth on the way out. A feed that
 reverses draws free components in. A component that lies straight enough is held again when its
@@ -31,7 +31,7 @@ SOONEST = 1e-8  # [s] a slipping drive is not checked again sooner
 
 @kernel
 def begin(model: Model, state: State, work: Work) -> None:
-    """Apply the requested speed to the drive, and find the base's next mark."""
+    """Apply the requested speed to the drive, and set the base's next mark (see `aim`)."""
     n, lo = model.n, state.counter[ix.N_HELD]
     speed = float(state.speed[lo - 1])
     stopped = speed <= 0.0 and is_at_stop(model, state)
@@ -65,7 +65,7 @@ def begin(model: Model, state: State, work: Work) -> None:
 
 @kernel
 def inside_force(model: Model, state: State, work: Work, until: float) -> float:
-    """Return the mean force that moves a chain inside the tube against gravity and a field [N]."""
+    """Return the drive's mean force [N] until a time [s] on a chain that is inside the tube."""
     force = -whole_mass(model) * model.gravity_x
     x = state.q[model.n]
     way = state.v[model.n] * (until - state.clock[ix.TIME])
@@ -79,7 +79,7 @@ def inside_force(model: Model, state: State, work: Work, until: float) -> float:
 
 @inlined
 def is_too_much(model: Model, state: State, impulse: float) -> bool:
-    """Whether the drive gives way to an impulse [N·s]; not while the whole chain is inside."""
+    """Whether an impulse [N·s] makes the drive slip; False while the whole chain is inside."""
     most = ledger.most_force(model, state) * ledger.MEAN_OVER
     return state.counter[ix.N_HELD] < model.n and abs(impulse) > most
 
@@ -104,7 +104,7 @@ def is_at_stop(model: Model, state: State) -> bool:
 
 @inlined
 def borne(model: Model, state: State, force: float) -> float:
-    """Return the drive's share of the force that keeps the base's speed [N]; the stop may help."""
+    """Return the drive's part [N] of a ``force`` on the base; the pusher's stop bears the rest."""
     most = ledger.most_force(model, state)
     helped = force > most and state.v[model.n] == 0.0 and is_at_stop(model, state)
     return most if helped else force
@@ -122,7 +122,7 @@ def note_step(state: State, work: Work, impulse: float, way: float) -> None:
 
 @kernel
 def carry(model: Model, state: State, work: Work) -> None:
-    """Set the drive's force and the mass that moves with the base; both are 0 without slipping."""
+    """Set a slipping drive's force and the mass that moves with the base; otherwise, clear both."""
     carried, force = 0.0, 0.0
     if slips(state):
         force = state.counter[ix.SLIPPING] * ledger.most_force(model, state)
@@ -148,7 +148,7 @@ def needed_force(lo: int, model: Model, work: Work, acceleration: Array) -> floa
     """Return the force along the tube with which the drive keeps its speed [N].
 
     By Newton's law, it is the mass of the chain outside times its acceleration, less the other
-    forces on it and on the components in the tube. ``work`` must hold the accelerations' forces.
+    forces on it and on the components in the tube. ``work`` must hold smooth and contact forces.
     """
     n, rows = model.n, work.rows
     force = momentum_along(lo, model, work, acceleration)
@@ -222,7 +222,7 @@ def is_at_mark(state: State) -> bool:
 
 @kernel
 def aim(model: Model, state: State) -> None:
-    """Set the base's next mark, the x [m] of the next event, and the direction to it.
+    """Set the base's next mark, which is the x [m] of the next event, and the direction to it.
 
     On the way out, the mark is where the outermost held component is released. On the way in, the
     marks are the positions a whole number of diagonals inside the mouth, where components may be
@@ -291,7 +291,7 @@ def load(model: Model, state: State, work: Work) -> None:
     """Add magnets to components that are now outside, and remove those of components now inside.
 
     This applies only if magnets act only outside. A component counts as inside if its leading hinge
-    would be inside with the components between it and the base in line.
+    would be inside if all components between it and the base lay in line.
     """
     if not model.at_mouth:
         return
@@ -331,7 +331,7 @@ def release(model: Model, state: State) -> None:
 
 @kernel
 def hold(model: Model, state: State, work: Work) -> None:
-    """Hold the innermost free component again at its present heading; this is an inelastic impact.
+    """Hold the innermost free component again at its current heading; this is an inelastic impact.
 
     The component stops turning, and the base becomes its outer hinge.
     """

@@ -1,8 +1,8 @@
-"""The drive's record: its impulse, its work, and the largest mean of its force over 1 ms.
+"""Record the drive's impulse, its work, and its peak force.
 
 Impacts and jumps in speed give impulses without a duration, and in a chain that almost locks, a
-brief force does not show how strong the pusher must be. The peak is therefore taken from means over
-whole milliseconds of simulated time: impulse divided by 1 ms, positive outward.
+brief force does not show how strong the pusher must be. The peak is therefore the largest mean over
+a whole millisecond of simulated time: impulse divided by 1 ms, positive outward.
 """
 
 import math
@@ -21,13 +21,13 @@ GRAVITY = 9.8  # [m/s²]
 
 @inlined
 def next_millisecond(state: State) -> float:
-    """Return the time at which the present millisecond ends [s]."""
+    """Return the time at which the current millisecond ends [s]."""
     return (state.counter[ix.MILLISECONDS] + 1) * MEAN_OVER
 
 
 @inlined
 def close_millisecond(state: State, impulse: float) -> None:
-    """Update the peak with a millisecond's mean; ``impulse`` is the total at its end [N·s]."""
+    """Update the peak force at the end of a millisecond, when ``impulse`` is the total [N·s]."""
     force = (impulse - state.account[ix.BEFORE]) / MEAN_OVER
     if abs(force) > abs(state.account[ix.PEAK]):
         state.account[ix.PEAK] = force
@@ -37,7 +37,7 @@ def close_millisecond(state: State, impulse: float) -> None:
 
 @kernel
 def pass_time(state: State, until: float, gained: float) -> None:
-    """Close milliseconds that end by a time [s]; the impulse grows evenly by ``gained`` [N·s]."""
+    """Close milliseconds up to a time [s], while the impulse grows evenly by ``gained`` [N·s]."""
     begin, impulse = float(state.clock[ix.TIME]), float(state.account[ix.IMPULSE])
     end = next_millisecond(state)
     while end <= until:
@@ -53,7 +53,7 @@ def pass_time(state: State, until: float, gained: float) -> None:
 
 @inlined
 def note_impulse(state: State, impulse: float, velocity: float) -> None:
-    """Record an impulse of the drive [N·s]; ``velocity`` is the mean around it [m/s]."""
+    """Record an impulse of the drive [N·s] at a mean ``velocity`` of the base [m/s]."""
     state.account[ix.IMPULSE] += impulse
     state.account[ix.FED] += impulse * velocity
 

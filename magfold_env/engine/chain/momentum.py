@@ -13,7 +13,7 @@ from magfold_env.engine.state import Array, Model, State, Work
 
 @kernel
 def kinetic_of(lo: int, model: Model, work: Work, q: Array, v: Array) -> float:
-    """Return the kinetic energy for coordinates ``q`` and velocities ``v`` [J]; finds the pose."""
+    """Return the kinetic energy [J] for coordinates and velocities; also fill in the pose."""
     place_all(lo, model, q, work.pose)
     energy = energy_outside(lo, model, work, v)
     for i in range(lo):
@@ -23,7 +23,7 @@ def kinetic_of(lo: int, model: Model, work: Work, q: Array, v: Array) -> float:
 
 @kernel
 def energy_outside(lo: int, model: Model, work: Work, v: Array) -> float:
-    """Return the free components' kinetic energy [J]; needs the pose and overwrites the loads."""
+    """Return the free components' kinetic energy [J] at the known pose; overwrite the loads."""
     bodies, vx, vy, energy = model.bodies, work.loads.fx, work.loads.fy, 0.0
     articulated.centre_velocities(lo, bodies, work.pose, v, vx, vy)
     for i in range(lo, model.n):
@@ -35,7 +35,7 @@ def energy_outside(lo: int, model: Model, work: Work, v: Array) -> float:
 
 @inlined
 def momentum_along(lo: int, model: Model, work: Work, v: Array) -> float:
-    """Return the momentum of the free components along the tube [N·s]; needs the pose."""
+    """Return the momentum of the free components along the tube [N·s] at the known pose."""
     bodies, pose = model.bodies, work.pose
     total, hinge = 0.0, v[model.n]
     for i in range(lo, model.n):
@@ -46,7 +46,7 @@ def momentum_along(lo: int, model: Model, work: Work, v: Array) -> float:
 
 @kernel
 def kinetic(lo: int, model: Model, state: State, work: Work) -> tuple[float, float]:
-    """Return the chain's kinetic energy [J] and momentum along the tube [N·s]; finds the pose."""
+    """Return the chain's kinetic energy [J] and momentum along the tube [N·s]; fill in the pose."""
     energy = kinetic_of(lo, model, work, state.q, state.v)
     along = momentum_along(lo, model, work, state.v)
     for i in range(lo):
@@ -58,10 +58,10 @@ def kinetic(lo: int, model: Model, state: State, work: Work) -> tuple[float, flo
 def spread(
     lo: int, model: Model, state: State, work: Work, x: float, y: float, base: float
 ) -> None:
-    """Apply to the chain a change (x, y) of each free component's velocity [m/s].
+    """Change each free component's velocity by (x, y) [m/s], as far as the hinges allow.
 
     The chain gets the nearest velocity that its hinges allow, in the metric of the mass matrix.
-    ``base`` is the base's mass (see `articulated.solve`). The function needs the pose.
+    ``base`` is the base's mass (see `articulated.solve`). The pose must be known.
     """
     bodies, pose, chain, force = model.bodies, work.pose, work.chain, work.chain.force
     for i in range(lo, model.n):
@@ -109,7 +109,7 @@ def centre_of_mass(lo: int, model: Model, work: Work) -> tuple[float, float, flo
 
 @kernel
 def held_or_walled(model: Model, work: Work) -> bool:
-    """Whether other external forces may act: friction that is solved for, or a wall's force."""
+    """Whether friction that is solved for, or a wall, may exert a force on the chain."""
     for i in range(model.n):
         if work.friction.slow[i] == 1:
             return True
@@ -140,7 +140,7 @@ def keep_momentum(
 ) -> None:  # fmt: skip
     """Correct the new ``velocity`` so that only external impulses [N·s, N·m·s] change the momenta.
 
-    All other forces act between components; ``end`` holds the coordinates at the step's end.
+    All other forces act between components. ``end`` holds the coordinates at the step's end.
     Without the correction, the smallest errors of a light, fast component at the base would carry a
     heavy one away, and jumps of the velocities would leave a first-order error. The correction is a
     rigid motion of the chain, so it does not change the rate of any gap.

@@ -9,8 +9,9 @@ sweep from tip to root finds
     P ← P + m·1 − h hᵀ / D,   p ← q + h k,
 
 and a sweep back finds the accelerations: α = k − h·a / D, a ← a + v α − ω² d. Each body must wait
-for its neighbour's P, so the longest chain of dependent operations sets the time, not their number.
-D is thus a quadratic form, and the sweep back is a ← E a + b with E and b from the first sweep.
+for its neighbour's P, so the time depends on the longest sequence of dependent operations, not on
+their number. To shorten it, D is a quadratic form, and the first sweep also finds the E and b with
+which the sweep back is a ← E a + b.
 
 Many chains of the same bodies run side by side, one chain per vector lane: each number becomes a
 row of `LANES` numbers, which the compiler vectorises without reordering any arithmetic. A chain's
@@ -108,7 +109,7 @@ def swing(model: Model, q: Array, v: Array, work: Work, out: Array) -> None:
 def new_lanes(chains: int, n: int) -> Array:
     """Return zeros for ``chains`` chains of n components, shape (blocks, n + 1, SLOTS, LANES).
 
-    Rows begin at a cache line, because a vector that straddles two takes twice the time.
+    Rows begin at a cache line, because a vector that straddles two lines takes twice the time.
     """
     shape = (-(-chains // LANES), n + 1, SLOTS, LANES)
     size = int(np.prod(shape))
@@ -121,9 +122,10 @@ def accelerate_many(
     bodies: Bodies, base: tuple[float, float], headings: Array, rates: Array,
     forces: Array | None = None,
 ) -> Array:  # fmt: skip
-    """Like `accelerate`, for many chains of the same bodies; arrays are (chains, n).
+    """Return angular accelerations (chains, n) [rad/s²] of many chains of the same bodies.
 
-    Headings may be up to 1e14 rad. The ``forces`` are zero by default.
+    The arguments are those of `accelerate`, with arrays (chains, n); ``forces`` are zero by default
+    and headings may be up to 1e14 rad.
     """
     chains, n = headings.shape
     blocks = new_lanes(chains, n)
@@ -141,7 +143,7 @@ def accelerate_many(
 
 @parallel_kernel
 def accelerate_blocks(bodies: Bodies, base_x: float, base_y: float, blocks: Array) -> None:
-    """Compute ACCELERATION of record i + 1 in all blocks from HEADING, RATE, FORCE of record i."""
+    """Compute each record's ACCELERATION from HEADING, RATE and FORCE of the record before it."""
     for b in numba.prange(blocks.shape[0]):
         accelerate_lanes(bodies, base_x, base_y, blocks[b])
 

@@ -29,7 +29,7 @@ def is_partly_out(model: Model, state: State) -> bool:
 
 @inlined
 def base_mass(lo: int, model: Model, work: Work) -> float:
-    """Return the mass of the base; see `articulated.solve`."""
+    """Return the mass of the base [kg], or FREE or DRIVEN, for `articulated.solve`."""
     if is_free(lo, model):
         return articulated.FREE
     carried = work.chain.base[ix.CARRIED]
@@ -64,10 +64,10 @@ def whole_mass(model: Model) -> float:
 
 @kernel
 def lie_in_tube(offsets: Array, length: Array, headings: Array, depth: Array) -> None:
-    """Find the pose of held chains from the offsets of their hinges from the axis (m, n + 1) [m].
+    """Place chains in the tube, given the offsets of their hinges from its axis (m, n + 1) [m].
 
     ``length`` (n,) is each component's length from hinge to hinge [m]. Fills in the headings (m, n)
-    [rad] and the chains' lengths along the tube (m,) [m].
+    [rad] and, in ``depth`` (m,), the chains' lengths along the tube [m].
     """
     for row in range(offsets.shape[0]):
         depth[row] = 0.0
@@ -82,8 +82,8 @@ def lie_in_tube(offsets: Array, length: Array, headings: Array, depth: Array) ->
 def place_all(lo: int, model: Model, q: Array, pose: Pose) -> int:
     """Fill in ``pose`` for the free components and for the held ones that matter.
 
-    Those are the outermost two, which others may touch, and all whose magnets act: if magnets act
-    only outside, the charged ones nearest to the mouth. Returns the first whose magnets act.
+    Those are the outermost two, which others may touch, and all whose magnets act. If magnets act
+    only outside, these lie nearest to the mouth. Returns the first component whose magnets act.
     """
     articulated.place(lo, model.bodies, q, pose)
     n = model.n

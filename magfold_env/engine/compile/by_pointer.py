@@ -20,7 +20,7 @@ pointer_types: Any = jit.PRIVATE and jit.PRIVATE.pointer_types
 
 
 def by_pointer(cls: type[T]) -> type[T]:
-    """Mark a NamedTuple of numbers, C-contiguous arrays and other marked NamedTuples."""
+    """Mark a NamedTuple of numbers, C-contiguous arrays and marked tuples for use by pointer."""
     if not POINTERS:
         return cls
     body = {name: getattr(cls, name) for name in ("__doc__", "__module__", "__qualname__")}
@@ -33,7 +33,7 @@ def calls_by_address(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def reference(packed: Any) -> Any:
-    """Return what represents a marked NamedTuple in kernels that call others by address."""
+    """Return the form of a marked NamedTuple for kernels that call others by address."""
     return packed.address if POINTERS else packed
 
 

@@ -26,7 +26,7 @@ class CompileNotice(event.Listener):
 
     Unless logging is configured otherwise, the messages go to standard error. Some of numba's
     callbacks swallow a KeyboardInterrupt, and numba then continues or fails because a result is
-    missing. Ctrl-C therefore raises the exception again at the next event.
+    missing. After Ctrl-C, the next event therefore raises the exception again.
 
     Parameters
     ----------
@@ -51,11 +51,11 @@ class CompileNotice(event.Listener):
 
     @property
     def compiling_since(self) -> float | None:
-        """Start time of the present kernel's compilation, by `time.monotonic` [s]."""
+        """Start time of the current kernel's compilation, by `time.monotonic` [s]."""
         return self._begun if self._depth > 0 else None
 
     def on_start(self, event: Any) -> None:
-        """Note that the compilation of a function of this package, or of one within it, begins."""
+        """Note that numba starts to compile a function of this package, or one that it calls."""
         function = event.data["dispatcher"].py_func
         # A function created by `exec` may have no module.
         ours = str(function.__module__).startswith("magfold_env.")

@@ -3,8 +3,8 @@
 Numba's own cache notices edits in a kernel's file, but not in functions that the kernel calls or in
 constants, which are compiled into it. A file's name is therefore a hash of the kernel's code, the
 global values that it uses, and the kernels that it calls, at any depth: after an edit, only kernels
-that contain it are compiled again. Each version of numba, Python and `engine.compile` has its own
-directory.
+that contain the edited code are compiled again. Each version of numba, Python and `engine.compile`
+has its own directory.
 """
 
 import hashlib
@@ -47,7 +47,7 @@ def fingerprint(kernel: Any) -> str:
 
 @cache
 def _made_of(kernel: Any) -> tuple[str, tuple[Any, ...]]:
-    """Return a text that describes a kernel without its callees, and the possible callees."""
+    """Return a text that describes a kernel's own code, and the functions that it may call."""
     function = kernel.py_func
     called: dict[Any, None] = {}
     cells = [each.cell_contents for each in function.__closure__ or ()]
@@ -65,7 +65,7 @@ def _names(code: CodeType) -> tuple[str, ...]:
 
 
 def _described(value: Any, names: tuple[str, ...], called: dict[Any, None]) -> str:
-    """Return a text that changes with a value that code with these names uses; collect kernels."""
+    """Return a text that identifies a value that code uses; add its kernels to ``called``."""
     if hasattr(value, "py_func"):
         called[value] = None
         value = value.py_func
@@ -147,7 +147,7 @@ def remove_unused(root: Path | None = None) -> None:
 
 
 def write(path: Path, content: bytes) -> None:
-    """Write a file atomically, if possible."""
+    """Write a file atomically; do nothing if the file system refuses."""
     temporary = path.with_name(f"{path.name}.{uuid.uuid4().hex[:16]}")
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)

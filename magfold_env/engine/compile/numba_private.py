@@ -51,7 +51,7 @@ NEEDLESS = (WithLifting, InlineClosureLikes, InlineOverloads, NopythonRewrites)
 
 @cast("Any", intrinsic)
 def fma(_typing: Any, a: Any, b: Any, c: Any) -> Any:
-    """Return a·b + c, always rounded once, whereas a compiler flag would leave this open."""
+    """Return a·b + c, always rounded only once, which a compiler flag would not guarantee."""
 
     def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         return builder.fma(*arguments)
@@ -137,7 +137,7 @@ class LoweringCompiler(CompilerBase):
     """Numba's compiler with a last pass that generates code but does not compile it."""
 
     def define_pipelines(self) -> list[PassManager]:
-        """Return the passes."""
+        """Return the compiler's passes."""
         self.state.typingctx = _Remembering(self.state.typingctx)
         manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
         manager.passes = [
@@ -150,7 +150,7 @@ class LoweringCompiler(CompilerBase):
 
 
 def defer(kernel: Any, **options: Any) -> None:
-    """Give kernels that call this one its lowered code, which they compile themselves.
+    """Make kernels that call this one compile its lowered code themselves.
 
     Constant arguments count as plain numbers, because each constant would need separate code.
 
@@ -235,7 +235,7 @@ class KernelFiles:
 
 
 def names_alone(intermediate: bytes) -> bytes:
-    """Return intermediate code that only defines the same names, as numba looks up nothing else.
+    """Reduce intermediate code to the names that it defines; numba looks up nothing else.
 
     Reading all of it would take half of a kernel's load time.
     """
@@ -273,7 +273,7 @@ class _Outer(
 def check() -> None:
     """Raise an error unless kernels read tuples, call each other, and load correctly.
 
-    Kernels that others call must not be compiled separately.
+    Also raises an error if a kernel that others call is compiled separately.
     """
 
     @_njit

@@ -9,7 +9,7 @@ contents of a class marked with `by_pointer` are therefore written once to words
 kernels pass their address. A word is a number, the address of an array's data, or one of the
 array's dimensions; inner tuples are written in place. The words never change; the arrays do.
 
-A kernel that calls another one contains its code. Most of the engine's compile time is the
+A kernel contains the code of those that it calls. Most of the engine's compile time is the
 integrator's, so the kernel that runs many chains calls it by address: the integrator is compiled
 once, and one chain and many run the same machine code. A call by name from Python, however, first
 determines the types of everything in its arguments, which takes 40 µs for a chain. Addresses are
@@ -236,7 +236,7 @@ def code_of(kernel: Any, *arguments: Any) -> int:
 
 
 def _call(result: types.Type, count: int) -> Any:
-    """Return how to call code that takes ``count`` NamedTuples by pointer, then a number."""
+    """Return signature and code generator of a call with ``count`` pointers and a number."""
     kinds = (*[types.voidptr] * count, types.float64)
 
     def generate(context: Any, builder: ir.IRBuilder, _signature: Any, args: Any) -> Any:

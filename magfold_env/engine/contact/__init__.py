@@ -1,1 +1,1 @@
-"""Contact: squares against squares and the tube, joint stops, impacts."""
+"""Contact of squares with squares, obstacles and the tube, joint stops, and impacts."""

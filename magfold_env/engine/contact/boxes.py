@@ -5,10 +5,10 @@ between their cores less both radii; this distance is always that from a corner 
 other.
 
 Neighbours meet only at their stops. Components two or three apart cannot overlap while the stops
-between them hold (``tests/engine/contact/test_boxes.py`` searches for a counterexample), so pairs
-start at four apart. On the lattice of folded shapes many squares touch exactly where joint stops
-already hold them. Squares therefore collide only when they overlap by `SHRINK` of their side, so
-that contacts that merely repeat the stops never act.
+between them hold (``tests/engine/contact/test_boxes.py`` searches for a counterexample), so only
+components at least four apart are tested. On the lattice of folded shapes many squares touch
+exactly where joint stops already hold them. Squares therefore collide only when they overlap by
+`SHRINK` of their side, so that contacts that merely repeat the stops never act.
 """
 
 import math
@@ -27,7 +27,7 @@ FACE_C = math.sqrt(0.5)  # a square's first face is 45° to the left of its head
 def first_box(lo: int) -> int:
     """Return the first component that others may touch.
 
-    The component in the mouth leaves space beside it, so others may touch the next one too.
+    The component in the mouth leaves space beside it, so others may touch the one behind it too.
     """
     return max(lo - 2, 0)
 
@@ -84,8 +84,8 @@ def corner(work: Work, box: int, k: int) -> tuple[float, float]:
 def corner_offset(work: Work, box: int, other: int, k: int) -> tuple[float, float, float, bool]:
     """Return the direction to corner k of ``other`` from the nearest point on ``box``'s core.
 
-    The direction is in the box's frame. Also returns the distance [m], negative from the nearest
-    side if corner k is inside the core, and whether the nearest point is a corner.
+    The direction is in the box's frame. Also returns the distance [m] and whether the nearest point
+    is a corner. If corner k is inside the core, the distance is minus that to the nearest side.
     """
     px, py = corner(work, other, k)
     x = work.boxes.x[other] + px - work.boxes.x[box]
@@ -115,7 +115,7 @@ def corner_gap(model: Model, work: Work, box: int, other: int, k: int) -> float:
 
 @kernel
 def is_beside_face(work: Work, box: int, other: int, k: int) -> bool:
-    """Whether corner k of ``other`` faces a corner of ``box`` in front of a side of ``other``.
+    """Whether the corner of ``box`` next to corner k of ``other`` faces a side of ``other``.
 
     Then that side is nearer, and the two corners do not touch. Their distance shrinks while the
     corner slides along the side towards its end, which would look like an impact.
@@ -129,7 +129,7 @@ def is_beside_face(work: Work, box: int, other: int, k: int) -> bool:
 
 @inlined
 def behind_face(model: Model, work: Work, wall: int, other: int, k: int) -> float:
-    """Return the depth of ``other``'s corner k behind a long face of an obstacle [m]; −1 if none.
+    """Return the depth of ``other``'s corner k behind a long face of a wall [m], or −1.
 
     The face is the one that ``other``'s centre is in front of. A fast corner may have passed
     through a thin wall to its far side, where the gap is meaningless.
@@ -167,7 +167,7 @@ def may_touch(model: Model, work: Work, i: int, j: int) -> bool:
 
 @inlined
 def partners(model: Model, lo: int, i: int) -> tuple[int, int]:
-    """Return the ends of the ranges of components and obstacles that component ``i`` can touch.
+    """Return the beginning and end of the range of later boxes that component ``i`` can touch.
 
     Components in the tube, all before ``lo``, do not touch each other or obstacles.
     """

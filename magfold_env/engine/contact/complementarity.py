@@ -22,10 +22,10 @@ CANCELLED = 1e-13
 def solve_passive(count: int, work: Work, lam: Array) -> None:
     """Solve W λ = −b for the rows marked as passive; put λ into ``lam`` and w into ``rate``.
 
-    Rows may repeat each other. Adding a share of their diagonals selects the smallest of all
-    equivalent λ; a second pass removes the error that this leaves in the rates. Joint stops never
-    repeat each other, and nothing is added to their diagonals, so that the stops, not friction,
-    carry the forces between rigidly joined components that stick.
+    Rows may repeat each other. Adding a fraction of their diagonals to W selects the smallest of
+    all equivalent λ; a second pass removes the error that this leaves in the rates. Joint stops
+    never repeat each other, and nothing is added to their diagonals, so that the stops, not
+    friction, carry the forces between rigidly joined components that stick.
     """
     rows, stops = work.rows, work.rows.counts[ix.JOINT_STOPS]
     passive, rate, change = rows.passive, rows.rate, rows.update
@@ -49,7 +49,7 @@ def solve_passive(count: int, work: Work, lam: Array) -> None:
 
 @kernel
 def take_least(count: int, work: Work) -> None:
-    """Replace multipliers that nearly cancel with the smallest ones that change the rates equally.
+    """Replace multipliers that nearly cancel with the smallest ones that have the same effect.
 
     If two rows describe one contact almost identically, they may need huge multipliers that have
     almost no effect except an impulse on the drive. A wedge also needs huge multipliers, but these
@@ -144,8 +144,8 @@ def solve_nonnegative(count: int, work: Work) -> bool:
     """Find λ with λ ≥ 0, w ≥ 0, λ w = 0; rows marked as equalities have w = 0 and any λ.
 
     `active_sets` starts from the rows marked as passive, a guess that is nearly always right. If
-    rounding makes it cycle, it starts again from no rows; if it still cycles, another method takes
-    over. Returns whether the solution converged.
+    rounding makes it cycle, it starts again with no rows marked; if it still cycles, another method
+    takes over. Returns whether the solution converged.
     """
     if active_sets(count, work):
         return True

@@ -1,6 +1,7 @@
-"""The constraints of the coming step: how they are found and released, impacts, and drift.
+"""Find and release the constraints of the coming step, apply impacts, and correct drift.
 
-In a Moreau step, they include the gaps that may close within it, and the speed that each allows.
+Each constraint is a row of the Jacobian. In a Moreau step, rows include gaps that may close in the
+step, and limit the speed at which each closes.
 """
 
 import math
@@ -134,7 +135,7 @@ def passed_on(model: Model, rows: int, work: Work) -> float:
 
 @kernel
 def approaches(lo: int, rows: int, v: Array, work: Work, least: float) -> bool:
-    """Whether any row still closes faster than ``least`` [rad/s, m/s]."""
+    """Whether the gap of any row still closes faster than ``least`` [rad/s, m/s]."""
     for r in range(rows):
         if dynamics.rate_of(lo, work, r, v) < -least:
             return True
@@ -159,7 +160,7 @@ def note_gaps(model: Model, state: State, work: Work) -> bool:
 
 @kernel
 def keep_contacts(model: Model, state: State, work: Work, q: Array, v: Array) -> bool:
-    """Correct a step's drift from the contacts that pressed throughout the step.
+    """Correct a step's errors in the gaps of contacts that pressed throughout the step.
 
     The step's accelerations kept these gaps and their rates only to within the step's error.
     Coordinates and velocities become the nearest ones at which the squares touch and stay in touch.
@@ -261,7 +262,7 @@ def prepare(lo: int, model: Model, v: Array, work: Work) -> None:
 
 @kernel
 def leave(lo: int, model: Model, state: State, work: Work) -> None:
-    """Drop the rows that separate, and set the rates of kept joints to exactly zero."""
+    """Drop the rows whose gaps open, and set the rates of the other joints to exactly zero."""
     stops, rows = work.rows.counts[ix.JOINT_STOPS], work.rows.counts[ix.CONTACTS]
     keep = 0
     for r in range(stops):
@@ -297,7 +298,7 @@ def move_row(work: Work, old: int, new: int) -> None:
 
 @kernel
 def hold_joints(lo: int, model: Model, lock: IntArray, q: Array, v: Array) -> None:
-    """Put joints exactly at their stops, without rounding errors."""
+    """Put locked joints exactly at their stops, without rounding errors."""
     for k in range(first_joint(lo), model.n):
         if lock[k] != 0:
             q[k] = q[k - 1] + lock[k] * jacobian.HALF_PI
@@ -340,7 +341,7 @@ def allowance(model: Model, gap: float, time: float, size: float) -> float:
 def collect_within(
     lo: int, model: Model, q: Array, work: Work, v: Array, h: float, near_stop: float
 ) -> int:
-    """Collect rows for gaps that could close in the step, with allowances in ``work.rows.bias``.
+    """Collect rows for gaps that could close in the step; put allowances in ``work.rows.bias``.
 
     A joint within ``near_stop`` [rad] of a stop always gets a row for it. Returns the number of
     rows, or −1 if there are too many.

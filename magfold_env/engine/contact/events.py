@@ -1,4 +1,4 @@
-"""The moment within a step when something new touches, and hops too small to follow."""
+"""Locate the first new touch within a step, and suppress hops that are too small to follow."""
 
 from magfold_env.engine import indices as ix
 from magfold_env.engine.chain import articulated, feed, ledger
@@ -19,7 +19,7 @@ HOP = 0.05  # share of the tolerance: smaller hops are suppressed
 
 @kernel
 def margin(model: Model, state: State, q: Array, work: Work) -> float:
-    """Return the coordinates' distance from a new touch, as a share of the side or in radians.
+    """Return how far coordinates are from a new touch, as a fraction of the side or in radians.
 
     A negative value means that something touched earlier. Contacts and stops that are already in
     the step's rows do not count.
@@ -103,9 +103,9 @@ def locate(
     model: Model, state: State, step: float, low: float, at_low: float, high: float,
     at_high: float, work: Work,
 ) -> float:  # fmt: skip
-    """Find the touch between two samples of the dense output by the Illinois method.
+    """Return the fraction of the step at which a touch begins, found by the Illinois method.
 
-    Nothing touches at the first sample; at the second, the margin is negative.
+    At the fraction ``low``, nothing touches; at ``high``, the margin is negative.
     """
     if at_low < NEAR_ENOUGH:
         return STALLED if low == 0.0 else low
@@ -135,7 +135,7 @@ def locate(
 def first_missed(
     model: Model, state: State, squares: bool, smooth: bool, work: Work
 ) -> tuple[float, float, float]:
-    """Find the first touch on the motion that `sweep` follows.
+    """Return an interval that contains the first touch in the motion that `sweep` follows.
 
     ``squares`` says whether any squares may touch. For a ``smooth`` step, joint stops count too,
     and nothing new may touch at its end.
@@ -173,10 +173,10 @@ def first_missed(
 
 @kernel
 def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int:
-    """Hold joints and contacts that have just separated but would return after an unseen hop.
+    """Hold joints and contacts that have just separated but would return after a tiny hop.
 
     An impact throws distant joints and corners off their contacts, and the magnets or the feed then
-    close them again, in ever smaller hops, each with an impact. Hops of less than `HOP` of the
+    close them again, in ever smaller hops, each with an impact. Hops of less than `HOP` times the
     tolerance are suppressed: the velocity becomes the nearest one at which these and all other
     contacts stay closed. ``acceleration`` is the state's. Returns OK, IMPACT (velocities changed),
     or UNSOLVED (no such velocity was found, the hops remain, and rows must be filled in again).
@@ -244,7 +244,7 @@ def end_hops(model: Model, state: State, work: Work, acceleration: Array) -> int
 def mark_hopping_contacts(
     lo: int, model: Model, state: State, work: Work, acceleration: Array
 ) -> bool:
-    """Mark released contacts that will return after an unseen hop; return whether there are any."""
+    """Mark released contacts that will return after a tiny hop; return whether there are any."""
     if work.rows.counts[ix.LET_GO] == 0:
         return False
     found = False

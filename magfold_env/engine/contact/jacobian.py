@@ -1,4 +1,4 @@
-"""Rows for joint stops, and for squares that touch other squares or solids.
+"""Jacobian rows for joint stops, and for squares that touch other squares or solids.
 
 A contact row describes a corner of one box that touches another box; see `boxes`. Its normal turns
 continuously when the corner slides off the end of a face or over another corner.
@@ -20,7 +20,7 @@ def collect_contacts(lo: int, model: Model, work: Work, row: int, near: float) -
     """Append a row [box, other box, corner of the other] for each corner nearer than ``near`` [m].
 
     Stores the gaps in ``work.rows.gap``. Returns the number of rows, or −1 if there are too many.
-    Needs `place_boxes`.
+    `place_boxes` must have placed all boxes.
     """
     for i in range(boxes.first_box(lo), model.n):
         for j in range(*boxes.partners(model, lo, i)):
@@ -42,7 +42,7 @@ def collect_contacts(lo: int, model: Model, work: Work, row: int, near: float) -
 
 @inlined
 def gap_of(model: Model, work: Work, r: int) -> float:
-    """Return the gap of contact row r [m]. Needs `place_boxes`."""
+    """Return the gap of contact row r [m]; `place_boxes` must have placed all boxes."""
     return boxes.corner_gap(model, work, work.rows.id[r, 0], work.rows.id[r, 1], work.rows.id[r, 2])
 
 
@@ -83,7 +83,7 @@ def add_point(
 
 @inlined
 def motion_of(lo: int, model: Model, work: Work, box: int, v: Array) -> tuple[float, float, float]:
-    """Return the velocity of a box's centre [m/s] and the box's rate [rad/s].
+    """Return the velocity of a box's centre [m/s] and the box's angular velocity [rad/s].
 
     Bodies before ``lo`` move with the base; obstacles do not move.
     """
@@ -98,7 +98,7 @@ def motion_of(lo: int, model: Model, work: Work, box: int, v: Array) -> tuple[fl
 def corner_velocity(
     lo: int, model: Model, work: Work, box: int, other: int, ox: float, oy: float, v: Array
 ) -> tuple[float, float, float]:
-    """Return the velocity of a point of ``other`` [m/s] and the rate of ``box`` [rad/s].
+    """Return the velocity of a point of ``other`` [m/s] and ``box``'s angular velocity [rad/s].
 
     The point is (ox, oy) from ``other``'s centre; its velocity is relative to ``box``'s centre.
     """
@@ -111,8 +111,8 @@ def corner_velocity(
 def contact_row(lo: int, model: Model, pose: Pose, work: Work, r: int, v: Array) -> None:
     """Fill in the Jacobian and bias of contact row r.
 
-    The bias is the gap's second derivative at zero accelerations of the coordinates. Needs
-    `place_boxes`, and the results of `centripetal` in ``work.centres.ax`` and ``work.centres.ay``.
+    The bias is the gap's second derivative at zero accelerations of the coordinates. All boxes
+    must be placed, and ``work.centres`` must hold the results of `centripetal` (``ax``, ``ay``).
     """
     n = model.n
     box, other = int(work.rows.id[r, 0]), int(work.rows.id[r, 1])

@@ -114,9 +114,9 @@ def between(model: Model, work: Work, i: int, j: int) -> tuple[float, float]:
 
 @inlined
 def reach(model: Model, work: Work, i: int, j: int, width: float) -> float:
-    """Return the distance of centres [m] at which components cannot touch in an interval ``width``.
+    """Return the distance of centres [m] beyond which components cannot touch in a time ``width``.
 
-    This bound is like `between`, but uses sums of joint rates: it is coarser and much cheaper.
+    The bound is coarser than that of `between`, but sums of joint rates make it much cheaper.
     """
     turn = work.sweep.turns[j] - work.sweep.turns[i]
     return (1.0 + width * (j - i) * turn) * model.bodies.length[0]
@@ -124,7 +124,7 @@ def reach(model: Model, work: Work, i: int, j: int, width: float) -> float:
 
 @kernel
 def may_meet(model: Model, state: State, work: Work) -> bool:
-    """Whether any squares may touch; the boxes may be placed at any time of the motion."""
+    """Whether any squares may touch in the motion; boxes may be placed at any time in it."""
     lo = state.counter[ix.N_HELD]
     for i in range(boxes.first_box(lo), model.n):
         for j in range(*boxes.partners(model, lo, i)):
@@ -146,14 +146,14 @@ def value(path: Array, k: int, t: float) -> float:
 
 @kernel
 def coordinates_at(model: Model, state: State, t: float, out: Array, work: Work) -> None:
-    """Find the coordinates (n + 2,) at the time ``t`` of the motion."""
+    """Fill ``out`` (n + 2,) with the coordinates at the time ``t`` of the motion."""
     for k in range(model.n + 2):
         out[k] = state.q[k] + value(work.sweep.path, k, t)
 
 
 @kernel
 def place_at(model: Model, state: State, work: Work, t: float, slot: int) -> None:
-    """Find centres and first axes of all squares that may touch, at time ``t`` of the motion."""
+    """Store in ``slot`` the centres and first axes at time ``t`` of squares that may touch."""
     lo, n, sweep, bodies = state.counter[ix.N_HELD], model.n, work.sweep, model.bodies
     x, y = state.q[n] + value(sweep.path, n, t), state.q[n + 1] + value(sweep.path, n + 1, t)
     hinge_x, hinge_y = x, y
@@ -171,7 +171,7 @@ def place_at(model: Model, state: State, work: Work, t: float, slot: int) -> Non
 
 @inlined
 def put(work: Work, slot: int, i: int, x: float, y: float, c: float, s: float) -> None:
-    """Store the centre of component i and the axis of its square."""
+    """Store in ``slot`` the centre of component i and the first axis of its square."""
     sweep = work.sweep
     sweep.x[slot, i], sweep.y[slot, i] = x, y
     sweep.c[slot, i], sweep.s[slot, i] = boxes.FACE_C * (c - s), boxes.FACE_C * (s + c)
@@ -286,13 +286,13 @@ def squares_apart(
 
 @inlined
 def beside(u: float, reach: float, u2: float, reach2: float) -> float:
-    """Return the distance [m] by which both positions exceed their reaches on one side of 0."""
+    """Return how far both positions are beyond their reaches, on the same side of 0 [m]."""
     return max(min(u - reach, u2 - reach2), min(-u - reach, -u2 - reach2))
 
 
 @inlined
 def seen(work: Work, slot: int, box: int, other: int) -> tuple[float, float, float]:
-    """Return the width along ``box``'s axes of ``other`` as a 2 × 2 square, and its centre."""
+    """Return ``other``'s width along ``box``'s axes, divided by its side, and its centre [m]."""
     x, y, c, s = work.sweep.x, work.sweep.y, work.sweep.c, work.sweep.s
     cos, sin = seen_from(c[slot, box], s[slot, box], c[slot, other], s[slot, other])
     dx, dy = x[slot, other] - x[slot, box], y[slot, other] - y[slot, box]

@@ -1,8 +1,8 @@
 """Coulomb friction with the floor: the associated law on the ellipsoid in (vx, vy, c·ω).
 
-The friction on a released component that moves with S = |(vx, vy, c ω)| > 0 is −µ m g (vx, vy, c²
-ω) / S. On a component at rest it is the force that keeps it at rest, as long as |(fx, fy, τ/c)| ≤ µ
-m g; a complementarity problem finds this force together with the accelerations.
+c is the friction radius. The friction on a released component that moves with S = |(vx, vy, c ω)| >
+0 is −µ m g (vx, vy, c² ω) / S. On a component at rest, it prevents motion as long as |(fx, fy,
+τ/c)| ≤ µ m g; a complementarity problem finds this force together with the accelerations.
 """
 
 import math
@@ -25,7 +25,7 @@ def speed(model: Model, work: Work, v: Array, i: int) -> float:
 
 @kernel
 def find_velocities(lo: int, model: Model, state: State, work: Work) -> None:
-    """Find the pose of the free components and the velocities of their centres."""
+    """Compute the pose of the free components and the velocities of their centres."""
     centres = work.centres
     articulated.place(lo, model.bodies, state.q, work.pose)
     articulated.centre_velocities(lo, model.bodies, work.pose, state.v, centres.vx, centres.vy)
@@ -41,7 +41,7 @@ def size_of(force: Array, r: int) -> float:
 def add_sliding(lo: int, model: Model, v: Array, work: Work) -> None:
     """Add the friction of the moving components to ``work.loads``.
 
-    Components in ``work.friction.slow`` are omitted, because their friction is solved for.
+    Components in ``work.friction.slow`` are omitted, because a solver finds their friction.
     """
     for i in range(lo, model.n):
         s = speed(model, work, v, i)

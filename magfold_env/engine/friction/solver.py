@@ -1,4 +1,4 @@
-"""Contact forces, together with friction that may hold or be overcome.
+"""Solve for contact forces, together with friction that may hold components or be overcome.
 
 With W = G Gᵀ and y = Gᵀλ the accelerations of the rows are w = G y + b, where y minimises
 
@@ -46,7 +46,7 @@ INEXACT = 0.1  # largest gradient at the end of a round, as a share of the remai
 
 @kernel
 def scale_rows(rows: int, count: int, work: Work, limit: Array) -> None:
-    """Find limits, and scales that give W a unit diagonal; 0 for rows that cannot accelerate."""
+    """Compute scales that give W a unit diagonal (0 for immovable rows), and scaled limits."""
     delassus, scale = work.rows.delassus, work.friction.newton.scale
     for r in range(rows):
         scale[r] = 1.0 / math.sqrt(delassus[r, r]) if delassus[r, r] > 0.0 else 0.0
@@ -98,7 +98,7 @@ def project_forces(rows: int, count: int, work: Work, force: Array) -> None:
 
 @kernel
 def friction_slope(r: int, penalty: float, work: Work) -> float:
-    """Find the derivative s (1 − u uᵀ) at t of projection onto the ball of rows r to r + 2.
+    """Compute s and u: projecting rows r to r + 2 onto their ball has the derivative s (1 − u uᵀ).
 
     Within the ball, s = 1 and u = 0. Returns s and leaves u in ``work.friction.newton.normal``.
     """
@@ -139,7 +139,7 @@ def move_forces(rows: int, count: int, penalty: float, work: Work, change: Array
 
 @kernel
 def evaluate(rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
-    """Find w, p and the gradient at y; return the size of the gradient."""
+    """Compute w, p and the gradient at y; return the norm of the gradient."""
     newton = work.friction.newton
     factor, point, gradient = newton.factor, newton.point, newton.gradient
     for r in range(count):
@@ -211,7 +211,7 @@ def newton_step(count: int, rank: int, work: Work) -> None:
 
 @kernel
 def slope_at(share: float, rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
-    """Return the derivative of the minimised function along the step, at a ``share`` of it."""
+    """Return the minimised function's slope along the Newton step, at the fraction ``share``."""
     newton = work.friction.newton
     for r in range(count):
         rate = newton.rate[r] + share * newton.along[r]
@@ -227,7 +227,7 @@ def slope_at(share: float, rows: int, count: int, rank: int, penalty: float, wor
 
 @kernel
 def step_length(rows: int, count: int, rank: int, penalty: float, work: Work) -> float:
-    """Return the share of the Newton step to take: 1, ½, ¼, …, until the function hardly ascends.
+    """Return the fraction of the Newton step at whose end the function hardly rises, or 0.
 
     Slopes are compared, because differences of values would be lost in rounding.
     """
@@ -243,7 +243,7 @@ def step_length(rows: int, count: int, rank: int, penalty: float, work: Work) ->
 
 @kernel
 def begin_round(count: int, rank: int, work: Work) -> None:
-    """Find λ and its rates from W itself, and the offset with which G y gives the same rates.
+    """Compute λ and w from W itself, and the offset that makes G y give the same w.
 
     The rounding errors of G and of σ w therefore do not remain in the result.
     """
@@ -323,7 +323,7 @@ def solve_with_friction(rows: int, count: int, work: Work, limit: Array) -> bool
 def solve_by_multipliers(rows: int, count: int, work: Work, largest: float, same: float) -> bool:
     """Like `solve_with_friction`, by the method of multipliers; ``largest`` is the largest bias.
 
-    A growth of the error by a share up to ``same`` counts as no growth.
+    An error that grows by at most the fraction ``same`` counts as unchanged.
     """
     newton = work.friction.newton
     rank = factorise(count, work)

@@ -1,4 +1,4 @@
-"""Components that stick to the floor, how they stop and tear loose, and a chain's rest."""
+"""How components stop, stick to the floor and tear loose, and when a chain is at rest."""
 
 import math
 
@@ -89,7 +89,7 @@ def acceleration_left(count: int, work: Work, r: int) -> float:
 
 @kernel
 def within_grip(model: Model, work: Work) -> bool:
-    """Whether friction can supply all the forces that would hold the candidates."""
+    """Whether friction can supply all the forces that hold the components assumed to stick."""
     lam = work.rows.multiplier
     for r in range(work.rows.counts[ix.CONTACTS], work.rows.counts[ix.ALL_ROWS], 3):
         if law.size_of(lam, r) > model.friction_limit[work.rows.id[r, 0]]:
@@ -102,8 +102,8 @@ def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
     """Whether, at the end of a step ``h``, friction can no longer supply what the step assumed.
 
     The multipliers that hold rigidly joined components are not unique: those of the step may exceed
-    one component's limit where others would not. Accelerations are therefore compared. A component
-    that would hardly move within the step may be released after it.
+    one component's limit where other ones would not. Accelerations are therefore compared. A
+    component that would hardly move within the step may be released after it.
     """
     rows, count = work.rows.counts[ix.CONTACTS], work.rows.counts[ix.ALL_ROWS]
     if count == rows or within_grip(model, work):
@@ -134,10 +134,10 @@ def torn_loose(lo: int, model: Model, work: Work, h: float) -> bool:
 def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> bool:
     """Whether no component will move again (relative to the base, while the tube feeds).
 
-    Either friction holds every component, or no joint turns or will turn, because stops press
-    harder than friction could lift, or because rates and accelerations are far below the tolerance
-    and the base does not move freely. In an external field, or if the chain may still meet a solid,
-    the whole chain must be at rest.
+    Either friction holds every component, or no joint turns or will turn. Joints will not turn if
+    stops press harder than friction could overcome, or if rates and accelerations are far below the
+    tolerance and the base does not move freely. In an external field, or if the chain may still
+    meet a solid, the whole chain must be at rest.
     """
     lo, n = state.counter[ix.N_HELD], model.n
     free = is_free(lo, model)
@@ -176,7 +176,7 @@ def is_at_rest(model: Model, state: State, work: Work, acceleration: Array) -> b
 
 @inlined
 def whole_motion(model: Model, v: Array) -> float:
-    """Return the largest rate or acceleration of the first component and of the base, in sides."""
+    """Return the largest entry of ``v`` for the first component and the base, lengths in sides."""
     n, side = model.n, model.side
     return max(abs(v[0]), abs(v[n]) / side, abs(v[n + 1]) / side)
 
@@ -205,7 +205,7 @@ def relative_motion(
 
 @kernel
 def stops_press(lo: int, model: Model, state: State, work: Work) -> bool:
-    """Whether all joints are at stops that press harder than friction with the floor could lift.
+    """Whether all joints are at stops that press harder than friction could overcome.
 
     A chain that slides as one rigid body then remains one.
     """
@@ -228,8 +228,8 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
 
     A component that slows down and would slide by less than a hundredth of the tolerance is put to
     rest, and stays if friction can hold it. Other components continue, unless they hardly move and
-    turn back, which they may do from rest. ``out`` holds the state's accelerations, before and
-    after; returns whether they were recomputed. Because a step must not jump over the moment when a
+    turn back, which they may do from rest. ``out`` holds the state's accelerations, and the
+    function returns whether it recomputed them. Because a step must not jump over the moment when a
     component stops, ``state.clock[BRAKE]`` bounds the next step.
     """
     lo, rows = state.counter[ix.N_HELD], work.rows.counts[ix.CONTACTS]
@@ -260,7 +260,7 @@ def stop_slow(model: Model, state: State, work: Work, out: Array) -> bool:
 
 @kernel
 def find_braking(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> None:
-    """Find the components' next motion, and when each would stop [s]."""
+    """Decide how each component's motion continues, and find when it would stop [s]."""
     for i in range(lo, model.n):
         work.friction.motion[i] = GOES_ON
         work.friction.braking[i] = math.inf
@@ -403,7 +403,7 @@ def drags_along(lo: int, model: Model, state: State, work: Work, count: int) -> 
 
 @kernel
 def find_motion(lo: int, model: Model, state: State, work: Work, acceleration: Array) -> None:
-    """Find the centres' velocities, and their accelerations in two parts, ``fx`` and ``ax``."""
+    """Compute the centres' velocities, and accelerations as ``loads.fx`` plus ``centres.ax``."""
     place_all(lo, model, state.q, work.pose)
     articulated.centre_motion(lo, model.bodies, work.pose, state.v, work.centres)
     articulated.centre_velocities(

@@ -1,4 +1,4 @@
-"""The magnets of a chain whose joints stay within their stops, computed faster than by sums.
+"""Forces and energy of a chain's magnets for joints within their stops, faster than by sums.
 
 Neighbours and components two apart use splines of their joint angles; other pairs use a table or
 sums. If every joint between two components is at its stop, their relative pose is fixed, so their
@@ -64,7 +64,7 @@ def add_chain_forces(
 
 @inlined
 def spread(first: int, model: Model, pose: Pose, nodes: Nodes) -> None:
-    """Turn the data that pairs or a field need into the world's frame, from casing ``first`` on."""
+    """Rotate the needed nodes and moments into the world's frame, from casing ``first`` on."""
     end = model.magnets.tables.far.end
     if end == 0.0 or model.field.present:
         pairs.spread_nodes(first, model.magnets, pose, nodes)
@@ -118,7 +118,7 @@ def look_ahead(
 ) -> int:
     """Locate the next pairs in the table, as many as one look-up takes; return their number.
 
-    These are listed pairs, from ``begin`` on, of components at least three joints apart.
+    They are those of the pairs listed from ``begin`` on that are at least three joints apart.
     """
     far, column, pair = model.magnets.tables.far, nodes.stencils.column, nodes.segments.pair
     if far.end == 0.0:
@@ -169,7 +169,7 @@ def add_pairs(
 
 @inlined
 def bend(i: int, j: int, slope: float, next_slope: float, torque: Array) -> None:
-    """Add the torques of an energy with the given slopes in the angles of joints i + 1 and j."""
+    """Add the torques of an energy, given its derivatives in the angles of joints i + 1 and j."""
     torque[i] += slope
     torque[i + 1] -= slope
     torque[j - 1] += next_slope
@@ -186,7 +186,7 @@ def is_rigid(i: int, j: int, reach: IntArray, code: IntArray) -> bool:
 def refresh_cache(first: int, model: Model, q: Array, nodes: Nodes, rigid: Rigid) -> None:
     """Mark the joints at their stops, and update the stored forces of rigidly joined pairs.
 
-    Changed charges are also distributed over the nodes.
+    If charges have changed, distribute them over the nodes too.
     """
     n, charge, stop, reach, code = model.n, model.charge, rigid.stop, rigid.reach, rigid.code
     changed = False
@@ -300,7 +300,7 @@ def chain_energy(first: int, model: Model, q: Array, pose: Pose, nodes: Nodes) -
 
 @kernel
 def magnet_energy(first: int, model: Model, work: Work) -> float:
-    """Return the energy of components from ``first`` on [J], including a field; needs the pose."""
+    """Return the energy [J] of components from ``first`` on, with any field, at the known pose."""
     if not model.magnetic:
         return 0.0
     total = pairs.energy(first, model.magnets, model.charge, work.pose, work.nodes)
@@ -328,7 +328,7 @@ def _outer(first: int, model: Model, work: Work) -> float:
 
 @kernel
 def magnet_loads(model: Model, headings: Array, work: Work, out: Array) -> None:
-    """Fill in ``out`` (shapes, n) with generalised forces [N·m] at headings (shapes, n) [rad]."""
+    """Fill ``out`` with magnets' generalised forces [N·m] at headings [rad], both (shapes, n)."""
     n = model.n
     q = work.stages.q
     q[n] = 0.0

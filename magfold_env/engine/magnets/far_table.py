@@ -53,7 +53,7 @@ def look_up(
 
 @inlined
 def see(pose: Pose, turn: float, i: int, j: int, column: Array, p: int) -> None:
-    """Store casing j's pose in i's frame in a column."""
+    """Store in column p the pose of casing j in the frame of casing i."""
     c, s = pose.cos[i], pose.sin[i]
     dx, dy = pose.x[j] - pose.x[i], pose.y[j] - pose.y[i]
     column[X, p], column[Y, p], column[TURN, p] = c * dx + s * dy, c * dy - s * dx, turn
@@ -61,7 +61,7 @@ def see(pose: Pose, turn: float, i: int, j: int, column: Array, p: int) -> None:
 
 @kernel
 def locate(table: FarTable, count: int, column: Array) -> None:
-    """Locate the first ``count`` columns in the table, vectorised if there are several."""
+    """Locate the poses of the first ``count`` columns in the table, vectorised if several."""
     if column.shape[0] != ROWS or column.shape[1] != LANES:
         return  # never reached: tells the compiler the rows' spacing
     spaces, turns = table.energy.shape[0] - 3, table.energy.shape[1] - 3
@@ -131,14 +131,14 @@ def interpolate(
 
 @inlined
 def _knots(angle: float, turns: float) -> float:
-    """Return an angle in knots, from 0 to ``turns``."""
+    """Convert an angle to units of knots, reduced to the range from 0 to ``turns``."""
     knots = angle * (turns / TWO_PI)
     return knots - turns * np.floor(knots / turns)
 
 
 @inlined
 def _basis(t: float, column: Array, row: int, p: int) -> None:
-    """Fill eight rows: the cubic splines between two knots, and their slopes in ``t``."""
+    """Fill eight rows with four cubic splines at ``t`` between two knots, and their slopes."""
     s = 1.0 - t
     t2, s2 = t * t, s * s
     column[row, p] = SIXTH * (s2 * s)
@@ -251,7 +251,7 @@ def _stiff_faces(
     magnets: Magnets, x: float, y: float, a: tuple[float, float], b: tuple[float, float],
     with_energy: bool, scratch: Nodes,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Correct faces of unit charge along ``a`` and ``b``; (x, y) points from b's centre to a's."""
+    """Return the correction for unit faces along ``a`` and ``b``; (x, y) points from b to a."""
     table, level = magnets.tables.far, magnets.level_radius.size - 1
     count, sum2, nearest2 = magnets.level_count[level], magnets.height2, magnets.nearest2
     offset, share = magnets.level_node, magnets.level_weight

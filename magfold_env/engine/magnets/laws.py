@@ -1,9 +1,10 @@
 """The interaction of two nodes of pole faces, and the step that blends two rules.
 
 Nodes represent upright lines of heights H₁ and H₂, centred on the plane. With half sum a and half
-difference b of the heights, and A = √(ρ² + a²), B = √(ρ² + b²) at the in-plane distance ρ, the
-integrals are: force 2 d / (ρ² (A + B)), energy 2/(a² − b²) (a asinh(a/ρ) − b asinh(b/ρ) − A + B),
-both times (µ0/4π) q_k q_l; for equal heights b = 0 and B = ρ. Point charges follow Coulomb's law.
+difference b of the heights, and A = √(ρ² + a²), B = √(ρ² + b²) at an in-plane offset d (|d| = ρ),
+the integrals are: force 2 d / (ρ² (A + B)), energy 2/(a² − b²) (a asinh(a/ρ) − b asinh(b/ρ) − A +
+B), both times (µ0/4π) q_k q_l; for equal heights b = 0 and B = ρ. Point charges follow Coulomb's
+law.
 
 All functions are plain arithmetic, so that loops over nodes vectorise.
 """
@@ -78,7 +79,7 @@ def node_law(
 
 @inlined
 def step_down(ratio: float, end: float) -> tuple[float, float]:
-    """Return a weight (1 for ratio ≤ 1, 0 from ``end`` on; twice differentiable) and its slope."""
+    """Return a twice differentiable weight, 1 to a ratio of 1 and 0 from ``end``, and its slope."""
     if ratio <= 1.0:
         return 1.0, 0.0
     if ratio >= end:
@@ -97,8 +98,8 @@ def between_rules(
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Blend energy, force and torque of two rules for a pair; forces stay the energy's gradient.
 
-    ``ratio`` is the deciding distance divided by ``radius`` [m]. That distance grows along (ex, ey)
-    [m], which points to the body on which the force acts.
+    ``ratio`` is the distance that decides between the rules, divided by ``radius`` [m]. The
+    distance grows along (ex, ey) [m], which points to the body on which the force acts.
     """
     u, fx, fy, t = near
     low, lx, ly, lt = far

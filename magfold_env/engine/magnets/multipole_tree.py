@@ -25,7 +25,7 @@ BATCH = 4096  # pairs listed at a time
 
 @kernel
 def begin(first: int, x: Array, y: Array, segments: Segments) -> None:
-    """Find the segments from component ``first`` on; the components' moments must be filled in."""
+    """Compute the segments' centres and moments from those of components from ``first`` on."""
     levels, n = segments.start.size, x.size
     segments.top[0] = 1
     segments.stack[0, 0] = levels - 1
@@ -129,9 +129,9 @@ def list_all(lo: int, n: int, segments: Segments) -> int:
 
 @kernel
 def blend(level: int, s: int, t: int, first: int, n: int, near: float, segments: Segments) -> float:
-    """Let two segments interact by a blend of both rules; return the blended energy [J].
+    """Blend two segments' interaction with that of their children; return the energy [J].
 
-    Their children are far enough apart to be expanded.
+    The children must be far enough apart to be expanded.
     """
     a, b, below = segments.start[level] + s, segments.start[level] + t, segments.start[level - 1]
     dx, dy = segments.x[a] - segments.x[b], segments.y[a] - segments.y[b]

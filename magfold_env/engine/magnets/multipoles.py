@@ -73,10 +73,11 @@ _REAL, _IMAGINARY = _matrices()
 
 
 def _shifts(way: int) -> tuple[IntArray, Array]:
-    """Return all contributions of a shift by d, up to octupoles: a term times d^j d̄^k / (j! k!).
+    """Return all contributions of a shift by d to the terms up to octupoles.
 
-    Moments (``way`` −1) gain from lower terms, derivatives (1) from higher. One array holds the
-    term, its source, and the powers of d and |d|²; the other, a factor and the signs of both parts.
+    Each is a term times d^j d̄^k / (j! k!): a lower term for moments (``way`` −1), a higher one for
+    derivatives (1). One array holds the changed term, the source term, and the powers of d and
+    |d|²; the other holds a factor and the signs of both parts.
     """
     rows: list[list[int]] = []
     factors: list[list[float]] = []
@@ -162,9 +163,9 @@ def expansion(
 ) -> tuple[float, float, float, float]:
     """Return the energy [J], and the force [N] and torque [N·m] of row b on row a.
 
-    The torque is about a's centre; (``dx``, ``dy``) [m] points there from b's. The scratch keeps
-    the derivatives that each row causes at the other, divided by powers of the distance, in the
-    frame of its direction.
+    The torque is about a's centre; (``dx``, ``dy``) [m] points from b's centre to a's. The scratch
+    keeps the derivatives that each row causes at the other, divided by powers of the distance, in a
+    frame along (``dx``, ``dy``).
     """
     inverse2 = 1.0 / (dx * dx + dy * dy)
     inverse = math.sqrt(inverse2)
@@ -200,7 +201,7 @@ def expansion(
 
 @kernel
 def expand_segments(segments: Segments, a: int, b: int, weight: float) -> float:
-    """Let rows a and b interact with a weight; return their energy without the weight [J].
+    """Add the weighted interaction of rows a and b; return their energy without the weight [J].
 
     Adds to the derivatives ``local`` at both rows, and to their forces ``push`` [N].
     """

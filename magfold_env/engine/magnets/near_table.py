@@ -23,7 +23,7 @@ PAIRS = FACES * FACES
 
 @inlined
 def basis(x: float, last: int, weight: Array, row: int) -> int:
-    """Fill in the splines' weights at ``x`` knots from the first; return the first spline's index.
+    """Fill in the splines' values ``x`` knots after the first; return the first spline's index.
 
     Row ``row`` of ``weight`` gets the DEGREE + 1 values, the next row their slopes in x. Beyond the
     first and last knots, the outermost polynomials continue.
@@ -105,7 +105,7 @@ def two_joints(
 
 @inlined
 def along(value: Array, slot: int, begin: int, spline: Array, row: int) -> float:
-    """Return the sum of six values times a row of weights."""
+    """Return the sum of six values from ``begin`` on, times the splines' values in a row."""
     low = spline[row, 0] * value[slot, begin] + spline[row, 1] * value[slot, begin + 1]
     middle = spline[row, 2] * value[slot, begin + 2] + spline[row, 3] * value[slot, begin + 3]
     high = spline[row, 4] * value[slot, begin + 4] + spline[row, 5] * value[slot, begin + 5]
@@ -116,8 +116,8 @@ def along(value: Array, slot: int, begin: int, spline: Array, row: int) -> float
 def knots_at(angle: float, end: float, finest: float, last: int) -> tuple[float, float]:
     """Return the number of knots below an angle, and the number of knots per radian there.
 
-    Of the ``last`` intervals from −end to end, `LOGARITHMIC` per factor e of the distance to an
-    end, down to ``finest``, make the knots denser there; the other intervals are even.
+    There are ``last`` intervals from −end to end. In addition to an even spacing, there are
+    `LOGARITHMIC` intervals per factor e of the distance to each end, down to ``finest`` [rad].
     """
     most = 2.0 * LOGARITHMIC * log1p(2.0 * end / finest)
     even = 0.5 * (last - most) / end

@@ -73,7 +73,7 @@ def in_field(
 def sum_strips(
     model: Model, pose: Pose, nodes: Nodes, i: int, with_energy: bool
 ) -> tuple[float, float, float, float]:
-    """Like `in_field`, for all strips of the fixed magnet with the nodes of level 0."""
+    """Return the fixed magnet's part of `in_field`, summed over its strips with level 0's nodes."""
     magnets, field = model.magnets, model.field
     strips = magnets.strips
     rank = magnets.rank_count.size - 1

@@ -142,7 +142,7 @@ def far_pair(
 def ranked_pair(
     magnets: Magnets, pose: Pose, nodes: Nodes, i: int, j: int, room: float, with_energy: bool
 ) -> tuple[float, float, float, float]:
-    """Like `far_pair`, summed over nodes at any distance.
+    """Like `far_pair`, but summed over nodes at any distance, without multipoles.
 
     ``room`` [m] is the centres' distance less the depths of both casings' outer faces.
     """
@@ -360,7 +360,7 @@ def sum_lanes(
     weights: Array, places: Array, count: int, along: tuple[float, float],
     lane_x: Array, lane_y: Array, lane_u: Array,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Sum the energies, forces and torques of nodes at ``places`` on a face, about its middle."""
+    """Sum the energies, forces and torques (about a face's middle) of its nodes at ``places``."""
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
     for k in range(count):
         w = weights[k]

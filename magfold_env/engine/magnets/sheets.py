@@ -95,7 +95,7 @@ def between(magnets: Magnets, faces: FacePair) -> tuple[float, float, float, flo
 
 @inlined
 def breaks(x: float, y: float, ax: float, ay: float, half: float) -> tuple[float, float, float]:
-    """Return where face a passes b's ends and b's line, in widths from a's centre; else a's end."""
+    """Return where face a passes b's ends and b's line, or a's end, in widths from a's centre."""
     length2 = ax * ax + ay * ay
     one = ((-half - x) * ax - y * ay) / length2
     two = ((half - x) * ax - y * ay) / length2

@@ -2,7 +2,7 @@
 
 Friction adapts a component that slides at a speed S to the motion around it within S/µg, which is
 milliseconds in a slow feed. Explicit steps are limited to a few of these times, however little
-happens. This second-order step spans 0.65 s² of them with s stages and solves no equations [1]_.
+happens. This second-order step spans 0.65 s² such times with s stages and solves no equations [1]_.
 
 References
 ----------
@@ -89,7 +89,7 @@ def friction_rate(lo: int, model: Model, state: State, work: Work) -> float:
 def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float) -> bool:
     """Take a step as `stages.stages` does, for friction that acts at a ``rate`` [1/s].
 
-    Fills in the slopes from which `stages.interpolate` computes the cubic.
+    Fills in the slopes from which `stages.interpolate` computes a cubic as the dense output.
     """
     end, slope_q, slope_v = coordinates(model), work.stages.slope_q, work.stages.slope_v
     count = 2
@@ -136,7 +136,7 @@ def smooth_stages(model: Model, state: State, work: Work, h: float, rate: float)
 
 @inlined
 def finish(h: float, y: Array, slope: Array, new: Array, error: Array, end: int) -> None:
-    """Estimate the error of a step, and fill in the cubic."""
+    """Estimate the error of a step, and fill in the slopes of its dense output, a cubic."""
     for k in range(end):
         mean, first, last = (new[k] - y[k]) / h, slope[0, k], slope[6, k]
         error[k] = STRICT * h * (0.4 * (first + last) - 0.8 * mean)
@@ -145,7 +145,7 @@ def finish(h: float, y: Array, slope: Array, new: Array, error: Array, end: int)
 
 @inlined
 def lay_cubic(slope: Array, mean: float, first: float, last: float) -> None:
-    """Fill in one coordinate's slopes between the first and the last."""
+    """Fill in the inner slopes that make one coordinate's dense output a cubic."""
     slope[1], slope[4], slope[5] = 0.0, 0.0, 0.0
     slope[2] = CUBIC[0, 0] * mean + CUBIC[0, 1] * first + CUBIC[0, 2] * last
     slope[3] = CUBIC[1, 0] * mean + CUBIC[1, 1] * first + CUBIC[1, 2] * last

@@ -51,7 +51,7 @@ def smooth_forces(lo: int, model: Model, q: Array, v: Array, work: Work) -> None
 
 @kernel
 def find_pull(first: int, lo: int, model: Model, work: Work) -> None:
-    """Find the force of magnets, fields and gravity along the tube on the held components [N].
+    """Store the force of magnets, fields and gravity on the held components along the tube [N].
 
     The loads must contain only the forces of the chain's own magnets; their total on the held
     components is the reaction to their total on the free ones.
@@ -210,7 +210,7 @@ def project(model: Model, state: State, v: Array, work: Work, slow: float) -> bo
     """Apply Moreau's impact: replace ``v`` with the nearest velocity that no row forbids.
 
     "Nearest" refers to the metric of the mass matrix. Corners that would separate more slowly than
-    ``slow`` [m/s] are kept together, which ends rocking. The function needs the pose.
+    ``slow`` [m/s] are kept together, which ends rocking. The pose must be known.
     """
     lo = state.counter[ix.N_HELD]
     rows = work.rows.counts[ix.CONTACTS]

@@ -133,7 +133,7 @@ def any_held(lo: int, state: State) -> bool:
 def find_accelerations(model: Model, state: State, work: Work) -> int:
     """Find the accelerations of the state, and stop the components that friction is about to stop.
 
-    Unless FRESH is 1, the accelerations at the end of the last step are used.
+    Unless the counter FRESH is 1, the last step's final accelerations are used.
     """
     acceleration = work.stages.slope_v[0]
     if state.counter[ix.FRESH] == 1 and not end_hops(model, state, work, acceleration):
@@ -336,7 +336,7 @@ def attempt_step(
 
 @kernel
 def keep_touching(model: Model, state: State, work: Work) -> float:
-    """Correct the step's drift from contacts; return the correction relative to the allowed error.
+    """Correct the step's errors at contacts; return the correction relative to the allowed error.
 
     The result is negative if an event happened within the step, or if a contact whose force points
     almost through a hinge, and so hardly affects the pose, requires far too large a correction.

@@ -161,7 +161,7 @@ def attempt_step(
 
 @inlined
 def until_caught_up(model: Model, state: State, new_v: Array) -> float:
-    """Return the share of a step after which a slipping drive reaches the requested speed, or 1."""
+    """Return the fraction of a step at which a slipping drive reaches the requested speed, or 1."""
     if not (is_partly_out(model, state) and feed.slips(state)):
         return 1.0
     missing = state.feed[ix.ASKED] - state.v[model.n]
@@ -206,7 +206,7 @@ def go_to_end(model: Model, state: State, work: Work, h: float, old: float) -> f
 
 @inlined
 def passes_by(model: Model, state: State, work: Work) -> bool:
-    """Whether the step found makes squares meet squares or solids whose gaps it ignored."""
+    """Whether the step makes squares meet other squares or solids whose gaps it ignored."""
     if not (model.contact and events.may_collide(model)):
         return False
     lo, new_q = state.counter[ix.N_HELD], work.moreau.new_q
@@ -240,7 +240,7 @@ def mark_slow(lo: int, model: Model, state: State, work: Work) -> bool:
 def velocity_after(
     model: Model, state: State, work: Work, h: float, old: float, near_stop: float
 ) -> bool:
-    """Find the middle of a step of length ``h`` and its new velocity, in ``work.moreau``.
+    """Store a step's middle position and new velocity in ``work.moreau``; ``h`` is its length.
 
     The first half mixes a share ``old`` of the old velocity into the new one. Joints within
     ``near_stop`` [rad] of a stop are kept from passing it at any rate. Returns False if the
@@ -276,7 +276,7 @@ def constrain(
     model: Model, state: State, q: Array, acceleration: Array, work: Work, h: float, left: float,
     near_stop: float,
 ) -> bool:  # fmt: skip
-    """Find the velocity after a step ``h``, the nearest one that closes no gap of ``q``.
+    """Find the velocity after a step ``h``, nearest to the free one, that closes no gap of ``q``.
 
     ``left`` is the time for which the gaps must last; ``near_stop`` is as in `velocity_after`. The
     pose and inertias of ``q`` must be known. Returns False if the velocity could not be found.
@@ -326,7 +326,7 @@ def constrain(
 
 @kernel
 def take_account(model: Model, state: State, work: Work, h: float) -> tuple[float, float]:
-    """Find the drive's impulse [N·s] and the energy lost in contacts [J] in the step found.
+    """Return the drive's impulse [N·s] and the energy lost in contacts [J] during the step.
 
     Both follow from the balances of momentum and energy over the step. Where velocities jump, sums
     of impulses times rates would have a first-order error, because they use masses at the middle.

@@ -1,4 +1,4 @@
-"""Frames at equal intervals, from the dense output, which needs no forces and changes nothing."""
+"""Record frames at equal intervals, interpolated by the dense output without affecting the run."""
 
 from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.jit import inlined, kernel

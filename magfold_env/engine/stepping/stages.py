@@ -121,8 +121,8 @@ def step_error(model: Model, state: State, work: Work) -> float:
 def kinetic_error(lo: int, model: Model, work: Work) -> float:
     """Return the estimated error of the velocities, relative to the allowed one, weighted by mass.
 
-    Otherwise, the smallest errors of a fast, light component would carry away heavy components
-    beyond it. The function needs the pose at the step's end.
+    Without this part, the smallest errors of a fast, light component would carry away heavy
+    components beyond it. The function needs the pose at the step's end.
     """
     slow = SLOW * model.typical_rate * model.bodies.length[0]
     error = energy_outside(lo, model, work, work.stages.v)
@@ -168,7 +168,7 @@ def drive_impulse(model: Model, state: State, work: Work, step: float, fraction:
 def close_milliseconds(
     model: Model, state: State, work: Work, step: float, fraction: float
 ) -> None:
-    """Update the peak with the mean forces of milliseconds that end in the step's ``fraction``."""
+    """Update the peak force with the milliseconds that end within a ``fraction`` of the step."""
     begin, impulse = float(state.clock[ix.TIME]), float(state.account[ix.IMPULSE])
     end = ledger.next_millisecond(state)
     while end <= begin + fraction * step:

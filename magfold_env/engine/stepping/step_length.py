@@ -1,6 +1,6 @@
 """The length of a step, limited by the state and by the last step's error.
 
-The scheme is chosen too: Chebyshev's method if friction is stiff.
+This module also chooses the scheme, which is Chebyshev's method if friction is stiff.
 """
 
 import math
