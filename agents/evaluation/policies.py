@@ -27,7 +27,7 @@ NO_MOTION, BLIND = "no-motion:", "blind:"
 
 
 class OpenLoop(NamedTuple):
-    """The components and feed speeds that an open loop chooses."""
+    """The components and feed speeds of an open-loop policy, all chosen in advance."""
 
     sequence: tuple[str, ...]
     """The components, component 1 first."""

@@ -1,4 +1,4 @@
-"""The lowest possible cost of a swinging chain: a single loop for a pinned pendulum.
+"""A lower bound on the time to simulate a swinging chain: one bare loop for a pinned pendulum.
 
 The loop takes the engine's own steps, with Dormand and Prince's pair, the same error estimate and
 the same rule for the next step, so it needs as many evaluations as the engine. It omits everything

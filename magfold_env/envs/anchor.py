@@ -100,7 +100,7 @@ class AnchorEpisodes(TrayEpisodes):
         }
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return the title of an episode's picture, and its text above and below the energies."""
+        """Return the title of an episode's picture, and the text above and below its energies."""
         title, _, done = super().caption(row)
         task: Any = self.setup.tasks[int(self.numbers[row])]
         wanted: Lines = [("pull", f"{task.pull:.2f} N at {np.degrees(task.towards):.0f}°")]

@@ -139,7 +139,7 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         }
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return the title of an episode's picture, and its text above and below the energies."""
+        """Return the title of an episode's picture, and the text above and below its energies."""
         title, wanted, _ = super().caption(row)
         done: Lines = [
             ("time", f"{self.times(self.rows)[row]:.2f} s"),
@@ -233,7 +233,7 @@ class FeedEpisodes(CameraEpisodes):
         }
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return the title of an episode's picture, and its text above and below the energies."""
+        """Return the title of an episode's picture, and the text above and below its energies."""
         _, wanted, done = super().caption(row)
         return f"{int(self.arrays.released[row].sum())} of {self.n} out", wanted, done
 

@@ -184,7 +184,7 @@ class Episodes(Generic[ObsType]):
         return self.chains.scene(row)
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return the title of an episode's picture, and its text above and below the energies."""
+        """Return the title of an episode's picture, and the text above and below its energies."""
         return f"fed {self.arrays.fed[row]} of {self.n}", [("target", self.goals.names[row])], []
 
     # --- fixed -----------------------------------------------------------------------------

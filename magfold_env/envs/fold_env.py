@@ -57,7 +57,7 @@ class FoldEpisodes(Episodes[Any]):
         return super().infos(rows) | {"step": self.arrays.fed[rows]}
 
     def caption(self, row: int) -> tuple[str, Lines, Lines]:
-        """Return the title of an episode's picture, and its text above and below the energies."""
+        """Return the title of an episode's picture, and the text above and below its energies."""
         arrays, fed = self.arrays, int(self.arrays.fed[row])
         done: Lines = []
         if fed:

@@ -105,7 +105,7 @@ def _rarer(made: Released) -> float:
 
 
 def _only_stable(*exceptions: str) -> Callable[[Released], float]:
-    """Return a function for the degree to which full folds are stable states or exceptions."""
+    """Return a function that computes how nearly all full folds are stable or in ``exceptions``."""
 
     def degree(made: Released) -> float:
         allowed = made.stable | {made.names.get(name, "") for name in exceptions}

@@ -1,10 +1,10 @@
 """The one place that decides how kernels are compiled and where the results are cached.
 
 No fast-math flags are set: they would make a kernel's last bits depend on where it was inlined, and
-thus on what else the process has compiled. Loops that must vectorise add into arrays, lane by lane,
-which strict arithmetic allows. With ``error_model="numpy"`` a division needs no branch. Serial
-kernels do not allocate, and are compiled without numba's memory runtime; an allocation is then an
-error, and arrays are passed without reference counting.
+thus on what else the process has compiled. Loops that must be vectorised sum into arrays with one
+element per lane, which strict arithmetic permits. With ``error_model="numpy"``, a division needs no
+branch. Serial kernels do not allocate, and are compiled without numba's memory runtime, so an
+allocation is an error, and arrays are passed without reference counting.
 """
 
 import warnings

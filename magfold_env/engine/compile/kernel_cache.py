@@ -113,7 +113,7 @@ def cache_root() -> Path | None:
 
 @cache
 def cache_directory(package: str = f"{PACKAGE}.engine.compile") -> Path | None:
-    """Return the directory for kernels compiled from a package's present sources by this numba.
+    """Return the directory for kernels compiled from a package's current sources with this numba.
 
     Returns None if it is not writable.
     """

@@ -333,8 +333,8 @@ def drop_loose(lo: int, model: Model, state: State, work: Work, acceleration: Ar
 def is_creeping(model: Model, state: State, work: Work, acceleration: Array) -> bool:
     """Whether a component hardly moves, and its driving force is comparable to its friction.
 
-    Its friction changes direction with its velocity within far less than a step, so the step must
-    solve for friction. The centres' velocities must be in ``work``.
+    The friction on such a component can reverse along with its velocity in much less than a step,
+    so the step must solve for friction. The centres' velocities must be in ``work``.
     """
     found, centres, loads = False, work.centres, work.loads
     for i in range(state.counter[ix.N_HELD], model.n):

@@ -119,7 +119,7 @@ def sum_strips(
 def refine_strips(
     model: Model, pose: Pose, nodes: Nodes, i: int, with_energy: bool
 ) -> tuple[float, float, float, float]:
-    """Correct the result of `sum_strips` for strips near component i's pole faces."""
+    """Return the correction of `sum_strips` for strips near component i's pole faces."""
     magnets, field, charge = model.magnets, model.field, model.charge
     energy, fx, fy, torque = 0.0, 0.0, 0.0, 0.0
     if magnets.level_radius.size == 1:

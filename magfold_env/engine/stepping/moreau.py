@@ -328,8 +328,9 @@ def constrain(
 def take_account(model: Model, state: State, work: Work, h: float) -> tuple[float, float]:
     """Return the drive's impulse [N·s] and the energy lost in contacts [J] during the step.
 
-    Both follow from the balances of momentum and energy over the step. Where velocities jump, sums
-    of impulses times rates would have a first-order error, because they use masses at the middle.
+    Both follow from the momentum and energy balances over the step. Where velocities jump, sums of
+    impulses times rates would have a first-order error, because the impulses are computed with the
+    mass matrix at the middle of the step.
     """
     lo, n, rows, moreau = state.counter[ix.N_HELD], model.n, work.rows, work.moreau
     lost = kinetic_of(lo, model, work, state.q, state.v)

@@ -1,12 +1,12 @@
-"""Compiled energy minimisation, component by component: it decides a joint in about a microsecond.
+"""Compiled energy minimisation, one component at a time; each joint takes about a microsecond.
 
 The rule is that of `magfold_env.minimise` in the modes `forward` and `backward`: of the letters S,
-L and R that cause no overlap, a joint takes the one with the least energy. The energy is that with
-the components beyond the joint in a straight line. If the chain is preloaded, these components have
-magnets. If components get their magnets as they leave the tube, these have none.
+L and R that cause no overlap, a joint takes the one with the least energy, computed with all
+components beyond the joint in a straight line. In a preloaded chain, those components already have
+their magnets. If magnets are inserted as components leave the tube, they do not.
 
-Rows are components in the order in which they leave the tube. `magfold_env.minimiser.lattice`
-defines cells and quarter turns; the first row is at the origin.
+Rows of arrays are components, in the order in which they leave the tube.
+`magfold_env.minimiser.lattice` defines cells and quarter turns; the first row is at the origin.
 """
 
 from functools import lru_cache
