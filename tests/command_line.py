@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 from typer.testing import CliRunner, Result
@@ -26,6 +27,20 @@ def python(
     return subprocess.run(
         command, env=surroundings, cwd=cwd, check=check, capture_output=True, text=True
     )
+
+
+def interrupt_import(module: str, folder: Path) -> None:
+    """Make Python, with ``folder`` on its path, receive Ctrl-C when it imports ``module``."""
+    (folder / "sitecustomize.py").write_text(f"""
+import sys
+
+class Interrupts:
+    def find_spec(self, name, *_):
+        if name == "{module}":
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Interrupts())
+""")
 
 
 def rows(text: str) -> list[list[str]]:

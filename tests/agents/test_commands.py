@@ -10,7 +10,7 @@ import typer
 
 from agents.commands import needing, run_command, text_table
 from magfold_env.cli import options
-from tests.command_line import python
+from tests.command_line import interrupt_import, python
 
 REMEDY = "install the extra, pip install -e '.[agents]'"
 
@@ -29,21 +29,8 @@ def test_commands_without_their_extra_tell_it_in_one_line(missing: str, tmp_path
     assert done.stderr == f"error: agents need Stable-Baselines3: {REMEDY}\n"
 
 
-# Import of what every command needs, in which Ctrl-C arrives.
-SLOW_IMPORT = """
-import sys
-
-class Interrupts:
-    def find_spec(self, name, *_):
-        if name == "agents.commands":
-            raise KeyboardInterrupt
-
-sys.meta_path.insert(0, Interrupts())
-"""
-
-
 def test_ctrl_c_in_imports_ends_commands_quietly(tmp_path: Path) -> None:
-    (tmp_path / "sitecustomize.py").write_text(SLOW_IMPORT)
+    interrupt_import("agents.commands", tmp_path)
     path = os.pathsep.join([str(tmp_path), *sys.path])
     done = python("-m", "agents.train", "ppo-tube-feed", check=False, PYTHONPATH=path)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import magfold_env as mf
+from tests.command_line import interrupt_import
 
 ROOT = Path(__file__).parents[2]
 COMMAND = """
@@ -25,21 +26,8 @@ LONG = mf.Scene(sequence=("SNNS", "SNNN", "NNSN"), mount="tube", friction=0.2).r
 """A feed of 0.001 mm/s, which takes minutes."""
 
 
-# Import of what the command needs, in which Ctrl-C arrives.
-SLOW_IMPORT = """
-import sys
-
-class Interrupts:
-    def find_spec(self, name, *_):
-        if name == "magfold_env.cli.options":
-            raise KeyboardInterrupt
-
-sys.meta_path.insert(0, Interrupts())
-"""
-
-
 def test_ctrl_c_in_imports_ends_the_command_quietly(tmp_path: Path) -> None:
-    (tmp_path / "sitecustomize.py").write_text(SLOW_IMPORT)
+    interrupt_import("magfold_env.cli.options", tmp_path)
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     module, _, name = settings["project"]["scripts"]["magfold"].partition(":")
     done = subprocess.run(

@@ -172,7 +172,7 @@ class Sums:
 
     @property
     def evaluations(self) -> int:
-        """Number of states that `work` evaluates, so many that the cost of a call is negligible."""
+        """Number of states that `work` evaluates, enough to make the cost of a call negligible."""
         return self._times * self._size
 
     def work(self) -> None:
