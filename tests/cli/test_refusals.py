@@ -48,7 +48,9 @@ REFUSED = [
     *(
         (f"{command} {'a/' * 1500}", f"{option}: 'a/a/")
         for command, option in (
-            (f"ensemble {BASE} --out", "--out"), ("paper --out", "--out"), ("lab", "lab")
+            (f"ensemble {BASE} --out", "--out"),
+            ("paper --out", "--out"),
+            ("lab", "lab"),
         )
     ),
     (f"fold {BASE} --png ''", "error: --png: '' is not allowed; must not be empty"),

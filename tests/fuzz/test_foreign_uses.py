@@ -25,7 +25,8 @@ UNSHOWN = type("Unshown", (), {"__repr__": lambda self: 1 / 0})()
 HUGE, LONG, ARRAY = 10**5000, "x" * 5000, np.ones(3)
 OBJECTS, RECORDS = np.array([1, None], dtype=object), np.zeros(2, dtype=[("a", "f8")])
 FEED, FLOOR = "MagFold/TubeFeed-v0", "MagFold/UnknownFloor-v0"
-ENV, OTHER = (gymnasium.make(FEED, components=n, baseline=None).unwrapped for n in (6, 4))
+ENV = gymnasium.make(FEED, components=6, baseline=None).unwrapped
+OTHER: Any = gymnasium.make(FEED, components=4, baseline=None).unwrapped
 MANY: Any = gymnasium.make_vec(FEED, num_envs=2, baseline=None)
 QUASI: Any = gymnasium.make(FEED, fidelity="quasistatic").unwrapped
 for env in (ENV, MANY, OTHER, QUASI):
