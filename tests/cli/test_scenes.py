@@ -45,7 +45,7 @@ def test_keys_are_those_of_scenes_with_all_that_there_is(keys: dict[str, Key]) -
      "How far the outer"),
     ("friction", "number ≥ 0, or list of numbers ≥ 0", "", "0.35", "Coulomb coefficient"),
     ("spreads.tilt", "number ≥ 0 and ≤ 45", "degrees", "0", "How far the floor tilts"),
-    ("field.magnet.position", "2 numbers", "m", "must be given", "Centre; the origin"),
+    ("field.magnet.position", "2 numbers ≥ -1000 and ≤ 1000", "m", "must be given", "Centre; the origin"),
     ("feed.schedule.time", "list of pairs (number > 0, number ≥ -20 and ≤ 20), or null",
      "s, m/s", "null", "Legs as pairs of a duration [s] and a speed [m/s]"),
     ("contact", "true or false", "", "true", "Whether squares collide"),
