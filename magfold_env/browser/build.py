@@ -38,7 +38,7 @@ from magfold_env.files import sources_digest, write_text
 from magfold_env.fold import FoldStatus
 from magfold_env.replay.data import WORDS
 from magfold_env.scene import Scene
-from magfold_env.scene.base import REMANENCE, SPEED
+from magfold_env.scene.base import PLACE, REMANENCE, SPEED
 from magfold_env.scene.magnets import ROUNDING
 from magfold_env.scene.sections import MOST_STEPS
 from magfold_env.simulation.endings import BREAKDOWNS
@@ -265,7 +265,12 @@ def constants() -> dict[str, Any]:
         "bore": scene.bore,
         "diagonal": scene.casing.diagonal,
         "rounding": ROUNDING,
-        "most": {"remanence": REMANENCE._asdict(), "speed": SPEED._asdict(), "steps": MOST_STEPS},
+        "most": {
+            "place": PLACE._asdict(),
+            "remanence": REMANENCE._asdict(),
+            "speed": SPEED._asdict(),
+            "steps": MOST_STEPS,
+        },
         "shortest": memory.LENGTHS[0],
         "longest": memory.LENGTHS[-1],
     }

@@ -4,25 +4,29 @@
 export const POLES = { N: 1, S: -1, "-": 0 };
 const RIGHT_ANGLE = Math.PI / 2;
 
-/** The error for an invalid scene; each of its `problems` is {key, value, allowed}. */
+/** The error for an invalid scene; it tells the first of its `problems`, {key, value, allowed}. */
 export class SceneError extends Error {
   constructor(problems) {
-    super(problems.map(({ key, value, allowed }) =>
-      `${key}: ${shown(value)} is not allowed; ${allowed}`).join("\n"));
+    const [{ key, value, allowed }] = problems;
+    super(`${cut(key)}: ${shown(value)} is not allowed; ${allowed}`);
     this.name = "SceneError";
     this.problems = problems;
   }
 }
 
 function shown(value) {
-  const text = value === undefined ? "nothing" : JSON.stringify(value) ?? String(value);
-  return text.length > 80 ? `${text.slice(0, 79)}…` : text;
+  if (value === undefined) return "nothing";
+  return cut(typeof value === "number" ? String(value) : JSON.stringify(value) ?? String(value));
 }
+
+const cut = (text) => (text.length > 80 ? `${text.slice(0, 79)}…` : text).replace(/\s/g, " ");
 
 const isNumber = (value) => typeof value === "number" && Number.isFinite(value);
 const positive = [(value) => isNumber(value) && value > 0, "must be a number above 0"];
 const notNegative = [(value) => isNumber(value) && value >= 0, "must be a number of at least 0"];
 const number = [isNumber, "must be a number"];
+const within = ({ most, unit }) => [(value) => isNumber(value) && Math.abs(value) <= most,
+  `must be a number from -${most} to ${most} ${unit}`];
 const angle = [(value) => isNumber(value) && Math.abs(value) <= RIGHT_ANGLE,
   "must be numbers from -π/2 to π/2"];
 const spread = [(value) => isNumber(value) && value >= 0 && value <= 0.5,
@@ -130,9 +134,9 @@ export function readScene(scene, layout) {
       oneOf(["preloaded", "at_mouth"])),
     forceLimit: limit,
     bore: read.one("feed.bore", feed.bore ?? undefined, layout.bore,
-      [(value) => isNumber(value) && value >= layout.diagonal,
-        `must be at least the casing's diagonal, ${layout.diagonal}`]),
-    wall: read.one("feed.wall", feed.wall, standard.feed.wall, positive),
+      [(value) => isNumber(value) && value >= layout.diagonal && value <= layout.most.place.most,
+        `must be from the casing's diagonal, ${layout.diagonal}, to ${layout.most.place.most} m`]),
+    wall: read.one("feed.wall", feed.wall, standard.feed.wall, upTo(layout.most.place)),
     friction: read.each("friction", entries.friction ?? standard.friction, n, notNegative),
     normal: read.one("gravity.normal", gravity.normal, standard.gravity.normal, notNegative),
     duration: read.one("duration", entries.duration, standard.duration, positive),
@@ -228,9 +232,9 @@ function readObstacles(read, value, layout) {
     const key = `obstacles[${k}]`;
     const { position, size, heading } = read.group(key, entry, ["position", "size", "heading"]);
     return [
-      ...read.each(`${key}.position`, position, 2, number, false),
-      ...read.each(`${key}.size`, size, 2, positive, false),
-      read.one(`${key}.heading`, heading, 0, number),
+      ...read.each(`${key}.position`, position, 2, within(layout.most.place), false),
+      ...read.each(`${key}.size`, size, 2, upTo(layout.most.place), false),
+      read.one(`${key}.heading`, heading, 0, within({ most: 1e6, unit: "rad" })),
     ];
   });
 }

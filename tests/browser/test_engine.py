@@ -123,6 +123,8 @@ REFUSED: list[dict[str, Any]] = [
     *({"magnets": {"remanence": each}} for each in (1300, 12.5, 12500, 1e9)),
     {"magnets": {"remanence": [1.2, 1.2, 1200, 1.2]}},
     {"feed": {"speed": 1e9}},
+    {"feed": {"wall": 5000.0}},
+    {"obstacles": [{"position": [0.5, 0.5], "size": [5000.0, 0.01]}]},
     {"feed": {"speed": [0.1, 50, 0.1]}},
 ]
 
