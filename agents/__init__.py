@@ -1,5 +1,6 @@
 """Training and evaluation of policies with Stable-Baselines3."""
 
+import os
 import sys
 from importlib.util import find_spec
 from typing import Any
@@ -17,6 +18,9 @@ def _report(kind: type[BaseException], *error: Any) -> None:
 
 if _IS_COMMAND:
     sys.excepthook = _report
+
+# For torch's OpenMP, before torch is loaded: its threads must not keep cores busy while they wait.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 # `magfold_env.files.pip_install` cannot write this text: its own dependencies may be missing.
 if not all(map(find_spec, ("sb3_contrib", "stable_baselines3", "tensorboard", "torch"))):

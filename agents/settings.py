@@ -180,6 +180,8 @@ class PPOSettings(_Learner):
     probable action is as good as a sampled one."""
     vf_coef: NonNegative = 0.5
     """Weight of the value loss."""
+    shared_layers: bool = False
+    """Whether actor and critic have the same hidden layers, which halves the time of an update."""
 
 
 class MaskablePPOSettings(PPOSettings):
@@ -379,6 +381,10 @@ class TrainSettings(Group, frozen=True):
         if features == "symmetric" and not (masked and env.actions in (None, "multidiscrete")):
             allowed = "'chain' or 'mouth', unless PPO or MaskablePPO has actions 'multidiscrete'"
             yield "learner.features", features, allowed
+        shared = isinstance(learner, PPOSettings) and learner.shared_layers
+        if shared and not (masked and features != "symmetric" and env.id != GOAL_ENV):
+            allowed = f"false with {GOAL_ENV}, recurrent-ppo and features 'symmetric'"
+            yield "learner.shared_layers", True, allowed
         if learner.frames > 1 and (features != "chain" or env.id == GOAL_ENV):
             allowed = f"1 with {GOAL_ENV} and with features other than 'chain'"
             yield "learner.frames", learner.frames, allowed

@@ -30,6 +30,7 @@ from stable_baselines3.common import (
 from agents import settings as train_settings
 from agents.training import features, symmetry
 from agents.training.envs import envs_state, set_envs_state
+from agents.training.shared_layers import MaskableSharedPolicy, SharedPolicy
 from magfold_env.checkpoint import CheckpointError, difference
 from magfold_env.files import replacing
 from magfold_env.scene import Scene
@@ -50,6 +51,9 @@ FEATURES = {
     symmetry.FromOneSide: "symmetric",
 }
 """Names of networks' features in settings, by the class that computes them."""
+
+SHARED = {"ppo": SharedPolicy, "maskable-ppo": MaskableSharedPolicy}
+"""The class of policies whose actor and critic share their hidden layers, by algorithm."""
 
 MODEL, REPLAY, REST = "model.zip", "replay_buffer.pkl", "state.pkl"
 _RECORDS = ("name_to_value", "name_to_count", "name_to_excluded")
@@ -93,7 +97,7 @@ def make_model(
         If the features are symmetric but the scene is not.
     """
     own = {"algorithm", "learning_rate", "anneal", "hidden", "hindsight", "features"}
-    own |= {"anneal_entropy", "lstm", *train_settings.ObservationForm.model_fields}
+    own |= {"anneal_entropy", "lstm", "shared_layers", *train_settings.ObservationForm.model_fields}
     options: dict[str, Any] = settings.model_dump(exclude=own)
     if isinstance(settings, train_settings.SACSettings) and settings.hindsight is not None:
         options["replay_buffer_class"] = HerReplayBuffer
@@ -110,6 +114,8 @@ def make_model(
             )
     lstm = settings.lstm if isinstance(settings, train_settings.RecurrentPPOSettings) else None
     kind, policy = network(settings.algorithm, settings.features, dictionary, backward, lstm)
+    if isinstance(settings, train_settings.PPOSettings) and settings.shared_layers:
+        kind = SHARED[settings.algorithm]
     return CLASSES[settings.algorithm](
         kind,
         env,

@@ -11,7 +11,7 @@ from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
 from stable_baselines3.common import base_class, policies
 
 from agents.settings import checked
-from agents.training.models import CLASSES, FEATURES, network
+from agents.training.models import CLASSES, FEATURES, SHARED, network
 from magfold_env.checkpoint import difference
 from magfold_env.scoring import policy_file
 from magfold_env.scoring.observation_view import form_space
@@ -160,7 +160,8 @@ def _settings_of(model: base_class.BaseAlgorithm, shown: ObservationForm) -> Pol
     same = form_space(shown, settings.observations.space()) == model.observation_space
     same = same and settings.actions.space() == model.action_space
     lost = [name for name, value in model.policy_kwargs.items() if value and name not in _WRITTEN]
-    if lost or model.use_sde or not same or type(policy) is not _kind(settings)[0]:
+    kinds = _kind(settings)[0], SHARED.get(settings.algorithm)
+    if lost or model.use_sde or not same or type(policy) not in kinds:
         raise ValueError(
             f"policy: {type(policy).__name__} with its options {lost} or its spaces cannot be "
             "written; must be one that agents.train makes"

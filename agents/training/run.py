@@ -31,8 +31,11 @@ from agents.training.imitation import imitate
 from magfold_env.checkpoint import alone_in
 from magfold_env.envs.episodes import Episodes
 from magfold_env.envs.tasks.draws import episode_seeds
+from magfold_env.parallel import threads_of
 from magfold_env.scoring.player import Player, play
 
+LARGE = 1024
+"""Size of minibatches from which on torch uses all cores."""
 EPISODES_PER_RECORD = 60
 """Number of episodes after which off-policy learners write their records."""
 
@@ -67,8 +70,8 @@ def train(
     DivergedError
         If the networks contain numbers that are not finite after an update.
     """
-    # The networks are small; more threads would only compete with the simulations.
-    torch.set_num_threads(1)
+    # Simulations and updates take turns. More threads pay off for large minibatches only.
+    torch.set_num_threads(threads_of(None) if settings.learner.batch_size >= LARGE else 1)
     folder = run_folder.RunFolder(path, settings)
     if settings.start is not None and not folder.state.is_file():
         # Check the initial policy before anything is written to the folder.
@@ -142,6 +145,7 @@ class BoundaryCallback(callbacks.BaseCallback):
         self._validate, self._save = validate, save
         self._limit = np.inf if settings.minutes is None else 60.0 * settings.minutes
         self._began = time.monotonic() - state.seconds
+        self._turned: float | None = None  # when the last rollout or update ended
 
     @property
     def out_of_time(self) -> bool:
@@ -161,11 +165,23 @@ class BoundaryCallback(callbacks.BaseCallback):
             self._save()
 
     def _on_rollout_start(self) -> None:
+        self._record_time("update")
         self.visit()
         learner, model = self._settings.learner, cast("Any", self.model)
         if isinstance(learner, PPOSettings) and learner.anneal_entropy:
             falling = replace(model.learning_rate, rate=learner.ent_coef, anneal=True)
             model.ent_coef = falling(1.0 - model.num_timesteps / falling.end)
+        self._turned = time.monotonic()
+
+    def _on_rollout_end(self) -> None:
+        self._record_time("rollout")
+
+    def _record_time(self, name: str) -> None:
+        """Record the time since the last rollout or update [s]."""
+        now = time.monotonic()
+        if self._turned is not None:
+            self.logger.record(f"time/{name}", now - self._turned)
+        self._turned = now
 
     def _on_step(self) -> bool:
         self._state.seconds = time.monotonic() - self._began

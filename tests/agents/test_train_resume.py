@@ -27,6 +27,7 @@ PRETRAINED: dict[str, Any] = {
 SLOW = pytest.mark.slow
 RUNS = [
     pytest.param(tiny("ppo", envs=2), id="ppo"),
+    pytest.param(tiny("ppo", own={"shared_layers": True}, envs=2), id="ppo, shared layers"),
     pytest.param(tiny("ppo", own={"frames": 3, "blind": True}, envs=2), id="ppo, frames, blind"),
     pytest.param(tiny("sac", own={"frames": 3}, timesteps=200), id="sac, frames", marks=SLOW),
     pytest.param(tiny("recurrent-ppo", envs=2), id="recurrent-ppo"),
