@@ -210,9 +210,12 @@ def stiffen(
     dx, dy = ci * ex + si * ey, ci * ey - si * ex
     c, s = ci * cj + si * sj, ci * sj - si * cj
     most, last = soft + width, magnets.level_radius.size - 1
+    farthest = (1.0 + 1e-9) * (most + magnets.depth)
     for g in range(2 * FACES):
         bx = dx + c * face_x[g] - s * face_y[g]
         by = dy + s * face_x[g] + c * face_y[g]
+        if bx * bx + by * by >= farthest * farthest:
+            continue  # no face of i is near
         btx, bty = c * face_tx[g] - s * face_ty[g], s * face_tx[g] + c * face_ty[g]
         for f in range(2 * FACES):
             x, y = face_x[f] - bx, face_y[f] - by
