@@ -68,8 +68,22 @@ def spread(first: int, model: Model, pose: Pose, nodes: Nodes) -> None:
     end = model.magnets.tables.far.end
     if end == 0.0 or model.field.present:
         pairs.spread_nodes(first, model.magnets, pose, nodes)
-    elif (model.n - 1) * model.bodies.length[0] > end / laws.SPREAD:
+    elif (model.n - 1) * model.bodies.length[0] > end / laws.SPREAD and (
+        # Segments need all moments; pairs need them only beyond the table.
+        nodes.segments.start.size > 1 or widest(first, pose) > end / laws.SPREAD
+    ):
         pairs.turn_casings(first, model.magnets, pose, nodes)
+
+
+@inlined
+def widest(first: int, pose: Pose) -> float:
+    """Return the diagonal of the centres' bounding box from casing ``first`` on [m]."""
+    left, right, low, high = math.inf, -math.inf, math.inf, -math.inf
+    for i in range(first, pose.x.size):
+        left, right = min(left, pose.x[i]), max(right, pose.x[i])
+        low, high = min(low, pose.y[i]), max(high, pose.y[i])
+    width, height = right - left, high - low
+    return math.sqrt(width * width + height * height)
 
 
 @inlined
