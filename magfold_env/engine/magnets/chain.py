@@ -205,19 +205,26 @@ def refresh_cache(first: int, model: Model, q: Array, nodes: Nodes, rigid: Rigid
     n, charge, stop, reach, code = model.n, model.charge, rigid.stop, rigid.reach, rigid.code
     changed = False
     for i in range(n):
-        for a in range(charge.shape[1]):
-            changed = changed or charge[i, a] != rigid.charge[i, a]
+        for a in range(4):
+            changed |= charge[i, a] != rigid.charge[i, a]
     if changed:
         pairs.spread_charges(model.magnets, charge, nodes)
         for i in range(n):
             copy(charge[i], rigid.charge[i], 0)
         code[:] = 0
         invalidate_cache(nodes)
+    # There is no joint 0, so its entry holds the first component.
+    changed |= stop[0] != first + 1
+    stop[0] = first + 1
     for k in range(first + 1, n):
         angle = q[k] - q[k - 1]
-        stop[k] = 0
+        now = 0
         if abs(abs(angle) - HALF_PI) <= AT_STOP:
-            stop[k] = LEFT if angle > 0.0 else RIGHT
+            now = LEFT if angle > 0.0 else RIGHT
+        changed |= now != stop[k]
+        stop[k] = now
+    if not changed:
+        return
     reach[n - 1] = n - 1
     for i in range(n - 2, first - 1, -1):
         reach[i] = reach[i + 1] if stop[i + 1] > 0 else i
