@@ -191,7 +191,7 @@ def cross_energies(table: PairTable, near: Arm, far: Arm) -> Array:
 @allocating_kernel
 def count_entries(arm: Arm, most: int) -> int:
     """Count the words of an arm without overlap, including shorter words; stop at ``most``."""
-    last = arm.joints[-1]
+    last = arm.joints[arm.joints.size - 1]
     path, tried = np.zeros(last + 1, np.int64), np.zeros(last + 1, np.int64)
     depth, count = 0, 1
     while depth >= 0 and count < most:
@@ -221,7 +221,7 @@ def arm_words(table: PairTable, arm: Arm, begin: int, entries: int) -> ArmWords:
         np.zeros(entries, np.int32), np.zeros(entries, np.int32), np.zeros(entries, np.int32)
     )  # fmt: skip
     least = np.full(entries, np.inf)
-    last = arm.joints[-1]
+    last = arm.joints[arm.joints.size - 1]
     entry, tried = np.zeros(last + 1, np.int64), np.zeros(last + 1, np.int64)
     energy = np.zeros(last + 1)
     depth, count = 0, 1
@@ -286,7 +286,7 @@ def bound_prefixes(
     The bound omits the energy within the far arm. The function fills the entries from ``begin`` to
     ``end``, excluding ``end``; shorter words have an infinite bound.
     """
-    last = near.joints[-1]
+    last = near.joints[near.joints.size - 1]
     field = np.zeros((last + 1, far.x.size))
     lowest = np.empty(far.x.size + 1)
     # Fill the rows to which the rows of later entries are added.
@@ -331,8 +331,9 @@ def search_prefixes(
     A state must be more than ``tolerance`` [J] below the worst state of ``found``. The function
     returns the number of words of the far arm that it visited, including shorter words.
     """
-    last, visited = far.joints[-1], 0
-    field, lowest = np.empty((near.joints[-1] + 1, far.x.size)), np.empty(far.x.size + 1)
+    last, visited = far.joints[far.joints.size - 1], 0
+    depth = near.joints[near.joints.size - 1] + 1
+    field, lowest = np.empty((depth, far.x.size)), np.empty(far.x.size + 1)
     energy = np.zeros(last + 1)
     worst = found.energy.size - 1
     for prefix in entries:

@@ -9,6 +9,9 @@ the results never run. A kernel that another one calls is therefore only *lowere
 inferred and its code is generated, but not linked or optimised. A kernel that Python calls links
 all lowered code below it and optimises it together.
 
+*Indices.* They never count from the end in lowered code: numba would test the sign of each, which
+takes a quarter of all instructions.
+
 *Files of kernels.* They are loaded without registering everything that numba can compile. A file
 begins with a hash of its contents; if anything is wrong with it, the kernel is compiled again.
 
@@ -35,6 +38,7 @@ from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.typed_passes import InlineOverloads, NativeLowering, NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes, WithLifting
 from numba.extending import intrinsic
+from numba.np import arrayobj
 
 from magfold_env.engine.compile import pointer_types
 from magfold_env.engine.compile.kernel_cache import cache_directory, fingerprint, write
@@ -88,10 +92,12 @@ class _LoweringOnly(NativeLowering):
         state.library, state.flags.no_compile = lowered, True
         # Numba would parse a module to learn a number's size, for every variable.
         context.get_abi_sizeof = partial(_size, context)
+        counted, arrayobj.fix_integer_index = arrayobj.fix_integer_index, _from_begin
         try:
             super().run_pass(state)
         finally:
             del context.get_abi_sizeof
+            arrayobj.fix_integer_index = counted
         lowered.finalize()
         written = state["cr"]
         # Numba looks up code by the function that Python would call, but this one has no address.
@@ -102,6 +108,11 @@ class _LoweringOnly(NativeLowering):
         context.insert_user_function(name, code, lowered.needed)
         state["cr"] = written._replace(cfunc=name)
         return True
+
+
+def _from_begin(context: Any, builder: Any, kind: Any, index: Any, _size: Any) -> Any:
+    """Return an index that does not count from the end, in place of numba's function."""
+    return context.cast(builder, index, kind, types.intp)
 
 
 @cache

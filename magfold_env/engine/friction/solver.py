@@ -184,14 +184,16 @@ def fill_hessian(rows: int, count: int, rank: int, penalty: float, work: Work) -
         if work.rows.equality[r] == 1 or newton.projected[r] > 0.0:
             add_square(rank, penalty, factor[r], hessian)
     for r in range(rows, count, 3):
-        share = friction_slope(r, penalty, work)
+        weight = penalty * friction_slope(r, penalty, work)
+        one, two, three, normal = factor[r], factor[r + 1], factor[r + 2], newton.normal
         for m in range(rank):
-            mean[m] = 0.0
-            for k in range(r, r + 3):
-                mean[m] += newton.normal[k] * factor[k, m]
-        for k in range(r, r + 3):
-            add_square(rank, penalty * share, factor[k], hessian)
-        add_square(rank, -penalty * share, mean, hessian)
+            mean[m] = normal[r] * one[m] + normal[r + 1] * two[m] + normal[r + 2] * three[m]
+        # Four squares at once, because the loops are short.
+        for m in range(rank):
+            row = hessian[m]
+            x, y, z, w = weight * one[m], weight * two[m], weight * three[m], -weight * mean[m]
+            for k in range(m, rank):
+                row[k] = row[k] + x * one[k] + y * two[k] + z * three[k] + w * mean[k]
 
 
 @kernel

@@ -68,8 +68,22 @@ def spread(first: int, model: Model, pose: Pose, nodes: Nodes) -> None:
     end = model.magnets.tables.far.end
     if end == 0.0 or model.field.present:
         pairs.spread_nodes(first, model.magnets, pose, nodes)
-    elif (model.n - 1) * model.bodies.length[0] > end / laws.SPREAD:
+    elif (model.n - 1) * model.bodies.length[0] > end / laws.SPREAD and (
+        # Segments need all moments; pairs need them only beyond the table.
+        nodes.segments.start.size > 1 or widest(first, pose) > end / laws.SPREAD
+    ):
         pairs.turn_casings(first, model.magnets, pose, nodes)
+
+
+@inlined
+def widest(first: int, pose: Pose) -> float:
+    """Return the diagonal of the centres' bounding box from casing ``first`` on [m]."""
+    left, right, low, high = math.inf, -math.inf, math.inf, -math.inf
+    for i in range(first, pose.x.size):
+        left, right = min(left, pose.x[i]), max(right, pose.x[i])
+        low, high = min(low, pose.y[i]), max(high, pose.y[i])
+    width, height = right - left, high - low
+    return math.sqrt(width * width + height * height)
 
 
 @inlined
@@ -191,19 +205,26 @@ def refresh_cache(first: int, model: Model, q: Array, nodes: Nodes, rigid: Rigid
     n, charge, stop, reach, code = model.n, model.charge, rigid.stop, rigid.reach, rigid.code
     changed = False
     for i in range(n):
-        for a in range(charge.shape[1]):
-            changed = changed or charge[i, a] != rigid.charge[i, a]
+        for a in range(4):
+            changed |= charge[i, a] != rigid.charge[i, a]
     if changed:
         pairs.spread_charges(model.magnets, charge, nodes)
         for i in range(n):
             copy(charge[i], rigid.charge[i], 0)
         code[:] = 0
         invalidate_cache(nodes)
+    # There is no joint 0, so its entry holds the first component.
+    changed |= stop[0] != first + 1
+    stop[0] = first + 1
     for k in range(first + 1, n):
         angle = q[k] - q[k - 1]
-        stop[k] = 0
+        now = 0
         if abs(abs(angle) - HALF_PI) <= AT_STOP:
-            stop[k] = LEFT if angle > 0.0 else RIGHT
+            now = LEFT if angle > 0.0 else RIGHT
+        changed |= now != stop[k]
+        stop[k] = now
+    if not changed:
+        return
     reach[n - 1] = n - 1
     for i in range(n - 2, first - 1, -1):
         reach[i] = reach[i + 1] if stop[i + 1] > 0 else i

@@ -103,9 +103,8 @@ def interpolate(
     w0, w1, w2, w3 = column[row, p], column[row + 1, p], column[row + 2, p], column[row + 3, p]
     row = SLOPE + 2 * NEXT
     d0, d1, d2, d3 = column[row, p], column[row + 1, p], column[row + 2, p], column[row + 3, p]
-    at = np.uint64(slot)
     for k in range(PLACES):
-        v0, v1, v2, v3 = value[at, 0, k], value[at, 1, k], value[at, 2, k], value[at, 3, k]
+        v0, v1, v2, v3 = value[slot, 0, k], value[slot, 1, k], value[slot, 2, k], value[slot, 3, k]
         here[0, k] = (w0 * v0 + w1 * v1) + (w2 * v2 + w3 * v3)
         here[1, k] = (d0 * v0 + d1 * v1) + (d2 * v2 + d3 * v3)
     energy, by_radial, by_toward, by_back = 0.0, 0.0, 0.0, 0.0
@@ -171,13 +170,11 @@ def _fold(
         for k in range(PLACES):
             product[f, k] = charge[i, f] * charge[j, (e // quarter - k + PLACES) % FACES]
     for k in range(SPLINES):
-        # A signed index might count from the end, which would prevent vector loads.
-        row = np.uint64(a + k)
+        row = a + k
         for m in range(SPLINES):
-            c0, c1 = np.uint64(column[0] + m), np.uint64(column[1] + m)
-            c2, c3 = np.uint64(column[2] + m), np.uint64(column[3] + m)
+            c0, c1, c2, c3 = column[0] + m, column[1] + m, column[2] + m, column[3] + m
             for p in range(PLACES):
-                q = np.uint64(first + p)
+                q = first + p
                 u, v = product[0, p] * energy[row, c0, q], product[1, p] * energy[row, c1, q]
                 w, z = product[2, p] * energy[row, c2, q], product[3, p] * energy[row, c3, q]
                 here[p] = (u + v) + (w + z)
@@ -213,9 +210,12 @@ def stiffen(
     dx, dy = ci * ex + si * ey, ci * ey - si * ex
     c, s = ci * cj + si * sj, ci * sj - si * cj
     most, last = soft + width, magnets.level_radius.size - 1
+    farthest = (1.0 + 1e-9) * (most + magnets.depth)
     for g in range(2 * FACES):
         bx = dx + c * face_x[g] - s * face_y[g]
         by = dy + s * face_x[g] + c * face_y[g]
+        if bx * bx + by * by >= farthest * farthest:
+            continue  # no face of i is near
         btx, bty = c * face_tx[g] - s * face_ty[g], s * face_tx[g] + c * face_ty[g]
         for f in range(2 * FACES):
             x, y = face_x[f] - bx, face_y[f] - by

@@ -7,8 +7,6 @@ face pairs are side by side. When a joint enters another interval between knots,
 with the charges and stored; the sum depends only on charges and intervals.
 """
 
-import numpy as np
-
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.elementary import log1p
 from magfold_env.engine.state import Array, Nodes, Tables
@@ -142,11 +140,9 @@ def multiply(charge: Array, i: int, j: int, out: Array) -> None:
 def weigh(table: Array, row: int, begin: int, product: Array, part: Array) -> float:
     """Return the sum of a row's entries times the products of charges."""
     for p in range(FACES):
-        # A signed index might count from the end, which would prevent vector loads.
-        e = np.uint64(begin + p)
-        part[p] = (product[p] * table[row, e] + product[p + 4] * table[row, e + np.uint64(4)]) + (
-            product[p + 8] * table[row, e + np.uint64(8)]
-            + product[p + 12] * table[row, e + np.uint64(12)]
+        e = begin + p
+        part[p] = (product[p] * table[row, e] + product[p + 4] * table[row, e + 4]) + (
+            product[p + 8] * table[row, e + 8] + product[p + 12] * table[row, e + 12]
         )
     return (part[0] + part[1]) + (part[2] + part[3])
 

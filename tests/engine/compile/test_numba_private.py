@@ -1,10 +1,12 @@
 """Tests without numba's private interface: one warning, and identical results."""
 
+import ast
 from pathlib import Path
 
 import numba
 import pytest
 
+import magfold_env
 from magfold_env.engine.compile.jit import numba_config
 from tests.command_line import python
 
@@ -80,3 +82,19 @@ def test_kernels_do_the_same_without(change, expected, tmp_path):
 @compiled
 def test_without_a_compiler_they_are_the_same(expected, tmp_path):
     assert run("import os; os.environ['NUMBA_DISABLE_JIT'] = '1'", tmp_path) == (expected, [])
+
+
+def test_no_kernel_counts_from_the_end():
+    marks = {"kernel", "inlined", "allocating_kernel", "parallel_kernel", "calls_by_address"}
+    for path in Path(magfold_env.__file__).parent.rglob("*.py"):
+        for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(function, ast.FunctionDef):
+                continue
+            if marks.isdisjoint(ast.unparse(each) for each in function.decorator_list):
+                continue
+            for each in ast.walk(function):
+                if isinstance(each, ast.Subscript):
+                    indices = each.slice.elts if isinstance(each.slice, ast.Tuple) else [each.slice]
+                    assert not any(isinstance(index, ast.UnaryOp) for index in indices), (
+                        f"{path.name}: {ast.unparse(each)}"
+                    )
