@@ -28,10 +28,12 @@ from typing import Any, ClassVar, NamedTuple, cast
 import numba
 import numpy as np
 from llvmlite import binding  # pyright: ignore[reportMissingTypeStubs]
-from numba.core import types
+from numba.core import ir, types
+from numba.core.base import BaseContext
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.compiler_machinery import PassManager, _pass_registry, register_pass
 from numba.core.typed_passes import InlineOverloads, NativeLowering, NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes, WithLifting
 from numba.extending import intrinsic
@@ -109,28 +111,68 @@ def _size(context: Any, kind: Any) -> int:
     return type(context).get_abi_sizeof(context, kind)
 
 
-class _Remembering:
-    """Numba's typing context, with the result types of operators cached."""
+_call_type = types.BaseFunction.get_call_type
+_get_function = BaseContext.get_function
+_known: dict[Any, Any] = {}
 
-    found: ClassVar[dict[Any, Any]] = {}
 
-    def __init__(self, context: Any) -> None:
-        self._context = context
+def _known_call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
+    """Return the signature of a call; numba would look it up for every operator in the code."""
+    key = self, tuple(args)
+    found = None if kws else _known.get(key)
+    if found is None:
+        found = _call_type(self, context, args, kws)
+        if not kws:
+            _known[key] = found
+    return found
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._context, name)
 
-    def resolve_function_type(self, function: Any, args: Any, kws: Any) -> Any:
-        """Return the signature of a call."""
-        if kws or not isinstance(function, types.BaseFunction):
-            return self._context.resolve_function_type(function, args, kws)
-        key = function, tuple(args)
-        if key not in self.found:
-            signature = self._context.resolve_function_type(function, args, kws)
-            if signature is None:
-                return None
-            self.found[key] = signature
-        return self.found[key]
+def _no_second_look(self: Any, fn: Any, sig: Any, _firstcall: bool = True) -> Any:
+    """Return the code of a function; numba would register everything again for each array."""
+    return _get_function(self, fn, sig, _firstcall=_firstcall and fn != "__array__")
+
+
+def _list_vars(self: Any) -> list[Any]:
+    """Return the variables of an instruction, in its order."""
+    found: list[Any] = []
+    left = [*self.__dict__.values()][::-1]
+    while left:
+        value = left.pop()
+        kind = type(value)
+        if kind is ir.Var:
+            found.append(value)
+        elif kind is list or kind is tuple:
+            left += value[::-1]
+        elif kind is dict:
+            left += [*value.values()][::-1]
+        elif isinstance(value, ir.Inst):
+            found += value.list_vars()
+    return found
+
+
+QUICKER = (
+    (types.BaseFunction, "get_call_type", _known_call_type),
+    (BaseContext, "get_function", _no_second_look),
+    (ir.Stmt, "list_vars", _list_vars),
+    (ir.Expr, "list_vars", _list_vars),
+)
+
+
+class _Passes(PassManager):
+    """Numba's passes, without what it checks and measures between them."""
+
+    @global_compiler_lock
+    def run(self, state: Any) -> None:
+        """Run all passes, with quicker versions of what takes numba longest."""
+        before = [getattr(owner, name) for owner, name, _ in QUICKER]
+        for owner, name, quicker in QUICKER:
+            setattr(owner, name, quicker)
+        try:
+            for each, _ in self.passes:
+                _pass_registry.get(each).pass_inst.run_pass(state)
+        finally:
+            for (owner, name, _), each in zip(QUICKER, before, strict=True):
+                setattr(owner, name, each)
 
 
 class LoweringCompiler(CompilerBase):
@@ -138,11 +180,10 @@ class LoweringCompiler(CompilerBase):
 
     def define_pipelines(self) -> list[PassManager]:
         """Return the compiler's passes."""
-        self.state.typingctx = _Remembering(self.state.typingctx)
-        manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        manager = _Passes("lowering")
         manager.passes = [
             (_LoweringOnly if each is NativeLowering else each, why)
-            for each, why in manager.passes
+            for each, why in DefaultPassBuilder.define_nopython_pipeline(self.state).passes
             if each not in NEEDLESS
         ]
         manager.finalize()
