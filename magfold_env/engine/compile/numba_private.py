@@ -127,9 +127,11 @@ def _known_call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
     return found
 
 
-def _no_second_look(self: Any, fn: Any, sig: Any, _firstcall: bool = True) -> Any:
-    """Return the code of a function; numba would register everything again for each array."""
-    return _get_function(self, fn, sig, _firstcall=_firstcall and fn != "__array__")
+def _function(self: Any, fn: Any, sig: Any, _firstcall: bool = True) -> Any:
+    """Return the generator of a function's code; see `pointer_types.item_code`."""
+    # Numba would register everything that it knows again for each array.
+    first = _firstcall and fn != "__array__"
+    return pointer_types.item_code(fn, sig, self) or _get_function(self, fn, sig, first)
 
 
 def _list_vars(self: Any) -> list[Any]:
@@ -152,7 +154,7 @@ def _list_vars(self: Any) -> list[Any]:
 
 QUICKER = (
     (types.BaseFunction, "get_call_type", _known_call_type),
-    (BaseContext, "get_function", _no_second_look),
+    (BaseContext, "get_function", _function),
     (ir.Stmt, "list_vars", _list_vars),
     (ir.Expr, "list_vars", _list_vars),
 )
@@ -319,8 +321,10 @@ def check() -> None:
 
     @_njit
     def leaf(outer: Any, x: float) -> float:
-        outer.inner.row[0] += 1.0
-        total = outer.inner.scale * outer.inner.row[1] + outer.cube[1, 0, 2] * outer.cube.shape[2]
+        k = outer.inner.row.size - 1
+        outer.inner.row[k - 1] += 1.0
+        at = outer.cube[k, k - 1, -k]
+        total = outer.inner.scale * outer.inner.row[k] + at * outer.cube.shape[2]
         return total + fma(x, 10.0, -1.0) * 2.0**54 if outer.on else x
 
     @_njit
