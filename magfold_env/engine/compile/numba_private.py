@@ -9,6 +9,9 @@ the results never run. A kernel that another one calls is therefore only *lowere
 inferred and its code is generated, but not linked or optimised. A kernel that Python calls links
 all lowered code below it and optimises it together.
 
+*Quicker passes.* While numba lowers a kernel, cached and shorter versions replace the functions
+that take it longest. They lead to equal machine code, except for items of arrays.
+
 *Files of kernels.* They are loaded without registering everything that numba can compile. A file
 begins with a hash of its contents; if anything is wrong with it, the kernel is compiled again.
 
@@ -23,7 +26,7 @@ import tempfile
 from contextlib import suppress
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numba
 import numpy as np
@@ -39,7 +42,13 @@ from numba.core.untyped_passes import InlineClosureLikes, WithLifting
 from numba.extending import intrinsic
 
 from magfold_env.engine.compile import pointer_types
-from magfold_env.engine.compile.kernel_cache import cache_directory, fingerprint, write
+from magfold_env.engine.compile.kernel_cache import (
+    cache_directory,
+    fingerprint,
+    shipped_directory,
+    shipped_levels,
+    write,
+)
 
 # Type checkers do not see all options in its signature.
 _njit = cast("Any", numba.njit)
@@ -230,51 +239,54 @@ class KernelFiles:
     kernel
         A function compiled by numba.
     directory
-        Directory of its files.
+        Directory of its files; None if nothing can be written. The wheel's files are in another.
     linked
         Whether compiled code may be linked into other kernels, which needs its intermediate code.
     """
 
-    def __init__(self, kernel: Any, directory: Path, *, linked: bool) -> None:
-        self._kernel, self._linked = kernel, linked
-        self.cache_path = str(directory)
+    def __init__(self, kernel: Any, directory: Path | None, *, linked: bool) -> None:
+        self._kernel, self._directory, self._linked = kernel, directory, linked
+        self.cache_path = str(directory)  # numba shows it
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the code compiled for a signature; None if it is missing or damaged."""
         # Numba's own caches first refresh the context, which takes half a second to register
         # everything that can be compiled. Compiled code needs only the memory runtime.
         _core.runtime.rtsys.initialize(target_context)
-        path = self._path(sig, target_context.codegen())
-        try:
-            content = path.read_bytes()
-            size = hashlib.sha256().digest_size
-            if hashlib.sha256(content[size:]).digest() != content[:size]:
-                return None
-            payload = pickle.loads(content[size:])
-            found = _core.compiler.CompileResult._rebuild(target_context, *payload)
-        except Exception:
-            return None
-        with suppress(OSError):
-            os.utime(path)  # marks it as recently used
-        return found
+        processor = target_context.codegen().magic_tuple()
+        places = [(self._directory, processor)] if self._directory else []
+        places += [(shipped_directory(), each) for each in shipped_levels(processor)]
+        for directory, kind in places:
+            path = self._path(directory, sig, kind)
+            with suppress(Exception):
+                content = path.read_bytes()
+                size = hashlib.sha256().digest_size
+                if hashlib.sha256(content[size:]).digest() != content[:size]:
+                    continue
+                payload = pickle.loads(content[size:])
+                found = _core.compiler.CompileResult._rebuild(target_context, *payload)
+                with suppress(OSError):
+                    os.utime(path)  # marks it as recently used
+                return found
+        return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store code compiled for a signature, unless it contains addresses of this process."""
-        if not data.library.has_dynamic_globals and not data.lifted:
+        if self._directory and not data.library.has_dynamic_globals and not data.lifted:
             (name, kind, (machine_code, intermediate)), *rest = data._reduce()
             if not self._linked:
                 intermediate = names_alone(intermediate)
             library = name, kind, (machine_code, intermediate)
             content = _core.serialize.dumps((library, *rest))
-            path = self._path(sig, data.library.codegen)
+            path = self._path(self._directory, sig, data.library.codegen.magic_tuple())
             write(path, hashlib.sha256(content).digest() + content)
 
-    def _path(self, sig: Any, codegen: Any) -> Path:
+    def _path(self, directory: Path, sig: Any, processor: Any) -> Path:
         function = self._kernel.py_func
-        key = repr((fingerprint(self._kernel), str(sig), codegen.magic_tuple()))
+        key = repr((fingerprint(self._kernel), str(sig), processor))
         name = f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}"
         digest = hashlib.sha256(key.encode()).hexdigest()[:16]
-        return Path(self.cache_path) / f"{re.sub('[<>]', '', name)}.{digest}.nbc"
+        return directory / f"{re.sub('[<>]', '', name)}.{digest}.nbc"
 
 
 def names_alone(intermediate: bytes) -> bytes:
@@ -294,9 +306,8 @@ def keep(kernel: Any, *, linked: bool) -> None:
 
     A kernel that closes over variables is compiled in every process.
     """
-    directory = cache_directory()
-    if directory is not None and kernel.py_func.__closure__ is None:
-        kernel._cache = KernelFiles(kernel, directory, linked=linked)
+    if kernel.py_func.__closure__ is None:
+        kernel._cache = KernelFiles(kernel, cache_directory(), linked=linked)
 
 
 # --- whether numba behaves as expected -----------------------------------------------------

@@ -237,7 +237,7 @@ def item_code(function: Any, signature: Any, context: Any) -> Any:
     if not known or context.enable_boundscheck:
         return None
     kind, index, *written = signature.args
-    indices = index.types if isinstance(index, types.BaseTuple) else (index,)
+    indices = getattr(index, "types", (index,))
     if not isinstance(kind, types.Array) or kind.layout != "C" or len(indices) != kind.ndim:
         return None
     if {*indices} != {types.int64} or kind.dtype not in NUMBERS[1:] or {*written} - {kind.dtype}:
