@@ -41,11 +41,11 @@ def _load_private() -> tuple[Any, Any]:
         listener = CompileNotice(kernel_cache.remove_unused, KERNELS)
         numba.core.event.register("numba:compile", listener)  # pyright: ignore
         private = import_module(f"{__package__}.numba_private")
-        directory = kernel_cache.cache_directory()
-        if directory is None or not (directory / "checked").is_file():
+        own, shipped = kernel_cache.cache_directory(), kernel_cache.shipped_directory()
+        if not any(each and (each / "checked").is_file() for each in (own, shipped)):
             private.check()
-            if directory is not None:
-                kernel_cache.write(directory / "checked", b"")
+            if own is not None:
+                kernel_cache.write(own / "checked", b"")
     except Exception as error:
         warnings.warn(
             f"numba {numba.__version__} differs from what magfold_env knows, so that kernels "

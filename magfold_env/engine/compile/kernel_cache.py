@@ -4,7 +4,8 @@ Numba's own cache notices edits in a kernel's file, but not in functions that th
 constants, which are compiled into it. A file's name is therefore a hash of the kernel's code, the
 global values that it uses, and the kernels that it calls, at any depth: after an edit, only kernels
 that contain the edited code are compiled again. Each version of numba, Python and `engine.compile`
-has its own directory.
+has its own directory. A wheel may bring such directories, with code for the common x86-64
+processors (`.ci/kernels` makes them): a kernel that a user has not compiled is loaded from there.
 """
 
 import hashlib
@@ -26,6 +27,10 @@ from numpy.typing import NDArray
 
 PACKAGE = "magfold_env"
 FOLDER = Path(__file__).parents[2]
+V3 = """
++avx +avx2 +bmi +bmi2 +cx16 +f16c +fma +lzcnt +movbe +popcnt +sahf +sse3 +sse4.1 +sse4.2 +ssse3
++xsave
+"""  # what LLVM calls the parts of x86-64-v3
 KEPT = 30.0 * 24.0 * 3600.0  # [s] kernels unused for longer are removed
 
 
@@ -118,8 +123,29 @@ def cache_directory(package: str = f"{PACKAGE}.engine.compile") -> Path | None:
     Returns None if it is not writable.
     """
     root = cache_root()
-    if root is None:
-        return None
+    return None if root is None else root / _directory_name(package)
+
+
+@cache
+def shipped_directory() -> Path:
+    """Return the directory of the wheel's kernels for this numba, which is missing elsewhere."""
+    return FOLDER / "kernels" / _directory_name(f"{PACKAGE}.engine.compile")
+
+
+def shipped_levels(processor: tuple[str, str, str]) -> list[tuple[str, str, str]]:
+    """Return the shipped kinds of processor whose code a processor can run, best first.
+
+    A kind is what numba calls its system, its name and its features.
+    """
+    system, _, features = processor
+    if not system.startswith("x86_64"):
+        return []
+    better = {*V3.split()} <= {*features.split(",")}
+    return [(system, name, "") for name in (["x86-64-v3"] if better else []) + ["x86-64"]]
+
+
+@cache
+def _directory_name(package: str) -> str:
     versions = numba.__version__, sys.version_info[:2]
     content = [repr(versions).encode()]
     left = [files(package)]
@@ -128,7 +154,7 @@ def cache_directory(package: str = f"{PACKAGE}.engine.compile") -> Path | None:
             left += sorted(each.iterdir(), key=lambda entry: entry.name)
         elif each.name.endswith(".py"):
             content.append(each.read_bytes())
-    return root / f"kernels-{_short_hash(b''.join(content))}"
+    return f"kernels-{_short_hash(b''.join(content))}"
 
 
 def remove_unused(root: Path | None = None) -> None:

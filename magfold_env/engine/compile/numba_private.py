@@ -12,6 +12,9 @@ all lowered code below it and optimises it together.
 *Indices.* They never count from the end in lowered code: numba would test the sign of each, which
 takes a quarter of all instructions.
 
+*Quicker passes.* While numba lowers a kernel, cached and shorter versions replace the functions
+that take it longest. They lead to equal machine code, except for items of arrays.
+
 *Files of kernels.* They are loaded without registering everything that numba can compile. A file
 begins with a hash of its contents; if anything is wrong with it, the kernel is compiled again.
 
@@ -26,22 +29,30 @@ import tempfile
 from contextlib import suppress
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numba
 import numpy as np
 from llvmlite import binding  # pyright: ignore[reportMissingTypeStubs]
-from numba.core import types
+from numba.core import ir, types
+from numba.core.base import BaseContext
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.compiler_machinery import PassManager, _pass_registry, register_pass
 from numba.core.typed_passes import InlineOverloads, NativeLowering, NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes, WithLifting
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from magfold_env.engine.compile import pointer_types
-from magfold_env.engine.compile.kernel_cache import cache_directory, fingerprint, write
+from magfold_env.engine.compile.kernel_cache import (
+    cache_directory,
+    fingerprint,
+    shipped_directory,
+    shipped_levels,
+    write,
+)
 
 # Type checkers do not see all options in its signature.
 _njit = cast("Any", numba.njit)
@@ -120,28 +131,70 @@ def _size(context: Any, kind: Any) -> int:
     return type(context).get_abi_sizeof(context, kind)
 
 
-class _Remembering:
-    """Numba's typing context, with the result types of operators cached."""
+_call_type = types.BaseFunction.get_call_type
+_get_function = BaseContext.get_function
+_known: dict[Any, Any] = {}
 
-    found: ClassVar[dict[Any, Any]] = {}
 
-    def __init__(self, context: Any) -> None:
-        self._context = context
+def _known_call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
+    """Return the signature of a call; numba would look it up for every operator in the code."""
+    key = self, tuple(args)
+    found = None if kws else _known.get(key)
+    if found is None:
+        found = _call_type(self, context, args, kws)
+        if not kws:
+            _known[key] = found
+    return found
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._context, name)
 
-    def resolve_function_type(self, function: Any, args: Any, kws: Any) -> Any:
-        """Return the signature of a call."""
-        if kws or not isinstance(function, types.BaseFunction):
-            return self._context.resolve_function_type(function, args, kws)
-        key = function, tuple(args)
-        if key not in self.found:
-            signature = self._context.resolve_function_type(function, args, kws)
-            if signature is None:
-                return None
-            self.found[key] = signature
-        return self.found[key]
+def _function(self: Any, fn: Any, sig: Any, _firstcall: bool = True) -> Any:
+    """Return the generator of a function's code; see `pointer_types.item_code`."""
+    # Numba would register everything that it knows again for each array.
+    first = _firstcall and fn != "__array__"
+    return pointer_types.item_code(fn, sig, self) or _get_function(self, fn, sig, first)
+
+
+def _list_vars(self: Any) -> list[Any]:
+    """Return the variables of an instruction, in its order."""
+    found: list[Any] = []
+    left = [*self.__dict__.values()][::-1]
+    while left:
+        value = left.pop()
+        kind = type(value)
+        if kind is ir.Var:
+            found.append(value)
+        elif kind is list or kind is tuple:
+            left += value[::-1]
+        elif kind is dict:
+            left += [*value.values()][::-1]
+        elif isinstance(value, ir.Inst):
+            found += value.list_vars()
+    return found
+
+
+QUICKER = (
+    (types.BaseFunction, "get_call_type", _known_call_type),
+    (BaseContext, "get_function", _function),
+    (ir.Stmt, "list_vars", _list_vars),
+    (ir.Expr, "list_vars", _list_vars),
+)
+
+
+class _Passes(PassManager):
+    """Numba's passes, without what it checks and measures between them."""
+
+    @global_compiler_lock
+    def run(self, state: Any) -> None:
+        """Run all passes, with quicker versions of what takes numba longest."""
+        before = [getattr(owner, name) for owner, name, _ in QUICKER]
+        for owner, name, quicker in QUICKER:
+            setattr(owner, name, quicker)
+        try:
+            for each, _ in self.passes:
+                _pass_registry.get(each).pass_inst.run_pass(state)
+        finally:
+            for (owner, name, _), each in zip(QUICKER, before, strict=True):
+                setattr(owner, name, each)
 
 
 class LoweringCompiler(CompilerBase):
@@ -149,11 +202,10 @@ class LoweringCompiler(CompilerBase):
 
     def define_pipelines(self) -> list[PassManager]:
         """Return the compiler's passes."""
-        self.state.typingctx = _Remembering(self.state.typingctx)
-        manager = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        manager = _Passes("lowering")
         manager.passes = [
             (_LoweringOnly if each is NativeLowering else each, why)
-            for each, why in manager.passes
+            for each, why in DefaultPassBuilder.define_nopython_pipeline(self.state).passes
             if each not in NEEDLESS
         ]
         manager.finalize()
@@ -198,51 +250,54 @@ class KernelFiles:
     kernel
         A function compiled by numba.
     directory
-        Directory of its files.
+        Directory of its files; None if nothing can be written. The wheel's files are in another.
     linked
         Whether compiled code may be linked into other kernels, which needs its intermediate code.
     """
 
-    def __init__(self, kernel: Any, directory: Path, *, linked: bool) -> None:
-        self._kernel, self._linked = kernel, linked
-        self.cache_path = str(directory)
+    def __init__(self, kernel: Any, directory: Path | None, *, linked: bool) -> None:
+        self._kernel, self._directory, self._linked = kernel, directory, linked
+        self.cache_path = str(directory)  # numba shows it
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the code compiled for a signature; None if it is missing or damaged."""
         # Numba's own caches first refresh the context, which takes half a second to register
         # everything that can be compiled. Compiled code needs only the memory runtime.
         _core.runtime.rtsys.initialize(target_context)
-        path = self._path(sig, target_context.codegen())
-        try:
-            content = path.read_bytes()
-            size = hashlib.sha256().digest_size
-            if hashlib.sha256(content[size:]).digest() != content[:size]:
-                return None
-            payload = pickle.loads(content[size:])
-            found = _core.compiler.CompileResult._rebuild(target_context, *payload)
-        except Exception:
-            return None
-        with suppress(OSError):
-            os.utime(path)  # marks it as recently used
-        return found
+        processor = target_context.codegen().magic_tuple()
+        places = [(self._directory, processor)] if self._directory else []
+        places += [(shipped_directory(), each) for each in shipped_levels(processor)]
+        for directory, kind in places:
+            path = self._path(directory, sig, kind)
+            with suppress(Exception):
+                content = path.read_bytes()
+                size = hashlib.sha256().digest_size
+                if hashlib.sha256(content[size:]).digest() != content[:size]:
+                    continue
+                payload = pickle.loads(content[size:])
+                found = _core.compiler.CompileResult._rebuild(target_context, *payload)
+                with suppress(OSError):
+                    os.utime(path)  # marks it as recently used
+                return found
+        return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store code compiled for a signature, unless it contains addresses of this process."""
-        if not data.library.has_dynamic_globals and not data.lifted:
+        if self._directory and not data.library.has_dynamic_globals and not data.lifted:
             (name, kind, (machine_code, intermediate)), *rest = data._reduce()
             if not self._linked:
                 intermediate = names_alone(intermediate)
             library = name, kind, (machine_code, intermediate)
             content = _core.serialize.dumps((library, *rest))
-            path = self._path(sig, data.library.codegen)
+            path = self._path(self._directory, sig, data.library.codegen.magic_tuple())
             write(path, hashlib.sha256(content).digest() + content)
 
-    def _path(self, sig: Any, codegen: Any) -> Path:
+    def _path(self, directory: Path, sig: Any, processor: Any) -> Path:
         function = self._kernel.py_func
-        key = repr((fingerprint(self._kernel), str(sig), codegen.magic_tuple()))
+        key = repr((fingerprint(self._kernel), str(sig), processor))
         name = f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}"
         digest = hashlib.sha256(key.encode()).hexdigest()[:16]
-        return Path(self.cache_path) / f"{re.sub('[<>]', '', name)}.{digest}.nbc"
+        return directory / f"{re.sub('[<>]', '', name)}.{digest}.nbc"
 
 
 def names_alone(intermediate: bytes) -> bytes:
@@ -262,9 +317,8 @@ def keep(kernel: Any, *, linked: bool) -> None:
 
     A kernel that closes over variables is compiled in every process.
     """
-    directory = cache_directory()
-    if directory is not None and kernel.py_func.__closure__ is None:
-        kernel._cache = KernelFiles(kernel, directory, linked=linked)
+    if kernel.py_func.__closure__ is None:
+        kernel._cache = KernelFiles(kernel, cache_directory(), linked=linked)
 
 
 # --- whether numba behaves as expected -----------------------------------------------------
@@ -289,8 +343,10 @@ def check() -> None:
 
     @_njit
     def leaf(outer: Any, x: float) -> float:
-        outer.inner.row[0] += 1.0
-        total = outer.inner.scale * outer.inner.row[1] + outer.cube[1, 0, 2] * outer.cube.shape[2]
+        k = outer.inner.row.size - 1
+        outer.inner.row[k - 1] += 1.0
+        at = outer.cube[k, k - 1, k + 1]
+        total = outer.inner.scale * outer.inner.row[k] + at * outer.cube.shape[2]
         return total + fma(x, 10.0, -1.0) * 2.0**54 if outer.on else x
 
     @_njit

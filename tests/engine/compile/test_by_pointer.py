@@ -2,6 +2,7 @@
 
 import copy
 import gc
+import itertools
 import math
 import pickle
 from typing import Any, NamedTuple, cast
@@ -113,6 +114,32 @@ def test_copies_have_their_own_arrays(again):
 def test_other_fields_are_refused(changes, message):
     with pytest.raises(TypeError, match=message):
         read(an_outer()._replace(**changes), 0)
+
+
+@kernel
+def exchange(outer: Outer, i: int, j: int, k: int) -> None:
+    before = outer.cube[i, j, k]
+    outer.cube[i, j, k] = outer.row[k]
+    outer.row[k] = before + outer.inner.numbers[i]
+
+
+@kernel
+def exchange_all(outer: Outer) -> None:
+    for i in range(-2, 2):
+        for j in range(-3, 3):
+            for k in range(-4, 4):
+                exchange(outer, i, j, k)
+
+
+def test_indices_of_either_sign_reach_what_they_reach_in_python():
+    outer, other = an_outer(), an_outer()
+    exchange_all(outer)
+    for i, j, k in itertools.product(range(-2, 2), range(-3, 3), range(-4, 4)):
+        before = float(other.cube[i, j, k])
+        other.cube[i, j, k] = other.row[k]
+        other.row[k] = before + other.inner.numbers[i]
+    assert outer.row.tolist() == other.row.tolist()
+    assert outer.cube.tolist() == other.cube.tolist()
 
 
 @inlined

@@ -1,6 +1,7 @@
 """Tests of the kernel cache on disk: its names, its age limit, and damaged files."""
 
 import os
+import platform
 import shutil
 import time
 from pathlib import Path
@@ -86,12 +87,12 @@ def copy(tmp_path: Path) -> Path:
     return package
 
 
-def run(copy: Path, before: str = "") -> list[float]:
+def run(copy: Path, before: str = "", **changes: str) -> list[float]:
     """Run kernels in a process that finds only the copy, and return the numbers it prints."""
     code = f"{before}\nfrom magfold_env.small import other, root\nprint(root(3.0), other(3.0))"
     cache = str(copy.parent.parent / "cache")
     surroundings: dict[str, Any] = {"PYTHONPATH": str(copy.parent), "NUMBA_CACHE_DIR": cache}
-    surroundings |= {"PYTHONDONTWRITEBYTECODE": "1"}
+    surroundings |= {"PYTHONDONTWRITEBYTECODE": "1", **changes}
     printed = python("-W", "error", "-c", code, cwd=copy.parent, **surroundings).stdout
     return [float(each) for each in printed.split()]
 
@@ -151,6 +152,20 @@ def test_nothing_is_kept_where_nothing_can_be_written(copy):
         file.write_text("a file where the folder would be")
     assert run(copy) == [14.0, 3.0]
     assert not kept(copy)
+
+
+@pytest.mark.medium
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="shipped for x86-64 only")
+def test_shipped_kernels_are_loaded_where_the_processor_has_what_they_use(copy):
+    shipped = {"NUMBA_CACHE_DIR": str(copy / "kernels"), "NUMBA_CPU_FEATURES": ""}
+    assert run(copy, NUMBA_CPU_NAME="x86-64-v3", **shipped) == [14.0, 3.0]
+    assert run(copy) == [14.0, 3.0]
+    assert not kept(copy)
+    lesser = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    assert run(copy, **lesser) == [14.0, 3.0]
+    assert len(kept(copy)) == 2
+    edit(copy, "x * numbers", "x / numbers")
+    assert run(copy) == [9.5, 3.0]
 
 
 @pytest.mark.medium
