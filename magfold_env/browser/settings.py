@@ -15,7 +15,7 @@ from magfold_env.engine.chain import tube
 from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes
-from magfold_env.engine.elementary import sincos
+from magfold_env.engine.elementary import sincos, total
 from magfold_env.engine.state import Array, IntArray, Model, PerBody, State, Work
 from magfold_env.scene import numbers
 from magfold_env.simulation.pack import TURNED
@@ -158,20 +158,7 @@ def put_masses(settings: Settings, model: Model) -> tuple[float, float, bool]:
         model.bodies.inertia[k] = _square_inertia(mass[k], model.side)
         rubs = rubs or (friction[k] > 0.0 and normal > 0.0)
         model.friction_limit[k] = _friction_limit(friction[k], normal, mass[k])
-    return mean(mass), least, rubs
-
-
-@kernel
-def mean(values: Array) -> float:
-    """Return the mean of fewer than 16 numbers, summed in NumPy's order."""
-    n = values.size
-    total, first = 0.0, 0
-    if n >= 8:
-        pairs = (values[0] + values[1]) + (values[2] + values[3])
-        total, first = pairs + ((values[4] + values[5]) + (values[6] + values[7])), 8
-    for k in range(first, n):
-        total += values[k]
-    return total / n
+    return total(mass) / mass.size, least, rubs
 
 
 @inlined
