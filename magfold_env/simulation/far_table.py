@@ -106,7 +106,8 @@ def build_far_table(magnets: Magnets, side: float) -> tuple[FarTable, float]:
     """
     kit = new_far_kit(magnets)
     fill_far_table(kit, magnets, side)
-    table = FarTable(*kit.number.tolist(), kit.soften, kit.energy)
+    end, density, soft, reach = kit.number.tolist()
+    table = FarTable(end, density, soft, reach, kit.soften, kit.energy)
     return table, far_error(kit, magnets, table, side)
 
 
