@@ -180,7 +180,7 @@ NAMED: list[tuple[dict[str, Any], str]] = [
     ({"solver": {"max_steps": 1e19}},
      "solver.max_steps: 10000000000000000000 is not allowed; must"),
     ({"magnets": {"width": [0.006] * 4}}, "magnets.width: [0.006,0.006,0.006,0.006] is not"),
-    ({"magnets": {"inset": -1}}, "magnets.inset: -1 is not allowed; must be a number of at least 0"),
+    ({"magnets": {"inset": -1}}, "magnets.inset: -1 is not allowed; must be a number of at"),
     ({"magnets": {"nodes": 3}}, "magnets.nodes: 3 is not allowed; must be one of remanence, width"),
     ({"feed": {"speed": 0}}, "feed.speed: 0 is not allowed; must be a number above 0"),
     ({"colour": 1}, "colour: 1 is not allowed; must be one of sequence, mount"),
