@@ -12,7 +12,7 @@ from magfold_env.replay import page_data
 from magfold_env.simulation.pack import joint_tables
 from magfold_env.simulation.session import Session
 from tests.browser import built
-from tests.browser.scenes import MOUNTS, random_scene, random_sizes, told
+from tests.browser.scenes import LENGTHS, MOUNTS, random_scene, random_sizes, told
 
 
 def bits(value: Any) -> Any:
@@ -80,12 +80,15 @@ def test_scenes_of_other_sizes_end_in_the_same_bits(count: int) -> None:
 
 
 @pytest.mark.medium
-@pytest.mark.parametrize(("magnets", "near", "far"), [
-    ({}, True, True), ({"width": 0.0005, "inset": 0.0}, False, False),
-    ({"height": 0.0004, "inset": 0.0001}, True, False),
+@pytest.mark.parametrize(("lengths", "near", "far"), [
+    ((0.006, 0.006, 0.0025, 0.0005), True, True), ((0.0075, 0.006, 0.002, 0.0001), True, False),
+    ((0.0124, 0.5, 4e-5, 0.0), False, False),
 ])  # fmt: skip
-def test_magnets_too_fine_for_tables_do_without_them(magnets: Any, near: bool, far: bool) -> None:
-    scene = random_scene(np.random.default_rng(4), "free", n=5, magnets=magnets)
+def test_magnets_for_which_tables_are_inexact_do_without(
+    lengths: Any, near: bool, far: bool
+) -> None:
+    scene = random_scene(np.random.default_rng(4), "free", n=4, duration=0.02)
+    scene = scene.replace(magnets=dict(zip(LENGTHS, lengths, strict=True)))
     tables = joint_tables(scene)
     assert (tables.end > 0.0, tables.far.end > 0.0) == (near, far)
     compare([scene])
