@@ -99,6 +99,7 @@ def test_other_sizes_fold_as_python_says(page: chromium.Page, tmp_path: Path) ->
     for key, value in (("magnets.width", "4"), ("casing.side", "16"), ("casing.mass", "5")):
         resize(page, key, value)
     scene = same_fold(page, tmp_path / "mine.yaml").scene
+    assert scene.magnets is not None
     assert (scene.magnets.width, scene.casing.side, scene.casing.mass) == (0.004, 0.016, 0.005)
     page.until("byId('states').ariaBusy === 'false'")
     best = page.value("byId('states').rows[0].innerText.split(/\\s*\\t\\s*/)")

@@ -82,6 +82,7 @@ def test_stored_data_give_the_tables_of_a_scene() -> None:
     scene = memory.standard(3)
     shared = memory.shared_of(scene)
     assert not shared.far.energy.any()
+    assert scene.magnets is not None
     shared.sizing.size[:] = scene.casing.side
     shared.sizing.size[1:] = [scene.magnets.by_face(name) for name in LENGTHS]
     magnets, pitch, side = shared.magnets, scene.casing.diagonal, scene.casing.side
