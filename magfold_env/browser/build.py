@@ -253,6 +253,7 @@ def constants() -> dict[str, Any]:
     scene = Scene(sequence=("NNNN",))
     assert scene.magnets is not None
     accuracy = scene.magnets.accuracy
+    limits = {"remanence": REMANENCE, "speed": SPEED, "length": LENGTH}
     return {
         "choice": _numbers(settings, "MOUNT FORWARD AT_MOUTH OBSTACLES"),
         "number": _numbers(
@@ -278,12 +279,7 @@ def constants() -> dict[str, Any]:
         "bore": BORE,
         "rounding": ROUNDING,
         "tableErrors": [pack.TABLE_SHARE * accuracy, pack.FAR_SHARE * accuracy],
-        "most": {
-            "remanence": REMANENCE._asdict(),
-            "speed": SPEED._asdict(),
-            "length": LENGTH._asdict(),
-            "steps": MOST_STEPS,
-        },
+        "most": {name: each._asdict() for name, each in limits.items()} | {"steps": MOST_STEPS},
         "shortest": memory.LENGTHS[0],
         "longest": memory.LENGTHS[-1],
     }

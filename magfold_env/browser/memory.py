@@ -79,9 +79,8 @@ def shared_of(scene: Scene) -> Shared:
         raise ValueError("scene: must have magnets that both kinds of tables serve")
     far = made.far._replace(energy=np.zeros_like(made.far.energy))
     magnets = magnets._replace(tables=made._replace(far=far))
-    near, single = (
-        quadrature_of(scene.casing, part, rule) for rule in (TABLE_RULE, single_rule(1))
-    )
+    near = quadrature_of(scene.casing, part, TABLE_RULE)
+    single = quadrature_of(scene.casing, part, single_rule(1))
     size = np.zeros((5, 4))
 
     def sizing(rule: Rule, magnets: Magnets) -> Sizing:

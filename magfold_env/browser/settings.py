@@ -98,13 +98,11 @@ def resize(
     kit: pack.Sizing, magnets: Magnets, rounding: float, settings: Settings, model: Model
 ) -> None:
     """Fill in what depends on the sizes of casings and magnets, before `set_up` reads it."""
-    words, side, touching = settings.numbers, kit.size[pack.SIDE, 0], False
-    width, inset = 0.0, math.inf
+    # The four magnets are equal, and opposite outer faces come nearest.
+    words, touching = settings.numbers, magnets.graded[0, 0] != 0
+    side, width, inset = kit.size[pack.SIDE, 0], kit.size[pack.WIDTH, 0], kit.size[pack.INSET, 0]
     for f in range(4):
         settings.face[0, f], settings.face[1, f] = kit.size[pack.WIDTH, f], kit.size[pack.HEIGHT, f]
-        width, inset = max(width, kit.size[pack.WIDTH, f]), min(inset, kit.size[pack.INSET, f])
-        for g in range(8):
-            touching = touching or magnets.graded[f, g] != 0
     words.side[0], words.rounding[0] = side, rounding
     words.friction_radius[0] = numbers.FRICTION_ARM * side
     words.stop_overshoot[0] = _stop_overshoot(side, inset, width, touching)

@@ -70,21 +70,25 @@ class Magnets(NamedTuple):
     depth: float  # distance of the outermost face from the centre [m]
     reach: float  # centres farther apart than this have no near faces [m]
     rank_count: IntArray  # nodes per pole face at every rank, (ranks,)
-    rank_radius: Array  # distances of casings within which a rank has full weight, (ranks,) [m]
-    face_moment: Array  # for unit charge in the casing's frame, (4, 2, terms) [√(µ0/4π) m^k]
-    node_x: Array  # nodes in the casing's frame, (ranks, most nodes per casing) [m]
-    node_y: Array
+    rank_radius: Annotated[
+        Array, "ranks"
+    ]  # distances of casings within which a rank has full weight [m]
+    face_moment: Annotated[
+        Array, 4, 2, "terms"
+    ]  # for unit charge in the casing's frame [√(µ0/4π) m^k]
+    node_x: Annotated[Array, "ranks", "nodes a casing"]  # nodes in the casing's frame [m]
+    node_y: Annotated[Array, "ranks", "nodes a casing"]
     node_weight: Array  # share of the face's charge, signed for inner faces
-    face_x: Array  # centres of the pole faces in the casing's frame, (8,) [m]
-    face_y: Array
-    face_tx: Array  # vectors along their widths, of the same length, (8,) [m]
-    face_ty: Array
-    face_half: Array  # half their heights, (8,) [m]
+    face_x: Annotated[Array, 8]  # centres of the pole faces in the casing's frame [m]
+    face_y: Annotated[Array, 8]
+    face_tx: Annotated[Array, 8]  # vectors along their widths, of the same length [m]
+    face_ty: Annotated[Array, 8]
+    face_half: Annotated[Array, 8]  # half their heights [m]
     level_count: IntArray  # nodes per face at every level, (levels,); then in `sheets.between`
     level_node: Array  # offsets along the width, in widths, (levels, most nodes in whole lanes)
     level_weight: Array  # shares of the charge
-    level_radius: Array  # within it, level k has full weight; (levels,) [m], [0] unused
-    graded: IntArray  # 1: faces that may be so near that they use `magnets.sheets`, (8, 8)
+    level_radius: Annotated[Array, "levels"]  # within it, level k has full weight [m], [0] unused
+    graded: Annotated[IntArray, 8, 8]  # 1: faces that may be so near that they use `magnets.sheets`
     tables: Tables
 
 

@@ -9,7 +9,7 @@ three quarters of them are copies.
 
 import math
 from itertools import product
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -42,21 +42,21 @@ class FarKit(NamedTuple):
 
     few: Array  # offsets and weights of the nodes of a face, (2, count)
     many: Array
-    distance: Array  # of the knots [m]
+    distance: Annotated[Array, RADIAL]  # of the knots [m]
     right: Array  # right-hand sides, then coefficients, (radial + 2, turns·turns)
     values: Array  # energies, the same numbers without the first and last row
     band: Array  # factored matrix of the radial splines, (radial + 2, 9)
     heading: IntArray  # directions of the table's columns, (turns + 12,)
-    soften: Array  # of `FarTable`
-    energy: Array
+    soften: Annotated[Array, 4]  # of `FarTable`
+    energy: Annotated[Array, RADIAL + 2, TURNS + 3, TURNS + 12]
     place: Array  # distances [sides] and angles [rad] of probes, (k, 3)
     fine: Array  # nodes of probes
-    found: Array  # energies of probes by splines and by sums, (k, 2)
+    found: Annotated[Array, 16 * PROBES, 2]  # energies of probes by splines and by sums
     charge: Array  # of two casings, (2, 4)
     pose: Pose
     nodes: Nodes
     graded: Array  # `graded_rule`
-    number: Array  # end, density, soft and reach of `FarTable`
+    number: Annotated[Array, 4]  # end, density, soft and reach of `FarTable`
 
 
 def new_far_kit(magnets: Magnets) -> FarKit:
@@ -78,25 +78,14 @@ def new_far_kit(magnets: Magnets) -> FarKit:
     factor_banded(band)
     heading = [k + quarter * face for k in range(-1, quarter + 2) for face in range(4)]
     right = np.zeros((RADIAL + 2, TURNS * TURNS))
-    return FarKit(
-        few=np.array(width_rule(True, FAR_NODES)),
-        many=np.array(width_rule(True, NEAR_NODES)),
-        distance=np.zeros(RADIAL),
-        right=right,
-        values=right[1:-1].reshape(RADIAL, TURNS, TURNS),
-        band=band,
-        heading=np.array(heading) % TURNS,
-        soften=np.zeros(4),
-        energy=np.zeros((RADIAL + 2, TURNS + 3, len(heading))),
+    return zeros(
+        FarKit, {"n": 2}, right=right, values=right[1:-1].reshape(RADIAL, TURNS, TURNS), band=band,
+        few=np.array(width_rule(True, FAR_NODES)), many=np.array(width_rule(True, NEAR_NODES)),
+        heading=np.array(heading) % TURNS, nodes=new_nodes(magnets, 2),
         place=np.stack(np.broadcast_arrays(*seen), axis=-1).reshape(-1, 3),
-        fine=np.array(width_rule(True, 2 * NEAR_NODES)),
-        found=np.zeros((16 * PROBES, 2)),
+        fine=np.array(width_rule(True, 2 * NEAR_NODES)), graded=np.array(graded_rule(64)),
         charge=np.eye(1, 4).repeat(2, axis=0),
-        pose=zeros(Pose, {"n": 2}),
-        nodes=new_nodes(magnets, 2),
-        graded=np.array(graded_rule(64)),
-        number=np.zeros(4),
-    )
+    )  # fmt: skip
 
 
 def build_far_table(magnets: Magnets, side: float) -> tuple[FarTable, float]:

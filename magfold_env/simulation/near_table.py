@@ -7,7 +7,7 @@ interpolated by splines.
 """
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from magfold_env.engine.magnets.laws import COULOMB, FacePair
 from magfold_env.engine.magnets.near_table import DEGREE, PAIRS, SPLINES, basis, knots_at
 from magfold_env.engine.magnets.pairs import BLEND, level_sum, refine
 from magfold_env.engine.state import Array, FarTable, Magnets, Nodes, Tables
-from magfold_env.engine.workspace import new_nodes
+from magfold_env.engine.workspace import new_nodes, zeros
 from magfold_env.simulation.banded import factor_banded, solve_banded
 
 # Joints stop at a right angle; the solver exceeds it by at most a tolerance.
@@ -109,53 +109,40 @@ def fill_splines(shares: Array, spaces: int, weight: Array, out: Array) -> None:
 
 @by_pointer
 class NearKit(NamedTuple):
-    """The data from which `fill_near_table` computes splines."""
+    """The data from which `fill_near_table` computes splines in one angle and in a pair of them."""
 
     nodes: Nodes
-    site: Array  # `sites` of the splines in one angle
-    angle: Array  # joint angles there, and knots per radian, (2, sites)
-    joint: Array  # joint angles for which energies are computed, (m, 1)
-    band: Array  # factored matrix of the splines in one angle
-    one: Array  # energies, then coefficients, (sites, 16)
-    pair_site: Array  # the same for splines in two angles
-    pair_joint: Array
+    site: Array  # see `sites`
+    pair_site: Array
+    band: Array  # factored matrices
     pair_band: Array
-    two: Array  # (sites², 16)
-    square: Array  # the same numbers, (sites, sites·16)
-    probe: Array  # shares between knots where the error is estimated, (probes, 2)
-    exact: Array  # energies there, (probes, 16)
-    density: Array  # knots per radian there, (probes,)
-    middle: Array  # `_middles` of the splines in one angle
-    pair_middle: Array  # and in two
-    weight: Array  # scratch, (4, 6)
-    number: Array  # end and finest of `Tables`
+    angle: Annotated[Array, 2, "sites"]  # joint angles at sites, and knots per radian
+    joint: Annotated[Array, "sites", 1]  # joint angles for which energies are computed
+    pair_joint: Annotated[Array, "pairs", 2]
+    one: Annotated[Array, "sites", PAIRS]  # energies, then coefficients
+    two: Array  # (pairs, 16)
+    square: Array  # the same numbers, (pair sites, pair sites·16)
+    middle: Array  # `_middles`, where the error is estimated
+    pair_middle: Array
+    probe: Annotated[Array, "probes", 2]  # shares between knots
+    exact: Annotated[Array, "probes", PAIRS]  # energies there
+    density: Annotated[Array, "probes"]  # knots per radian there
+    weight: Annotated[Array, 4, SPLINES]  # scratch
+    number: Annotated[Array, 2]  # end and finest of `Tables`
 
 
 def new_near_kit(magnets: Magnets) -> NearKit:
     """Allocate the data of `fill_near_table`."""
-    one, two = sites(ONE_SPACES), sites(TWO_SPACES)
-    square, middles = np.zeros((two.size, two.size * PAIRS)), _middles(TWO_SPACES, PROBES)
+    one, two, middles = sites(ONE_SPACES), sites(TWO_SPACES), _middles(TWO_SPACES, PROBES)
+    square = np.zeros((two.size, two.size * PAIRS))
     probes = max(ONE_SPACES, middles.size**2)
-    return NearKit(
-        nodes=new_nodes(magnets, 1),
-        site=one,
-        angle=np.zeros((2, one.size)),
-        joint=np.zeros((one.size, 1)),
-        band=_band(ONE_SPACES),
-        one=np.zeros((one.size, PAIRS)),
-        pair_site=two,
-        pair_joint=np.zeros((two.size**2, 2)),
-        pair_band=_band(TWO_SPACES),
-        two=square.reshape(-1, PAIRS),
-        square=square,
-        probe=np.zeros((probes, 2)),
-        exact=np.zeros((probes, PAIRS)),
-        density=np.zeros(probes),
-        middle=_middles(ONE_SPACES, ONE_SPACES // 2),
-        pair_middle=middles,
-        weight=np.zeros((4, SPLINES)),
-        number=np.zeros(2),
-    )
+    return zeros(
+        NearKit, {"sites": one.size, "pairs": two.size**2, "probes": probes},
+        nodes=new_nodes(magnets, 1), site=one, pair_site=two,
+        band=_band(ONE_SPACES), pair_band=_band(TWO_SPACES),
+        two=square.reshape(-1, PAIRS), square=square,
+        middle=_middles(ONE_SPACES, ONE_SPACES // 2), pair_middle=middles,
+    )  # fmt: skip
 
 
 def _band(spaces: int) -> Array:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from functools import lru_cache
 from threading import Lock
-from typing import NamedTuple, ParamSpec, TypeVar, get_args
+from typing import Annotated, NamedTuple, ParamSpec, TypeVar, get_args
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from magfold_env.engine.state import (
     Model,
     Tables,
 )
+from magfold_env.engine.workspace import zeros
 from magfold_env.scene import Casing, FixedMagnet, Scene
 from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
@@ -307,56 +308,45 @@ NEAR_GAP = (1.0 - 1e-9) * TABLE_GAP
 class Sizing(NamedTuple):
     """The data with which `size_magnets` finds the nodes of magnets of any size by one rule."""
 
-    size: Array  # by face, see `SIDE`, (5, 4) [m]
+    size: Annotated[Array, 5, 4]  # by face, see `SIDE` [m]
     offset: Array  # of a face's nodes, in widths, (ranks, most nodes)
     room: Array  # radii of ranks, in widths, (ranks,)
     radius: Array  # radii of levels, in widths, (levels,)
     beyond: Array  # radii of expansions of casings and of segments, in diagonals, (2,)
     pole: Array  # nodes behind a face and their charges: offsets, charges, x and y [m], (4, 8)
-    powers: Array  # scratch of `moments`
-    number: Array  # `SIZED`
+    powers: Annotated[Array, 4, HIGHEST + 1, 8]  # scratch of `moments`
+    number: Annotated[Array, len(SIZED)]
 
 
 def new_sizing(rule: Rule, strips: bool) -> tuple[Sizing, Magnets]:
     """Allocate magnets without sizes, and the data to size them."""
     # Level 0 is the last rank; after the levels come the nodes of faces that may touch.
     counts = (rule.ranks[-1], *rule.levels, rule.graded)
-    levels, ranks = len(counts) - 1, len(rule.ranks)
-    most = -(-max(counts) // LANES) * LANES
-    node, weight = np.zeros((levels + 1, most)), np.zeros((levels + 1, most))
+    levels, most = len(counts) - 1, -(-max(counts) // LANES) * LANES
+    node, weight = np.zeros((2, levels + 1, most))
     for level, count in enumerate(counts[:-1]):
         node[level, :count], weight[level, :count] = width_rule(strips, count)
     if rule.graded > 0:
         node[levels, : rule.graded], weight[levels, : rule.graded] = graded_rule(rule.graded)
-    offset, share = np.zeros((ranks, max(rule.ranks))), np.zeros((ranks, 8 * max(rule.ranks)))
+    ranks, most = len(rule.ranks), max(rule.ranks)
+    offset, share = np.zeros((ranks, most)), np.zeros((ranks, 8 * most))
     for rank, count in enumerate(rule.ranks):
         offset[rank, :count], part = width_rule(strips, count)
         share[rank, : 8 * count] = np.outer(np.repeat([1.0, -1.0], 4), part).ravel()
     # Four nodes give exact moments up to the seventh order.
     four, part = width_rule(True, 4)
-    pole = np.stack([np.tile(four, 2), np.concatenate([part, -part]), np.zeros(8), np.zeros(8)])
-    room, radius = (np.array([math.inf, *each]) for each in (rule.rooms, rule.radii))
-    kit = Sizing(
-        np.zeros((5, 4)), offset, room, radius, np.array([rule.far, rule.groups]), pole,
-        np.zeros((4, HIGHEST + 1, 8)), np.zeros(len(SIZED)),
+    kit = zeros(
+        Sizing, {}, offset=offset,
+        room=np.array([math.inf, *rule.rooms]), radius=np.array([math.inf, *rule.radii]),
+        beyond=np.array([rule.far, rule.groups]),
+        pole=np.stack([np.tile(four, 2), np.concatenate([part, -part]), np.zeros(8), np.zeros(8)]),
     )  # fmt: skip
-    node_x, node_y = np.zeros((2, *share.shape))
-    names = "face_x", "face_y", "face_tx", "face_ty", "face_half"
-    magnets = Magnets(
-        strips, True, rule.order, *kit.number.tolist(),
-        rank_count=np.array(rule.ranks, dtype=np.int64),
-        rank_radius=np.zeros(ranks),
-        face_moment=np.zeros((4, 2, MOST)),
-        node_x=node_x,
-        node_y=node_y,
-        node_weight=share,
-        **dict(zip(names, np.zeros((5, 8)), strict=True)),
-        level_count=np.array(counts, dtype=np.int64),
-        level_node=node,
-        level_weight=weight,
-        level_radius=np.zeros(levels),
-        graded=np.zeros((8, 8), dtype=np.int64),
-        tables=NO_TABLES,
+    sizes = {"ranks": ranks, "terms": MOST, "nodes a casing": 8 * most, "levels": levels}
+    magnets = zeros(
+        Magnets, sizes, strips=strips, even=True, far_order=rule.order,
+        **dict.fromkeys(SIZED, 0.0), rank_count=np.array(rule.ranks, dtype=np.int64),
+        node_weight=share, level_count=np.array(counts, dtype=np.int64), level_node=node,
+        level_weight=weight, tables=NO_TABLES,
     )  # fmt: skip
     return kit, magnets
 
