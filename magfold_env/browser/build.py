@@ -23,7 +23,6 @@ from magfold_env.browser import (
     memory,
     settings,
     states,
-    tables,
     view,
     wasm,
 )
@@ -38,9 +37,11 @@ from magfold_env.files import sources_digest, write_text
 from magfold_env.fold import FoldStatus
 from magfold_env.replay.data import WORDS
 from magfold_env.scene import Scene
-from magfold_env.scene.base import PLACE, REMANENCE, SPEED
+from magfold_env.scene.base import LENGTH, PLACE, REMANENCE, SPEED
 from magfold_env.scene.magnets import ROUNDING
+from magfold_env.scene.scene import BORE
 from magfold_env.scene.sections import MOST_STEPS
+from magfold_env.simulation import far_table, near_table, pack
 from magfold_env.simulation.endings import BREAKDOWNS
 from magfold_env.simulation.frames import APART
 
@@ -183,12 +184,19 @@ def module() -> bytes:
     if not by_pointer.POINTERS:
         raise RuntimeError("needs kernels that take tuples by pointer, see engine.compile")
     shared = memory.shared_of(memory.standard(2))
-    chain = memory.chain_of(memory.standard(2), shared.couplings)
+    magnets, single = shared.magnets, shared.far_magnets
+    chain = memory.chain_of(memory.standard(2), magnets, shared.couplings)
     model, state, work, _, record, choice, seen, search, episode = chain
     moving = model, state, work
     return wasm.module(
         {
-            "make_far_table": (tables.make_far_table, (shared.far, shared.tables)),
+            "size_magnets": (pack.size_magnets, (shared.sizing, magnets)),
+            "fill_near_table": (
+                near_table.fill_near_table, (shared.near, shared.near_magnets, 0.0)
+            ),
+            "fill_far_table": (far_table.fill_far_table, (shared.far, single, 0.0)),
+            "far_error": (far_table.far_error, (shared.far, single, magnets.tables.far, 0.0)),
+            "resize": (settings.resize, (shared.sizing, magnets, 0.0, choice, model)),
             "set_up": (settings.set_up, (choice, model, state, seen)),
             "draw": (settings.draw, (choice, model, 0.0)),
             "overlap": (settings.overlap, (choice, *moving)),
@@ -197,7 +205,7 @@ def module() -> bytes:
             "energy": (runs.energy, (*moving, 0.0)),
             "look": (view.look, (0, *moving, record, seen, 0)),
             "ending": (view.ending, (0, state, seen)),
-            "couple": (states.couple, (shared.couplings, 0, 0)),
+            "couple": (states.couple, (shared.couplings, magnets, 0, 0)),
             "begin_search": (states.begin_search, (choice, shared.couplings, search)),
             "visit": (states.visit, (search, 0)),
             "take_in": (episodes.take_in, (0, seen, episode)),
@@ -205,16 +213,20 @@ def module() -> bytes:
             "film": (episodes.film, (model, episode)),
             "judge": (episodes.judge, (episode,)),
         }
-    )
+    )  # fmt: skip
 
 
 def packed_memory() -> dict[str, bytes]:
     """Return the packed memory for chains of all lengths, and its layout."""
     shared, chains = memory.images()
-    data = bytearray()
+    data, model = bytearray(), pack.pack(memory.standard(2))
+    far, _ = memory.place_of(model.magnets, "tables.far")
+    begin, magnets = memory.place_of(model, "magnets")
+    words = {"far": far, "magnets": begin, "count": len(magnets.words) // memory.WORD}
     blocks: dict[str, Any] = {"shared": _told(shared, data)}
     blocks["chains"] = {str(n): _told(image, data) for n, image in chains.items()}
-    layout = {"format": FORMAT, "version": version("magfold_env"), **constants(), **blocks}
+    layout = {"format": FORMAT, "version": version("magfold_env"), "words": words}
+    layout |= constants() | blocks
     text = json.dumps(layout, separators=(",", ":"), allow_nan=False)
     return {MEMORY: bytes(data), LAYOUT: text.encode()}
 
@@ -240,6 +252,8 @@ def constants() -> dict[str, Any]:
     """Return a scene's defaults and the numbers that kernels and a page must share."""
     scene = Scene(sequence=("NNNN",))
     assert scene.magnets is not None
+    accuracy = scene.magnets.accuracy
+    limits = {"remanence": REMANENCE, "speed": SPEED, "length": LENGTH, "place": PLACE}
     return {
         "choice": _numbers(settings, "MOUNT FORWARD AT_MOUTH OBSTACLES"),
         "number": _numbers(
@@ -262,15 +276,10 @@ def constants() -> dict[str, Any]:
         "mostObstacles": settings.MOST_OBSTACLES,
         "ends": [str(each) for each in STATUSES],
         "scene": scene.model_dump(mode="json"),
-        "bore": scene.bore,
-        "diagonal": scene.casing.diagonal,
+        "bore": BORE,
         "rounding": ROUNDING,
-        "most": {
-            "place": PLACE._asdict(),
-            "remanence": REMANENCE._asdict(),
-            "speed": SPEED._asdict(),
-            "steps": MOST_STEPS,
-        },
+        "tableErrors": [pack.TABLE_SHARE * accuracy, pack.FAR_SHARE * accuracy],
+        "most": {name: each._asdict() for name, each in limits.items()} | {"steps": MOST_STEPS},
         "shortest": memory.LENGTHS[0],
         "longest": memory.LENGTHS[-1],
     }

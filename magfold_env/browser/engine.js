@@ -28,10 +28,9 @@ export class Engine {
     this.images = new Uint8Array(memory);
     this.end = this.kernels.__heap_base.value;
     this.spare = new Map(); // places of deleted chains, by the chains' length
-    this.shared = this.take(layout.shared.size);
-    this.put(layout.shared, this.shared);
-    const { far, tables } = layout.shared.roots;
-    this.kernels.make_far_table(this.shared + far, this.shared + tables);
+    this.shares = []; // of casings and magnets of the same sizes
+    this.standard = readScene({ sequence: ["----", "----"] }, layout).sizes;
+    this.share(this.standard).users += 1;
   }
 
   /**
@@ -43,6 +42,50 @@ export class Engine {
    */
   chain(scene, { frameRate = 0, random = Math.random, endless = false } = {}) {
     return new Chain(this, scene, frameRate, random, endless);
+  }
+
+  /** Return the data that chains of these sizes share, which are computed if no chain has them. */
+  share(sizes) {
+    const key = String(sizes), { layout } = this;
+    const known = this.shares.find((each) => each.key === key);
+    if (known) return known;
+    let share = this.shares.find(({ users }) => users === 0);
+    if (!share) this.shares.push(share = { place: this.take(layout.shared.size), users: 0 });
+    share.key = key;
+    this.put(layout.shared, share);
+    this.#compute(share.place, sizes, key === String(this.standard));
+    return share;
+  }
+
+  /** Compute the tables, and for other than standard sizes what the stored block lacks. */
+  #compute(place, [side, ...lengths], standard) {
+    const { kernels, layout: { shared, words, tableErrors: [most, mostFar] } } = this;
+    const at = Object.fromEntries(Object.entries(shared.roots).map(([name, root]) => [name, place + root]));
+    const of = (name) => this.view(shared, place, name), diagonal = Math.SQRT2 * side;
+    of("sizing.size").set([side, ...lengths].flatMap((length) => Array(4).fill(length)));
+    const { far, near, near_magnets, far_magnets, magnets } = at;
+    if (!standard) {
+      of("couplings.half")[0] = 0.5 * diagonal;
+      kernels.size_magnets(at.sizing, magnets);
+      kernels.size_magnets(at.near_sizing, near_magnets);
+      kernels.size_magnets(at.far_sizing, far_magnets);
+      // Where tables would be too inexact, there are none.
+      if (kernels.fill_near_table(near, near_magnets, diagonal) > most) {
+        of("near.number").fill(0);
+        of("far.number").fill(0);
+        return;
+      }
+    }
+    kernels.fill_far_table(far, far_magnets, side);
+    if (!standard && kernels.far_error(far, far_magnets, magnets + 8 * words.far, side) > mostFar) {
+      of("far.number").fill(0);
+    }
+  }
+
+  /** Return a view of a field's numbers in a block. */
+  view({ fields }, place, name) {
+    const [offset, type, shape] = fields[name];
+    return new VIEWS[type](this.buffer, place + offset, shape.reduce((a, b) => a * b, 1));
   }
 
   get buffer() {
@@ -58,8 +101,8 @@ export class Engine {
     return place;
   }
 
-  /** Write a block's initial contents and addresses to its reserved place. */
-  put(block, place) {
+  /** Write a block's initial contents and addresses to its place; `shared` is its shared block's. */
+  put(block, { place }, shared = place) {
     const bytes = new Uint8Array(this.buffer), words = new Uint32Array(this.buffer);
     bytes.fill(0, place, place + block.size);
     let first = block.first;
@@ -67,7 +110,7 @@ export class Engine {
       bytes.set(this.images.subarray(first, first + length), place + offset);
       first += length;
     }
-    for (const [steps, begin] of [[block.own, place], [block.shared, this.shared]]) {
+    for (const [steps, begin] of [[block.own, place], [block.shared, shared]]) {
       let word = place;
       for (const step of steps) {
         word += step;
@@ -90,6 +133,8 @@ export class Chain {
       throw new SceneError([{ key: "frameRate", value: frameRate, allowed }]);
     }
     this.block = engine.layout.chains[this.n];
+    this.share = engine.share(this.told.sizes);
+    this.share.users += 1;
     this.place = engine.spare.get(this.n)?.pop() ?? engine.take(this.block.size);
     this.roots = Object.fromEntries(
       Object.entries(this.block.roots).map(([name, offset]) => [name, this.place + offset]));
@@ -105,7 +150,12 @@ export class Chain {
     this.recorded = [];
     this.status = null;
     this.message = "";
-    engine.put(this.block, this.place);
+    const { settings, model, state, probe, view } = this.roots;
+    const { roots } = layout.shared, { place } = this.share, { words } = layout;
+    engine.put(this.block, this, place);
+    const [from, to] = [place + roots.magnets, model + 8 * words.magnets];
+    new Uint8Array(engine.buffer).copyWithin(to, from, from + 8 * words.count);
+    kernels.resize(place + roots.sizing, place + roots.magnets, told.rounding, settings, model);
     this.#fill("settings.pole", told.poles.flat().map(BigInt));
     this.#fill("settings.remanence", told.remanence.flat());
     this.#fill("model.bodies.mass", this.#ordered(told.mass));
@@ -126,7 +176,6 @@ export class Chain {
     numbers[number.TOLERANCE] = told.tolerance;
     numbers[number.MAX_STEPS] = told.maxSteps;
     numbers[number.INTERVAL] = frameRate > 0 ? 1 / frameRate : 0;
-    const { settings, model, state, probe, view } = this.roots;
     if (told.start) {
       this.#fill("settings.start", told.start);
     } else {
@@ -183,9 +232,9 @@ export class Chain {
    * energy [J], lowest first: [{ word, energy, stable }].
    */
   *ranking() {
-    const { kernels, shared, layout } = this.engine, { settings, search } = this.roots;
-    const couplings = shared + layout.shared.roots.couplings;
-    while (!kernels.couple(couplings, this.n, COUPLED_AT_ONCE)) yield;
+    const { kernels, layout } = this.engine, { settings, search } = this.roots, { place } = this.share;
+    const couplings = place + layout.shared.roots.couplings, magnets = place + layout.shared.roots.magnets;
+    while (!kernels.couple(couplings, magnets, this.n, COUPLED_AT_ONCE)) yield;
     kernels.begin_search(settings, couplings, search);
     while (!kernels.visit(search, VISITED_AT_ONCE)) yield;
     const count = Number(this.field("search.progress")[layout.progress.FOUND]);
@@ -203,6 +252,7 @@ export class Chain {
     if (!spare.has(this.n)) spare.set(this.n, []);
     spare.get(this.n).push(this.place);
     this.place = NaN;
+    this.share.users -= 1;
   }
 
   // --- values for a page ---
@@ -272,9 +322,8 @@ export class Chain {
 
   /** Return the recording in the form of the replay's `Motion`: lengths in mm, energies in mJ. */
   frames() {
-    const { told, engine } = this, { layout } = engine, { scene } = layout, { magnets } = scene;
+    const { told } = this, [side, width, , thickness, inset] = told.sizes.map((length) => MILLI * length);
     const rows = this.#allFrames(), tube = told.mount === "tube";
-    const four = (value) => (Array.isArray(value) ? value : Array(4).fill(value));
     const backward = tube && told.direction === "backward";
     return {
       word: this.word,
@@ -282,10 +331,10 @@ export class Chain {
       message: this.message,
       sequence: told.sequence,
       earlier: [],
-      side: MILLI * scene.casing.side,
+      side,
       order: told.sequence.map((_, k) => (backward ? this.n - 1 - k : k)),
-      magnets: Object.fromEntries(["width", "thickness", "inset"].map((name) =>
-        [name, four(magnets[name]).map((length) => MILLI * length)])),
+      magnets: Object.fromEntries(Object.entries({ width, thickness, inset })
+        .map(([name, length]) => [name, Array(4).fill(length)])),
       pinned: told.mount === "pinned",
       tube: tube ? { bore: MILLI * told.bore, wall: MILLI * told.wall } : null,
       obstacles: told.obstacles.map((each) => cornersOf(each).map((corner) => corner.map((x) => MILLI * x))),
@@ -306,9 +355,7 @@ export class Chain {
 
   /** Return a view of a field's numbers, such as "state.q", for reading and writing. */
   field(name) {
-    const [offset, type, shape] = this.block.fields[name];
-    const size = shape.reduce((a, b) => a * b, 1);
-    return new VIEWS[type](this.engine.buffer, this.place + offset, size);
+    return this.engine.view(this.block, this.place, name);
   }
 
   /** Call a kernel with the chain's data of the given names, such as "model". */
@@ -436,7 +483,7 @@ export class Chain {
     const energy = `${(MILLI * this.energy()).toFixed(4)} mJ`.replace("-", "−");
     return [
       ...facts,
-      ["Casing", `${short(MILLI * this.engine.layout.scene.casing.side, 4)} mm`],
+      ["Casing", `${short(MILLI * told.sizes[0], 4)} mm`],
       ["Friction", range(told.friction)],
       ["Magnetic energy at the end", energy],
       ["Simulated time", `${this.time.toFixed(4)} s`],

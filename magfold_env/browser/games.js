@@ -34,7 +34,7 @@ class Game {
     const { scene } = this.told;
     const sequence = this.sequence(), direction = this.direction();
     this.chain = this.engine.chain({
-      ...scene, sequence, friction: drawn.friction, magnets: { remanence: strengths },
+      ...scene, sequence, friction: drawn.friction, magnets: { ...scene.magnets, remanence: strengths },
       feed: { ...scene.feed, direction, speed: drawn.factors }, start_offsets: drawn.offsets,
     }, { frameRate, endless: this.endless });
     this.forward = direction === "forward";
@@ -188,8 +188,8 @@ export class UnknownFloor extends Game {
   }
 
   observe() {
-    const { told, chain, n } = this, { view, scene } = this.engine.layout;
-    const length = n * Math.SQRT2 * scene.casing.side;
+    const { told, chain, n } = this, { view } = this.engine.layout;
+    const length = n * Math.SQRT2 * told.scene.casing.side;
     return Float32Array.from([
       ...this.wanted(), ...this.arrays("signs"), this.forward ? 1 : -1, ...this.frame,
       rounded(chain.field("view.feed")[view.ADVANCE] / length, 9), this.driven / told.fastest,

@@ -1,7 +1,7 @@
 """The environments that can be played on a web page, and the networks of policies for them."""
 
 import base64
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from magfold_env.envs.unknown_floor import HORIZON, UnknownFloorEnv
 from magfold_env.envs.wrappers.mouth_order import LETTERS, mouth_order
 from magfold_env.files import configs_dir
 from magfold_env.scene import Scene
+from magfold_env.scene.magnets import Length
 from magfold_env.scoring import policy_file
 from magfold_env.scoring.policy_file import Discrete, MultiDiscrete
 
@@ -71,7 +72,8 @@ def _drawn(scene: Scene) -> dict[str, Any]:
         "scene": {
             **{name: data[name] for name in ("mount", "friction", "duration")},
             "feed": {name: data["feed"][name] for name in feed},
-            "magnets": {"remanence": data["magnets"]["remanence"]},
+            "casing": {name: data["casing"][name] for name in ("side", "corner_radius")},
+            "magnets": {name: data["magnets"][name] for name in ("remanence", *get_args(Length))},
             "solver": {name: data["solver"][name] for name in ("tolerance", "max_steps")},
         },
         "n": scene.n,

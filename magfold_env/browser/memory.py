@@ -14,16 +14,16 @@ from numpy.typing import NDArray
 from magfold_env.browser.episode import Episode, new_episode
 from magfold_env.browser.settings import MOST_OBSTACLES, Numbers, Settings
 from magfold_env.browser.states import Couplings, Search, new_couplings, new_search
-from magfold_env.browser.tables import FarKit
 from magfold_env.browser.view import View
 from magfold_env.engine import indices as ix
 from magfold_env.engine.compile.by_pointer import pointer_types
-from magfold_env.engine.state import Magnets, Model, Record, State, Tables, Work
+from magfold_env.engine.state import Magnets, Model, Record, State, Work
 from magfold_env.engine.workspace import new_record, new_state, new_work, zeros
 from magfold_env.scene import Scene
-from magfold_env.simulation import far_table
-from magfold_env.simulation.pack import pack, quadrature_of
-from magfold_env.simulation.quadrature import single_rule, width_rule
+from magfold_env.simulation.far_table import FarKit, new_far_kit
+from magfold_env.simulation.near_table import NearKit, new_near_kit
+from magfold_env.simulation.pack import SIZED, Sizing, new_sizing, pack, quadrature_of
+from magfold_env.simulation.quadrature import TABLE_RULE, Rule, choose_rule, single_rule
 
 LENGTHS = range(2, 13)
 FRAMES = 2048  # recorded before a page must fetch them
@@ -54,59 +54,64 @@ class Chain(NamedTuple):
 
 
 class Shared(NamedTuple):
-    """Data that chains of all lengths share, and the data from which the rest of it is computed."""
+    """Data that chains of all lengths share, and the data from which the page computes it."""
 
-    tables: Tables
+    magnets: Magnets
+    near_magnets: Magnets  # whose sums give the tables of joint angles
+    far_magnets: Magnets  # and the table of distant casings
+    sizing: Sizing
+    near_sizing: Sizing
+    far_sizing: Sizing
+    near: NearKit
     far: FarKit
     couplings: Couplings
 
 
 def shared_of(scene: Scene) -> Shared:
-    """Return data for all chains with a scene's magnets; parts that the page computes are zero."""
+    """Return data for all chains with a scene's sizes.
+
+    The largest table is zero, because compression does not reduce its megabyte, and a page computes
+    it in 0.2 s. The tables of joint angles are a quarter of that and would take 0.35 s.
+    """
     magnets, part = pack(scene).magnets, scene.magnets
     made = magnets.tables
     if part is None or made.end == 0.0 or made.far.end == 0.0:
         raise ValueError("scene: must have magnets that both kinds of tables serve")
     far = made.far._replace(energy=np.zeros_like(made.far.energy))
-    tables = made._replace(far=far)
-    kit = _far_kit(quadrature_of(scene.casing, part, single_rule(1)), scene.casing.side)
-    magnets = magnets._replace(tables=tables)
-    couplings = new_couplings(magnets, scene.casing.diagonal, LENGTHS[-1])
-    return Shared(tables, kit, couplings)
+    magnets = magnets._replace(tables=made._replace(far=far))
+    near = quadrature_of(scene.casing, part, TABLE_RULE)
+    single = quadrature_of(scene.casing, part, single_rule(1))
+    size = np.zeros((5, 4))
 
+    def sizing(rule: Rule, magnets: Magnets) -> Sizing:
+        number = _word(magnets, SIZED[0], len(SIZED))
+        return new_sizing(rule, True)[0]._replace(size=size, number=number)
 
-def _far_kit(magnets: Magnets, side: float) -> FarKit:
-    radial, turns = far_table.RADIAL, far_table.TURNS
-    ends = 1.0 / (far_table.FARTHEST * side), 1.0 / (far_table.NEAREST * side)
-    reciprocal = np.linspace(*ends, radial)
-    beyond = int(np.searchsorted(reciprocal, 1.0 / (far_table.NEAR * side)))
-    values = np.zeros((radial, turns, turns))
-    band = np.zeros((radial + 2, 9))
-    band[0, 4:] = band[-1, :5] = 1.0, -4.0, 6.0, -4.0, 1.0
-    band[1:-1, 3:6] = 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0
-    quarter = turns // 4
-    heading = [k + quarter * face for k in range(-1, quarter + 2) for face in range(4)]
-    return FarKit(
+    return Shared(
         magnets=magnets,
-        far=1.0 / reciprocal[:beyond],
-        near=1.0 / reciprocal[beyond:],
-        few=np.array(width_rule(True, far_table.FAR_NODES)),
-        many=np.array(width_rule(True, far_table.NEAR_NODES)),
-        far_values=values[:beyond],
-        near_values=values[beyond:],
-        values=values.reshape(-1, turns),
-        turned=np.zeros((radial * turns, turns)),
-        band=band,
-        right=np.zeros((radial + 2, turns * turns)),
-        heading=np.array(heading) % turns,
+        near_magnets=near,
+        far_magnets=single,
+        sizing=sizing(choose_rule(part), magnets),
+        near_sizing=sizing(TABLE_RULE, near),
+        far_sizing=sizing(single_rule(1), single),
+        near=new_near_kit(near)._replace(
+            one=made.one,
+            two=made.two.reshape(-1, made.one.shape[1]),
+            square=made.two,
+            number=_word(magnets, "tables.end", 2),
+        ),
+        far=new_far_kit(single)._replace(
+            soften=far.soften, energy=far.energy, number=_word(magnets, "tables.far.end", 4)
+        ),
+        couplings=new_couplings(magnets, scene.casing.diagonal, LENGTHS[-1]),
     )
 
 
-def chain_of(scene: Scene, couplings: Couplings) -> Chain:
+def chain_of(scene: Scene, magnets: Magnets, couplings: Couplings) -> Chain:
     """Return the data of chains as long as the scene's, with the scene's fixed properties."""
     n, part = scene.n, scene.magnets
     model = pack(scene)._replace(
-        magnets=couplings.magnets, obstacles=np.zeros((ix.WALLS + MOST_OBSTACLES, ix.RADIUS + 1))
+        magnets=magnets, obstacles=np.zeros((ix.WALLS + MOST_OBSTACLES, ix.RADIUS + 1))
     )
     assert part is not None
     state, work, probe = new_state(model, np.zeros(n)), new_work(model), new_work(model)
@@ -114,7 +119,7 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
         cast("NDArray[Any]", array)[:] = 0
     record = new_record(model, 1.0, FRAMES)
     numbers = Numbers(
-        **{name: _word(model, name) for name in Numbers._fields[:11]},
+        **{name: _word(model, name) for name in Numbers._fields[:15]},
         interval=_word(record, "interval"),
         obstacles=_word(model, "obstacles", 3),
         boxes=_word(work, "boxes", 12),
@@ -128,9 +133,18 @@ def chain_of(scene: Scene, couplings: Couplings) -> Chain:
 
 def _word(packed: Any, name: str, count: int = 1) -> NDArray[Any]:
     """Return a writable view of ``count`` words of a packed NamedTuple, from a field on."""
-    place = pointer_types.place_of(packed, name)
+    place, inner = place_of(packed, name)
     words = pointer_types.words_of(packed)[place : place + count]
-    return words.view(np.float64) if isinstance(getattr(packed, name), float) else words
+    return words.view(np.float64) if isinstance(inner, float) else words
+
+
+def place_of(packed: Any, name: str) -> tuple[int, Any]:
+    """Return the place of a field's first word, and its value; ``name`` may be a dotted path."""
+    place, inner = 0, packed
+    for part in name.split("."):
+        place += pointer_types.place_of(inner, part)
+        inner = getattr(inner, part)
+    return place, inner
 
 
 class Field(NamedTuple):
@@ -248,5 +262,8 @@ def images() -> tuple[Image, dict[int, Image]]:
     """Return the shared block, and the chains' blocks by length."""
     shared = shared_of(standard(LENGTHS[0]))
     block = Block(shared)
-    chains = {n: Block(chain_of(standard(n), shared.couplings), block).image() for n in LENGTHS}
+    chains = {
+        n: Block(chain_of(standard(n), shared.magnets, shared.couplings), block).image()
+        for n in LENGTHS
+    }
     return block.image(), chains

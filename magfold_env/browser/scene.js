@@ -2,6 +2,7 @@
 // only checks the entries and expands them to one value per component.
 
 export const POLES = { N: 1, S: -1, "-": 0 };
+const LENGTHS = ["width", "height", "thickness", "inset"]; // of magnets
 const RIGHT_ANGLE = Math.PI / 2;
 
 /** The error for an invalid scene; it tells the first of its `problems`, {key, value, allowed}. */
@@ -36,9 +37,9 @@ const tolerance = [(value) => isNumber(value) && value >= 1e-12 && value <= 0.1,
 const count = (most) => [(value) => Number.isInteger(value) && value > 0 && value <= most,
   `must be a whole number from 1 to ${most}`];
 // Like magfold_env.scene.base.Most, and with the same entries.
-const upTo = ({ most, unit, usual, others }) => [(value) => positive[0](value) && value <= most,
+const upTo = ({ most, unit, usual, others }, least = positive) => [(value) => least[0](value) && value <= most,
   (value) => {
-    if (!(value > most)) return positive[1];
+    if (!(value > most)) return least[1];
     const meant = Object.entries(others)
       .find(([, size]) => usual[0] <= value * size && value * size <= usual[1]);
     return `must be at most ${brief(most)} ${unit}`
@@ -108,8 +109,8 @@ export function readScene(scene, layout) {
   const sequence = readSequence(read, entries.sequence, layout), n = sequence.length;
   const feed = read.group("feed", entries.feed,
     ["direction", "speed", "loading", "force_limit", "bore", "wall"]);
-  const magnets = read.group("magnets", entries.magnets, ["remanence"]);
-  const casing = read.group("casing", entries.casing, ["mass"]);
+  const magnets = read.group("magnets", entries.magnets, ["remanence", ...LENGTHS]);
+  const casing = read.group("casing", entries.casing, ["side", "corner_radius", "mass"]);
   const gravity = read.group("gravity", entries.gravity, ["normal"]);
   const solver = read.group("solver", entries.solver, ["tolerance", "max_steps"]);
   const mount = read.one("mount", entries.mount, standard.mount, oneOf(layout.mounts));
@@ -117,10 +118,17 @@ export function readScene(scene, layout) {
   const rows = Array.isArray(strength) && Array.isArray(strength[0])
     ? read.each("magnets.remanence", strength, n, [Array.isArray, "must be a row of four"], false)
     : Array(n).fill(strength);
+  const length = upTo(layout.most.length), { side } = standard.casing;
+  const sizes = [read.one("casing.side", casing.side, side, length), ...LENGTHS.map((name) => read.one(
+    `magnets.${name}`, magnets[name], standard.magnets[name],
+    name === "inset" ? upTo(layout.most.length, notNegative) : length))];
+  const diagonal = Math.SQRT2 * sizes[0];
+  if (read.problems.length === 0) checkMagnets(read, sizes, layout);
   const limit = feed.force_limit === null ? Infinity : read.one(
     "feed.force_limit", feed.force_limit, standard.feed.force_limit, positive);
   const found = {
-    sequence, mount,
+    sequence, mount, sizes,
+    rounding: read.one("casing.corner_radius", casing.corner_radius, standard.casing.corner_radius, positive),
     poles: sequence.map((faces) => [...faces].map((pole) => POLES[pole])),
     remanence: rows.map((row, k) => read.each(
       rows.length > 1 && row !== strength ? `magnets.remanence[${k}]` : "magnets.remanence",
@@ -133,9 +141,9 @@ export function readScene(scene, layout) {
     loading: read.one("feed.loading", feed.loading, standard.feed.loading,
       oneOf(["preloaded", "at_mouth"])),
     forceLimit: limit,
-    bore: read.one("feed.bore", feed.bore ?? undefined, layout.bore,
-      [(value) => isNumber(value) && value >= layout.diagonal && value <= layout.most.place.most,
-        `must be from the casing's diagonal, ${layout.diagonal}, to ${layout.most.place.most} m`]),
+    bore: read.one("feed.bore", feed.bore ?? undefined, layout.bore * diagonal,
+      [(value) => isNumber(value) && value >= diagonal * (1 - layout.rounding) && value <= layout.most.place.most,
+        `must be from the casing's diagonal, ${brief(diagonal)}, to ${layout.most.place.most} m`]),
     wall: read.one("feed.wall", feed.wall, standard.feed.wall, upTo(layout.most.place)),
     friction: read.each("friction", entries.friction ?? standard.friction, n, notNegative),
     normal: read.one("gravity.normal", gravity.normal, standard.gravity.normal, notNegative),
@@ -153,9 +161,19 @@ export function readScene(scene, layout) {
   return found;
 }
 
+/** Refuse magnets that overlap in their casing; magfold_env.scene.Magnets has the same rule. */
+function checkMagnets(read, [side, width, , thickness, inset], { rounding }) {
+  const depth = inset + thickness, room = side - 2 * depth;
+  if (width <= room + rounding * side) return;
+  const needed = `casing.side at least ${brief(width + 2 * depth)} m`;
+  read.refuse("magnets.width", width, "the magnets of a casing overlap, " + (room > 0
+    ? `must be at most side - 2 (inset + thickness) = ${brief(room)} m, or ${needed}`
+    : `no magnet so thick fits, must have ${needed}`));
+}
+
 /** Refuse what has no space in a tube; magfold_env.scene.Scene has the same rules. */
-function checkTube(read, entries, { bore, start, obstacles }, { diagonal, rounding, scene }) {
-  const play = Math.max((bore - diagonal) / 2, 0), { side } = scene.casing;
+function checkTube(read, entries, { bore, start, obstacles, sizes: [side] }, { rounding }) {
+  const diagonal = Math.SQRT2 * side, play = Math.max((bore - diagonal) / 2, 0);
   if (start?.some((offset) => Math.abs(offset) > play + rounding * diagonal)) {
     const allowed = `must lie within ${brief(play)} m of the tube's axis, as its bore asks`;
     read.refuse("start_offsets", start, allowed);

@@ -15,10 +15,10 @@ from magfold_env.engine.chain import tube
 from magfold_env.engine.compile.by_pointer import by_pointer
 from magfold_env.engine.compile.jit import inlined, kernel
 from magfold_env.engine.contact import boxes
-from magfold_env.engine.elementary import sincos
-from magfold_env.engine.state import Array, IntArray, Model, PerBody, State, Work
+from magfold_env.engine.elementary import sincos, total
+from magfold_env.engine.state import Array, IntArray, Magnets, Model, PerBody, State, Work
 from magfold_env.scene import numbers
-from magfold_env.simulation.pack import TURNED
+from magfold_env.simulation import pack
 
 MOST_OBSTACLES = 8
 
@@ -36,9 +36,9 @@ X, Y, LENGTH, WIDTH, HEADING = range(5)
 
 _DIGITS = 1e15  # digits of an obstacle's axis
 _ROUND = 1.5 * 2.0**52  # adding and then subtracting it rounds to a whole number
-_TURNED = tuple(TURNED)
+_TURNED = tuple(pack.TURNED)
 _face_charge, _typical_rate = inlined(numbers.face_charge), inlined(numbers.typical_rate)
-_square_inertia = inlined(numbers.square_inertia)
+_square_inertia, _stop_overshoot = inlined(numbers.square_inertia), inlined(pack.stop_overshoot)
 _friction_limit, _rectangle = inlined(numbers.friction_limit), inlined(numbers.rectangle)
 
 
@@ -57,6 +57,10 @@ class Numbers(NamedTuple):
     tolerance: Array
     max_steps: IntArray
     duration: Array
+    side: Array
+    rounding: Array
+    friction_radius: Array
+    stop_overshoot: Array
     interval: Array  # of `Record`
     obstacles: IntArray  # address and shape of the model's obstacles, (3,)
     boxes: IntArray  # addresses and lengths of the scratch space's boxes, (12,)
@@ -87,6 +91,24 @@ class Settings(NamedTuple):
 def is_flipped(settings: Settings) -> bool:
     """Return whether the engine counts from component n, the end that a forward feed holds."""
     return settings.choice[MOUNT] == TUBE and settings.choice[FORWARD] == 1
+
+
+@kernel
+def resize(
+    kit: pack.Sizing, magnets: Magnets, rounding: float, settings: Settings, model: Model
+) -> None:
+    """Fill in what depends on the sizes of casings and magnets, before `set_up` reads it."""
+    # The four magnets are equal, and opposite outer faces come nearest.
+    words, touching = settings.numbers, magnets.graded[0, 0] != 0
+    side, width, inset = kit.size[pack.SIDE, 0], kit.size[pack.WIDTH, 0], kit.size[pack.INSET, 0]
+    for f in range(4):
+        settings.face[0, f], settings.face[1, f] = kit.size[pack.WIDTH, f], kit.size[pack.HEIGHT, f]
+    words.side[0], words.rounding[0] = side, rounding
+    words.friction_radius[0] = numbers.FRICTION_ARM * side
+    words.stop_overshoot[0] = _stop_overshoot(side, inset, width, touching)
+    for k in range(model.n):
+        model.bodies.length[k] = side * math.sqrt(2.0)
+        model.bodies.reach[k] = model.bodies.length[k] / 2.0
 
 
 @kernel
@@ -158,20 +180,7 @@ def put_masses(settings: Settings, model: Model) -> tuple[float, float, bool]:
         model.bodies.inertia[k] = _square_inertia(mass[k], model.side)
         rubs = rubs or (friction[k] > 0.0 and normal > 0.0)
         model.friction_limit[k] = _friction_limit(friction[k], normal, mass[k])
-    return mean(mass), least, rubs
-
-
-@kernel
-def mean(values: Array) -> float:
-    """Return the mean of fewer than 16 numbers, summed in NumPy's order."""
-    n = values.size
-    total, first = 0.0, 0
-    if n >= 8:
-        pairs = (values[0] + values[1]) + (values[2] + values[3])
-        total, first = pairs + ((values[4] + values[5]) + (values[6] + values[7])), 8
-    for k in range(first, n):
-        total += values[k]
-    return total / n
+    return total(mass) / mass.size, least, rubs
 
 
 @inlined

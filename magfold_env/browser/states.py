@@ -43,7 +43,6 @@ _HEADINGS = tuple((int(x), int(y)) for x, y in HEADINGS)
 class Couplings(NamedTuple):
     """Energies of two components on the lattice; see `minimiser.arms.PairTable`."""
 
-    magnets: Magnets
     half: Array  # half a casing's diagonal, (1,) [m]
     energy: Annotated[Array, "cells", "cells", 4, FACES, FACES]
     """Energies of faces with unit charge, by cell and quarter turns [J/(A·m)²]."""
@@ -78,7 +77,7 @@ def new_couplings(magnets: Magnets, length: float, longest: int) -> Couplings:
     ``length`` is a component's length from hinge to hinge [m].
     """
     sizes, half = {"cells": 4 * (longest - 1) + 1, "n": 2}, np.array([0.5 * length])
-    return zeros(Couplings, sizes, magnets=magnets, half=half, nodes=new_nodes(magnets, 2))
+    return zeros(Couplings, sizes, half=half, nodes=new_nodes(magnets, 2))
 
 
 def new_search(couplings: Couplings, n: int) -> Search:
@@ -87,7 +86,7 @@ def new_search(couplings: Couplings, n: int) -> Search:
 
 
 @kernel
-def couple(couplings: Couplings, n: int, most: int) -> int:
+def couple(couplings: Couplings, magnets: Magnets, n: int, most: int) -> int:
     """Fill in up to ``most`` couplings for chains of n components; return 1 if none are missing."""
     reach, middle, filled = 2 * (n - 1), couplings.energy.shape[0] // 2, 0
     for x in range(-reach, reach + 1):
@@ -102,7 +101,9 @@ def couple(couplings: Couplings, n: int, most: int) -> int:
                         return 0
                     couplings.known[x + middle, y + middle, quarter] = 1
                     put_pose(couplings, x, y, quarter)
-                    put_energies(couplings, couplings.energy[x + middle, y + middle, quarter])
+                    put_energies(
+                        couplings, magnets, couplings.energy[x + middle, y + middle, quarter]
+                    )
                     filled += 1
     return 1
 
@@ -118,7 +119,7 @@ def put_pose(couplings: Couplings, x: int, y: int, quarter: int) -> None:
 
 
 @kernel
-def put_energies(couplings: Couplings, out: Array) -> None:
+def put_energies(couplings: Couplings, magnets: Magnets, out: Array) -> None:
     """Fill in the energies (4, 4) of all pairs of faces of two components in their poses."""
     charge = couplings.charge
     for a in range(FACES):
@@ -126,7 +127,7 @@ def put_energies(couplings: Couplings, out: Array) -> None:
             for f in range(FACES):
                 charge[0, f] = 1.0 if f == a else 0.0
                 charge[1, f] = 1.0 if f == b else 0.0
-            out[a, b] = pairs.energy(0, couplings.magnets, charge, couplings.pose, couplings.nodes)
+            out[a, b] = pairs.energy(0, magnets, charge, couplings.pose, couplings.nodes)
 
 
 @kernel

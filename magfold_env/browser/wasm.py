@@ -241,7 +241,7 @@ def _lowered(kernel: Any, signature: tuple[Any, ...]) -> Any:
         error_model="numpy",
         nogil=True,
         _nrt=False,
-    )(kernel.py_func)
+    )(getattr(kernel, "py_func", kernel))
     made.compile(signature)
     return made.overloads[signature]
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from magfold_env.engine.compile.jit import PRIVATE, inlined
+from magfold_env.engine.compile.jit import PRIVATE, inlined, interpreted
 
 # Adding and subtracting 1.5·2⁵² rounds a float to an integer, which the sum's low bits hold.
 _ROUND = 1.5 * 2.0**52
@@ -216,3 +216,16 @@ def time_across(gap: float, rate: float, acceleration: float) -> tuple[float, fl
     elif root >= 0.0 and rate + math.sqrt(root) > 0.0:
         return 2.0 * gap / (rate + math.sqrt(root)), math.sqrt(root)
     return math.inf, 0.0
+
+
+@interpreted
+def total(values: Any) -> float:
+    """Return the sum of fewer than 16 numbers, in NumPy's order."""
+    n = values.size
+    found, first = 0.0, 0
+    if n >= 8:
+        pairs = (values[0] + values[1]) + (values[2] + values[3])
+        found, first = pairs + ((values[4] + values[5]) + (values[6] + values[7])), 8
+    for k in range(first, n):
+        found += values[k]
+    return found

@@ -61,29 +61,34 @@ class Magnets(NamedTuple):
 
     strips: bool  # upright charged rectangles; else point charges
     even: bool  # all have the same height
+    far_order: int  # of expansions
+    # The numbers that follow from sizes are side by side.
     height2: float  # H² of the first face [m²]
-    rank_count: IntArray  # nodes per pole face at every rank, (ranks,)
-    rank_radius: Array  # distances of casings within which a rank has full weight, (ranks,) [m]
     far_radius: float  # casings farther apart use expansions, see `magnets.multipoles` [m]
-    far_order: int
     group_radius: float  # so do segments of k components farther apart than k times this [m]
-    face_moment: Array  # for unit charge in the casing's frame, (4, 2, terms) [√(µ0/4π) m^k]
-    node_x: Array  # nodes in the casing's frame, (ranks, most nodes per casing) [m]
-    node_y: Array
-    node_weight: Array  # share of the face's charge, signed for inner faces
     nearest2: float  # least squared distance of nodes; smaller ones are replaced by it [m²]
     depth: float  # distance of the outermost face from the centre [m]
-    face_x: Array  # centres of the pole faces in the casing's frame, (8,) [m]
-    face_y: Array
-    face_tx: Array  # vectors along their widths, of the same length, (8,) [m]
-    face_ty: Array
-    face_half: Array  # half their heights, (8,) [m]
+    reach: float  # centres farther apart than this have no near faces [m]
+    rank_count: IntArray  # nodes per pole face at every rank, (ranks,)
+    rank_radius: Annotated[
+        Array, "ranks"
+    ]  # distances of casings within which a rank has full weight [m]
+    face_moment: Annotated[
+        Array, 4, 2, "terms"
+    ]  # for unit charge in the casing's frame [√(µ0/4π) m^k]
+    node_x: Annotated[Array, "ranks", "nodes a casing"]  # nodes in the casing's frame [m]
+    node_y: Annotated[Array, "ranks", "nodes a casing"]
+    node_weight: Array  # share of the face's charge, signed for inner faces
+    face_x: Annotated[Array, 8]  # centres of the pole faces in the casing's frame [m]
+    face_y: Annotated[Array, 8]
+    face_tx: Annotated[Array, 8]  # vectors along their widths, of the same length [m]
+    face_ty: Annotated[Array, 8]
+    face_half: Annotated[Array, 8]  # half their heights [m]
     level_count: IntArray  # nodes per face at every level, (levels,); then in `sheets.between`
     level_node: Array  # offsets along the width, in widths, (levels, most nodes in whole lanes)
     level_weight: Array  # shares of the charge
-    level_radius: Array  # within it, level k has full weight; (levels,) [m], [0] unused
-    reach: float  # centres farther apart than this have no near faces [m]
-    graded: IntArray  # 1: faces that may be so near that they use `magnets.sheets`, (8, 8)
+    level_radius: Annotated[Array, "levels"]  # within it, level k has full weight [m], [0] unused
+    graded: Annotated[IntArray, 8, 8]  # 1: faces that may be so near that they use `magnets.sheets`
     tables: Tables
 
 
@@ -124,11 +129,11 @@ class FarTable(NamedTuple):
 
     end: float  # largest covered distance of centres [m]; 0: no table
     density: float  # knots of 1/r, from 1/end on [m]
+    soft: float  # [m]
+    reach: float  # casings with centres farther apart have no such nodes [m]
+    soften: Array  # energy of nearer nodes [1/m], a polynomial in ρ² − soft², (4,)
     energy: Array  # front-left faces of unit charge [J/(A·m)²], (knots + 2, turns + 3, turns + 12):
     # directions from the second casing that are right angles apart are side by side
-    soft: float  # [m]
-    soften: Array  # energy of nearer nodes [1/m], a polynomial in ρ² − soft², (4,)
-    reach: float  # casings with centres farther apart have no such nodes [m]
 
 
 @by_pointer

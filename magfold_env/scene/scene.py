@@ -24,6 +24,7 @@ SIGNS = {"N": 1.0, "S": -1.0, "-": 0.0}
 """Sign of the outward pole by the letter of a face; - stands for a face without a magnet."""
 
 _JOINT_LIMIT = math.pi / 2
+BORE = 1.05  # of a tube, in diagonals, unless given
 
 # Ratios of mass to side³ [kg/m³] that indicate grams or milligrams instead of kilograms; that of
 # gold is 2e4. Larger ratios are deliberate extremes. A mass below 0.01 kg, such as the default in
@@ -330,7 +331,7 @@ class Scene(base.FrozenModel, NotebookDisplay):
     @property
     def bore(self) -> float:
         """Inner width of the tube [m]."""
-        return self.feed.bore if self.feed.bore is not None else 1.05 * self.casing.diagonal
+        return self.feed.bore if self.feed.bore is not None else BORE * self.casing.diagonal
 
     @property
     def solids(self) -> tuple[Rectangle, ...]:

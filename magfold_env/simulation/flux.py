@@ -8,13 +8,14 @@ import numpy.typing as npt
 from magfold_env.engine.chain import articulated
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.magnets.laws import COULOMB, NEAREST2, node_force
-from magfold_env.engine.magnets.multipoles import ComplexArray
 from magfold_env.engine.state import Array, Magnets
 from magfold_env.engine.workspace import new_work
 from magfold_env.scene import Scene
 from magfold_env.simulation.pack import pack
 from magfold_env.simulation.quadrature import graded_rule
 from magfold_env.simulation.simulate import checked, places
+
+ComplexArray = npt.NDArray[np.complex128]
 
 NODES = 40
 """Number of nodes along a pole face on either side of the place that is nearest to a point.

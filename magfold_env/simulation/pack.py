@@ -6,24 +6,26 @@ import math
 from collections.abc import Callable
 from functools import lru_cache
 from threading import Lock
-from typing import NamedTuple, ParamSpec, TypeVar, get_args
+from typing import Annotated, NamedTuple, ParamSpec, TypeVar, get_args
 
 import numpy as np
 
+from magfold_env.engine.compile.by_pointer import by_pointer
+from magfold_env.engine.compile.jit import interpreted
 from magfold_env.engine.elementary import sincos
 from magfold_env.engine.magnets.laws import NEAREST2
-from magfold_env.engine.magnets.multipoles import ComplexArray, moments
+from magfold_env.engine.magnets.multipoles import HIGHEST, MOST, moments
 from magfold_env.engine.magnets.pairs import BLEND, LANES
 from magfold_env.engine.state import (
     Array,
     Bodies,
     FarTable,
     Field,
-    IntArray,
     Magnets,
     Model,
     Tables,
 )
+from magfold_env.engine.workspace import zeros
 from magfold_env.scene import Casing, FixedMagnet, Scene
 from magfold_env.scene import Magnets as MagnetsPart
 from magfold_env.scene.magnets import Length
@@ -62,7 +64,7 @@ T = TypeVar("T")
 
 _NONE = np.zeros(0)
 NO_FIELD = Field(False, 0.0, 0.0, _NONE, _NONE, 0.0, 0.0, _NONE, 0.0, np.zeros(8, dtype=np.int64))
-NO_FAR_TABLE = FarTable(0.0, 0.0, np.zeros((0, 0, 0)), 0.0, np.zeros(4), 0.0)
+NO_FAR_TABLE = FarTable(0.0, 0.0, 0.0, 0.0, np.zeros(4), np.zeros((0, 0, 0)))
 NO_TABLES = Tables(0.0, 0.0, np.zeros((0, 16)), np.zeros((0, 16)), NO_FAR_TABLE)
 TURNED = [2, 3, 0, 1]  # faces of a casing turned by 180°
 # The faces point along the diagonals.
@@ -199,11 +201,14 @@ def _stop_overshoot(scene: Scene, magnets: Magnets) -> float:
     """Return how far beyond a joint's stop forces still approximate those before it [rad]."""
     if scene.magnets is None:
         return math.inf
-    gap = 2.0 * float(np.min(scene.magnets.inset))
-    if magnets.graded.any():
-        # Beyond the stop, the forces continue as before it.
-        gap = TABLE_GAP * widest(scene.magnets)
-    return PAST_STOP * gap / scene.casing.side
+    inset, width = float(np.min(scene.magnets.inset)), widest(scene.magnets)
+    return stop_overshoot(scene.casing.side, inset, width, bool(magnets.graded.any()))
+
+
+def stop_overshoot(side: float, inset: float, width: float, touching: bool) -> float:
+    """Return `Model.stop_overshoot`, for the least inset and the largest width of magnets [m]."""
+    # Beyond the stop, the forces of faces that may touch continue as before it.
+    return PAST_STOP * (TABLE_GAP * width if touching else 2.0 * inset) / side
 
 
 def charges(scene: Scene) -> Array:
@@ -290,84 +295,114 @@ class MagnetSizes(NamedTuple):
         lengths = (magnets.lengths[name] for name in get_args(Length))
         return cls(*((each[2:] + each[:2] if turned else each) for each in lengths))
 
-    @property
-    def depth(self) -> Array:
-        """Depths of all eight pole faces in the casing [m]."""
-        return np.append(self.inset, np.add(self.inset, self.thickness))
 
-    def near(self, gap: Array, bounded: bool) -> IntArray:
-        """Return 1 for ``bounded`` gaps [m] below `TABLE_GAP` face widths, and 0 for other gaps."""
-        near = gap < (1.0 - 1e-9) * TABLE_GAP * max(self.width)
-        return (near & bounded).astype(np.int64)
+SIDE, WIDTH, HEIGHT, THICKNESS, INSET = range(5)
+"""Rows of `Sizing.size`."""
+SIZED = "height2", "far_radius", "group_radius", "nearest2", "depth", "reach"
+"""Numbers of `Magnets` that follow from sizes."""
+NEAR_GAP = (1.0 - 1e-9) * TABLE_GAP
+"""Gap in widths of the widest face below which faces may touch."""
 
 
-@lru_cache(maxsize=64)
-def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets:
+@by_pointer
+class Sizing(NamedTuple):
+    """The data with which `size_magnets` finds the nodes of magnets of any size by one rule."""
+
+    size: Annotated[Array, 5, 4]  # by face, see `SIDE` [m]
+    offset: Array  # of a face's nodes, in widths, (ranks, most nodes)
+    room: Array  # radii of ranks, in widths, (ranks,)
+    radius: Array  # radii of levels, in widths, (levels,)
+    beyond: Array  # radii of expansions of casings and of segments, in diagonals, (2,)
+    pole: Array  # nodes behind a face and their charges: offsets, charges, x and y [m], (4, 8)
+    powers: Annotated[Array, 4, HIGHEST + 1, 8]  # scratch of `moments`
+    number: Annotated[Array, len(SIZED)]
+
+
+def new_sizing(rule: Rule, strips: bool) -> tuple[Sizing, Magnets]:
+    """Allocate magnets without sizes, and the data to size them."""
     # Level 0 is the last rank; after the levels come the nodes of faces that may touch.
     counts = (rule.ranks[-1], *rule.levels, rule.graded)
-    levels, widest_face = len(counts) - 1, max(sizes.width)
-    most = -(-max(counts) // LANES) * LANES
-    node, weight = np.zeros((levels + 1, most)), np.zeros((levels + 1, most))
+    levels, most = len(counts) - 1, -(-max(counts) // LANES) * LANES
+    node, weight = np.zeros((2, levels + 1, most))
     for level, count in enumerate(counts[:-1]):
         node[level, :count], weight[level, :count] = width_rule(strips, count)
     if rule.graded > 0:
         node[levels, : rule.graded], weight[levels, : rule.graded] = graded_rule(rule.graded)
-    outer = side / 2.0 - np.array(sizes.inset)
-    distance = np.concatenate([outer, outer - np.array(sizes.thickness)])
-    look_x, look_y = np.tile(FACE_X, 2), np.tile(FACE_Y, 2)
-    width = np.tile(sizes.width, 2)
-    face_x, face_y = distance * look_x, distance * look_y
-    tangent_x, tangent_y = -look_y * width, look_x * width
-    sign = np.repeat([1.0, -1.0], 4)
-    ranks, widest = len(rule.ranks), 8 * max(rule.ranks)
-    node_x, node_y, share = (np.zeros((ranks, widest)) for _ in range(3))
+    ranks, most = len(rule.ranks), max(rule.ranks)
+    offset, share = np.zeros((ranks, most)), np.zeros((ranks, 8 * most))
     for rank, count in enumerate(rule.ranks):
-        offset, part = width_rule(strips, count)
-        nodes = slice(0, 8 * count)
-        node_x[rank, nodes] = (face_x[:, None] + np.outer(tangent_x, offset)).ravel()
-        node_y[rank, nodes] = (face_y[:, None] + np.outer(tangent_y, offset)).ravel()
-        share[rank, nodes] = np.outer(sign, part).ravel()
-    faces = face_x + 1j * face_y, tangent_x + 1j * tangent_y
-    graded = sizes.near(sizes.depth[:, None] + sizes.depth, rule.graded > 0)
-    rooms, radii = (np.array([math.inf, *each]) * widest_face for each in (rule.rooms, rule.radii))
-    return Magnets(
-        strips=strips,
-        even=min(sizes.height) == max(sizes.height),
-        height2=sizes.height[0] * sizes.height[0],
-        rank_count=np.array(rule.ranks, dtype=np.int64),
-        rank_radius=rooms,
-        far_radius=rule.far * side * math.sqrt(2.0),
-        far_order=rule.order,
-        group_radius=rule.groups * side * math.sqrt(2.0),
-        face_moment=_moments(faces, sizes),
-        node_x=node_x,
-        node_y=node_y,
-        node_weight=share,
-        nearest2=TOUCHING2 if graded.any() else NEAREST2,
-        depth=float(outer.max()),
-        face_x=face_x,
-        face_y=face_y,
-        face_tx=tangent_x,
-        face_ty=tangent_y,
-        face_half=np.tile(sizes.height, 2) / 2.0,
-        level_count=np.array(counts, dtype=np.int64),
-        level_node=node,
-        level_weight=weight,
-        level_radius=radii,
-        reach=2.0 * float(outer.max()) + BLEND * float(radii[1]) if levels > 1 else 0.0,
-        graded=graded,
-        tables=NO_TABLES,
-    )
+        offset[rank, :count], part = width_rule(strips, count)
+        share[rank, : 8 * count] = np.outer(np.repeat([1.0, -1.0], 4), part).ravel()
+    # Four nodes give exact moments up to the seventh order.
+    four, part = width_rule(True, 4)
+    kit = zeros(
+        Sizing, {}, offset=offset,
+        room=np.array([math.inf, *rule.rooms]), radius=np.array([math.inf, *rule.radii]),
+        beyond=np.array([rule.far, rule.groups]),
+        pole=np.stack([np.tile(four, 2), np.concatenate([part, -part]), np.zeros(8), np.zeros(8)]),
+    )  # fmt: skip
+    sizes = {"ranks": ranks, "terms": MOST, "nodes a casing": 8 * most, "levels": levels}
+    magnets = zeros(
+        Magnets, sizes, strips=strips, even=True, far_order=rule.order,
+        **dict.fromkeys(SIZED, 0.0), rank_count=np.array(rule.ranks, dtype=np.int64),
+        node_weight=share, level_count=np.array(counts, dtype=np.int64), level_node=node,
+        level_weight=weight, tables=NO_TABLES,
+    )  # fmt: skip
+    return kit, magnets
 
 
-def _moments(faces: tuple[ComplexArray, ComplexArray], sizes: MagnetSizes) -> Array:
-    """Return the moments of the magnet behind each outer face, for unit charge on that face."""
-    centre, along = faces
-    # Four nodes are exact up to the seventh order.
-    offset, part = width_rule(True, 4)
-    share = np.concatenate([part, -part])
-    poles = [np.concatenate([centre[g] + offset * along[g] for g in (f, f + 4)]) for f in range(4)]
-    return np.array([moments(poles[f], share, sizes.height[f]) for f in range(4)])
+@interpreted
+def size_magnets(kit: Sizing, magnets: Magnets) -> None:
+    """Fill in the arrays of magnets and the numbers that follow from their sizes."""
+    size, number = kit.size, kit.number
+    side, widest, depth, nearest2 = size[SIDE, 0], 0.0, 0.0, NEAREST2
+    for f in range(4):
+        widest = max(widest, size[WIDTH, f])
+    for f in range(8):
+        g = f % 4
+        outer, width = side / 2.0 - size[INSET, g], size[WIDTH, g]
+        depth = max(depth, outer)
+        distance = outer if f < 4 else outer - size[THICKNESS, g]
+        magnets.face_x[f], magnets.face_y[f] = distance * FACE_X[g], distance * FACE_Y[g]
+        magnets.face_tx[f], magnets.face_ty[f] = -FACE_Y[g] * width, FACE_X[g] * width
+        magnets.face_half[f] = size[HEIGHT, g] / 2.0
+        for rank in range(magnets.rank_count.size):
+            count = magnets.rank_count[rank]
+            for k in range(count):
+                offset, here = kit.offset[rank, k], count * f + k
+                magnets.node_x[rank, here] = magnets.face_x[f] + magnets.face_tx[f] * offset
+                magnets.node_y[rank, here] = magnets.face_y[f] + magnets.face_ty[f] * offset
+        for other in range(8):
+            gap = size[INSET, g] + (0.0 if f < 4 else size[THICKNESS, g])
+            gap += size[INSET, other % 4] + (0.0 if other < 4 else size[THICKNESS, other % 4])
+            near = magnets.level_count[magnets.level_count.size - 1] > 0 and gap < NEAR_GAP * widest
+            magnets.graded[f, other] = int(near)
+            nearest2 = TOUCHING2 if near else nearest2
+    for f in range(4):
+        for k in range(8):
+            face = f if k < 4 else f + 4
+            kit.pole[2, k] = magnets.face_x[face] + kit.pole[0, k] * magnets.face_tx[face]
+            kit.pole[3, k] = magnets.face_y[face] + kit.pole[0, k] * magnets.face_ty[face]
+        pole, out = kit.pole, magnets.face_moment[f]
+        moments(pole[2], pole[3], pole[1], size[HEIGHT, f], kit.powers, out)
+    for k in range(kit.room.size):
+        magnets.rank_radius[k] = kit.room[k] * widest
+    for k in range(kit.radius.size):
+        magnets.level_radius[k] = kit.radius[k] * widest
+    number[0] = size[HEIGHT, 0] * size[HEIGHT, 0]
+    number[1] = kit.beyond[0] * side * math.sqrt(2.0)
+    number[2] = kit.beyond[1] * side * math.sqrt(2.0)
+    number[3], number[4] = nearest2, depth
+    number[5] = 2.0 * depth + BLEND * magnets.level_radius[1] if kit.radius.size > 1 else 0.0
+
+
+@lru_cache(maxsize=64)
+def _build(rule: Rule, strips: bool, side: float, sizes: MagnetSizes) -> Magnets:
+    kit, magnets = new_sizing(rule, strips)
+    kit.size[:] = (side,) * 4, *sizes
+    size_magnets(kit, magnets)
+    even = min(sizes.height) == max(sizes.height)
+    return magnets._replace(even=even, **dict(zip(SIZED, kit.number.tolist(), strict=True)))
 
 
 def pack_field(scene: Scene, magnetic: bool) -> Field:
@@ -381,7 +416,9 @@ def pack_field(scene: Scene, magnetic: bool) -> Field:
         return found
     # The magnet's poles are on its outline and have no inset.
     sizes = MagnetSizes.of(part, reversed_inside(scene))
-    found = found._replace(graded=sizes.near(sizes.depth, part.bounded))
+    depth = np.append(sizes.inset, np.add(sizes.inset, sizes.thickness))
+    near = (depth < NEAR_GAP * widest(part)) & part.bounded
+    found = found._replace(graded=near.astype(np.int64))
     return _with_poles(found, magnet, widest(part))
 
 

@@ -1,14 +1,17 @@
 """Random scenes that a page supports, and their form for its script and its kernels."""
 
 import math
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 import magfold_env as mf
 from magfold_env.browser import memory, settings, states
+from magfold_env.engine.state import Magnets
+from magfold_env.scene.magnets import Length
 from magfold_env.simulation.pack import pack, reversed_inside
 
+LENGTHS = get_args(Length)
 MOUNTS = ("tube", "free", "pinned")
 
 
@@ -39,6 +42,18 @@ def random_scene(rng: np.random.Generator, mount: str | None = None, **changes: 
     return scene.replace(**changes).draw(rng)
 
 
+def random_sizes(rng: np.random.Generator) -> dict[str, Any]:
+    """Return sizes of a casing and its magnets, which fit and sometimes touch the wall."""
+    side, inset = rng.uniform(0.006, 0.03), rng.choice([0.0, rng.uniform(0.0, 0.1)])
+    thickness = rng.uniform(0.05, 0.3)
+    width = rng.uniform(0.15, 1.0) * (1.0 - 2.0 * (inset + thickness))
+    lengths = dict(zip(LENGTHS, (width, rng.uniform(0.1, 1.0), thickness, inset), strict=True))
+    return {
+        "casing": {"side": float(side), "corner_radius": float(side * rng.uniform(1e-4, 0.02))},
+        "magnets": {name: float(side * length) for name, length in lengths.items()},
+    }
+
+
 def told(scene: mf.Scene) -> dict[str, Any]:
     """Return the entries of a concrete scene that a page's script needs."""
     data = scene.model_dump(mode="json")
@@ -48,8 +63,8 @@ def told(scene: mf.Scene) -> dict[str, Any]:
         name: data["feed"][name]
         for name in ("direction", "speed", "loading", "force_limit", "bore", "wall")
     }
-    found["magnets"] = {"remanence": data["magnets"]["remanence"]}
-    found["casing"] = {"mass": data["casing"]["mass"]}
+    found["magnets"] = {name: data["magnets"][name] for name in ("remanence", *LENGTHS)}
+    found["casing"] = {name: data["casing"][name] for name in ("side", "mass", "corner_radius")}
     found["gravity"] = {"normal": data["gravity"]["normal"]}
     found["obstacles"] = data["obstacles"]
     name = "start_offsets" if scene.mount == "tube" else "start_angles"
@@ -57,18 +72,19 @@ def told(scene: mf.Scene) -> dict[str, Any]:
     return found
 
 
-def couplings_of() -> states.Couplings:
-    """Return an empty table of the interactions of a page's components on the lattice."""
+def couplings_of() -> tuple[Magnets, states.Couplings]:
+    """Return a page's magnets, and an empty table of components' interactions on the lattice."""
     standard = memory.standard(2)
     magnets, diagonal = pack(standard).magnets, standard.casing.diagonal
-    return states.new_couplings(magnets, diagonal, memory.LENGTHS[-1])
+    return magnets, states.new_couplings(magnets, diagonal, memory.LENGTHS[-1])
 
 
-def chain_of(scene: mf.Scene, couplings: states.Couplings | None = None) -> memory.Chain:
-    """Return a chain made from its settings."""
+def chain_of(
+    scene: mf.Scene, given: tuple[Magnets, states.Couplings] | None = None
+) -> memory.Chain:
+    """Return a chain of standard sizes, made from its settings."""
     standard = memory.standard(scene.n)
-    couplings = couplings or couplings_of()
-    chain = memory.chain_of(standard, couplings)
+    chain = memory.chain_of(standard, *(given or couplings_of()))
     given_ = chain.settings
     poles = {"N": 1, "S": -1, "-": 0}
     assert scene.magnets is not None

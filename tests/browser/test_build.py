@@ -17,9 +17,9 @@ from tests.command_line import fails_in_one_line
 
 LARGEST = 1_450_000  # bytes gzipped, of 1.5 MB that it may have
 EXPORTS = {
-    "begin_search", "choose", "couple", "draw", "ending", "energy", "film", "judge", "look",
-    "make_far_table", "observe", "overlap", "run", "set_up", "take_in", "visit", "memory",
-    "__heap_base",
+    "begin_search", "choose", "couple", "draw", "ending", "energy", "far_error", "fill_far_table",
+    "fill_near_table", "film", "judge", "look", "observe", "overlap", "resize", "run", "set_up",
+    "size_magnets", "take_in", "visit", "memory", "__heap_base",
 }  # fmt: skip
 
 

@@ -9,9 +9,10 @@ import pytest
 import magfold_env as mf
 from magfold_env.fold import recording
 from magfold_env.replay import page_data
+from magfold_env.simulation.pack import joint_tables
 from magfold_env.simulation.session import Session
 from tests.browser import built
-from tests.browser.scenes import MOUNTS, random_scene, told
+from tests.browser.scenes import LENGTHS, MOUNTS, random_scene, random_sizes, told
 
 
 def bits(value: Any) -> Any:
@@ -69,6 +70,30 @@ def test_obstacles_are_met_alike_and_may_just_fit_beside_a_tube() -> None:
         compare([random_scene(rng, "tube", obstacles=[obstacle])])
 
 
+@pytest.mark.medium
+@pytest.mark.parametrize("count", [6, pytest.param(150, marks=pytest.mark.slow)])
+def test_scenes_of_other_sizes_end_in_the_same_bits(count: int) -> None:
+    rng = np.random.default_rng(count)
+    scenes = [random_scene(rng, MOUNTS[k % 3], **random_sizes(rng)) for k in range(count)]
+    # One after another in the same memory, of which the first one's sizes come back.
+    compare([*scenes, scenes[0]])
+
+
+@pytest.mark.medium
+@pytest.mark.parametrize(("lengths", "near", "far"), [
+    ((0.006, 0.006, 0.0025, 0.0005), True, True), ((0.0075, 0.006, 0.002, 0.0001), True, False),
+    ((0.0124, 0.5, 4e-5, 0.0), False, False),
+])  # fmt: skip
+def test_magnets_for_which_tables_are_inexact_do_without(
+    lengths: Any, near: bool, far: bool
+) -> None:
+    scene = random_scene(np.random.default_rng(4), "free", n=4, duration=0.02)
+    scene = scene.replace(magnets=dict(zip(LENGTHS, lengths, strict=True)))
+    tables = joint_tables(scene)
+    assert (tables.end > 0.0, tables.far.end > 0.0) == (near, far)
+    compare([scene])
+
+
 @pytest.mark.slow
 def test_thousands_of_scenes_end_in_the_same_bits() -> None:
     rng = np.random.default_rng(2700)
@@ -122,6 +147,13 @@ REFUSED: list[dict[str, Any]] = [
     # Wrong units.
     *({"magnets": {"remanence": each}} for each in (1300, 12.5, 12500, 1e9)),
     {"magnets": {"remanence": [1.2, 1.2, 1200, 1.2]}},
+    {"magnets": {"width": 0.0066}},
+    {"magnets": {"thickness": 0.007}},
+    {"magnets": {"inset": 0.5}},
+    {"magnets": {"height": 6.0}},
+    {"casing": {"side": 12.5}},
+    {"casing": {"side": 0.0125001}, "feed": {"bore": 0.0176}},
+    {"casing": {"side": 0.02}, "start_offsets": [0.0, 0.001, 0.0, 0.0]},
     {"feed": {"speed": 1e9}},
     {"feed": {"wall": 5000.0}},
     {"obstacles": [{"position": [0.5, 0.5], "size": [5000.0, 0.01]}]},
@@ -152,6 +184,9 @@ NAMED: list[tuple[dict[str, Any], str]] = [
     ({"friction": [0.1, -1, 0.1]}, "friction[1]: -1 is not allowed; must be a number of at"),
     ({"solver": {"max_steps": 1e19}},
      "solver.max_steps: 10000000000000000000 is not allowed; must"),
+    ({"magnets": {"width": [0.006] * 4}}, "magnets.width: [0.006,0.006,0.006,0.006] is not"),
+    ({"magnets": {"inset": -1}}, "magnets.inset: -1 is not allowed; must be a number of at"),
+    ({"magnets": {"nodes": 3}}, "magnets.nodes: 3 is not allowed; must be one of remanence, width"),
     ({"feed": {"speed": 0}}, "feed.speed: 0 is not allowed; must be a number above 0"),
     ({"colour": 1}, "colour: 1 is not allowed; must be one of sequence, mount"),
     ({"start_angles": [0.0, 2.0]}, "start_angles[1]: 2 is not allowed; must be numbers from"),

@@ -84,6 +84,38 @@ def test_what_is_set_folds_anew(page: chromium.Page, tmp_path: Path) -> None:
     same_fold(page, tmp_path / "mine.yaml")
 
 
+def resize(page: chromium.Page, key: str, value: str) -> None:
+    page.value(
+        f"(() => {{ const field = document.querySelector('[data-size=\"{key}\"]'); "
+        f"field.value = '{value}'; field.dispatchEvent(new Event('change')); }})()"
+    )
+    page.until("byId('status').textContent !== 'computing tables'")
+
+
+@pytest.mark.medium
+def test_other_sizes_fold_as_python_says(page: chromium.Page, tmp_path: Path) -> None:
+    page.value("location.hash = ''")
+    end(page)
+    for key, value in (("magnets.width", "4"), ("casing.side", "16"), ("casing.mass", "5")):
+        resize(page, key, value)
+    scene = same_fold(page, tmp_path / "mine.yaml").scene
+    assert scene.magnets is not None
+    assert (scene.magnets.width, scene.casing.side, scene.casing.mass) == (0.004, 0.016, 0.005)
+    page.until("byId('states').ariaBusy === 'false'")
+    best = page.value("byId('states').rows[0].innerText.split(/\\s*\\t\\s*/)")
+    (found,) = mf.minimise(scene, top=1).states
+    assert best[:2] == [found.word, f"{1e3 * found.energy:.3f}".replace("-", "−")]
+    page.value("dispatchEvent(new Event('beforeprint'))")
+    assert "side 16 mm, 5 g each" in text(page, "pieces")
+    assert "4 × 6 × 2.5 mm" in text(page, "pieces")
+    resize(page, "magnets.width", "40")
+    assert text(page, "problem").startswith("magnets.width: 0.04 is not allowed; the magnets of")
+    assert page.value("laboratory.scene.magnets.width") == 0.004
+    page.value("location.hash = ''; laboratory.scene = USUAL; laboratory.change({})")
+    end(page)
+    assert text(page, "word") == "LRLLL"
+
+
 @pytest.mark.medium
 def test_the_page_does_not_wait_for_long_folds(page: chromium.Page, tmp_path: Path) -> None:
     page.value("laboratory.change({ feed: { ...laboratory.scene.feed, speed: 1e-6 } })")

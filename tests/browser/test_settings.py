@@ -9,11 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.browser import memory, settings, tables
-from magfold_env.engine.compile import by_pointer
-from magfold_env.simulation.pack import pack
+from magfold_env.browser import memory, settings
+from magfold_env.engine.compile import by_pointer, pointer_types
+from magfold_env.simulation.far_table import fill_far_table
+from magfold_env.simulation.near_table import fill_near_table
+from magfold_env.simulation.pack import pack, size_magnets
 from magfold_env.simulation.session import Session
-from tests.browser.scenes import chain_of, random_scene
+from tests.browser.scenes import LENGTHS, chain_of, random_scene
 
 pytestmark = pytest.mark.skipif(
     not by_pointer.POINTERS, reason="needs kernels that take tuples by pointer"
@@ -39,7 +41,7 @@ def check(scene: mf.Scene) -> None:
     chain, session = chain_of(scene), Session(scene)
     model, state = session._model, session._state
     numbers = chain.settings.numbers
-    changed = settings.Numbers._fields[:11]
+    changed = settings.Numbers._fields[:15]
     for name in changed:
         (value,) = getattr(numbers, name)
         expected = getattr(model, name)
@@ -76,12 +78,17 @@ def test_obstacles_and_a_drawn_start_are_those_of_a_scene(mount: str) -> None:
     assert tuple(chain.settings.start[0, : len(drawn)]) == drawn
 
 
-def test_the_largest_table_is_made_to_the_last_bit() -> None:
+def test_stored_data_give_the_tables_of_a_scene() -> None:
     scene = memory.standard(3)
     shared = memory.shared_of(scene)
-    assert not shared.tables.far.energy.any()
-    tables.make_far_table(shared.far, shared.tables)
-    made, expected = shared.tables, pack(scene).magnets.tables
-    assert made.one.tobytes() == expected.one.tobytes()
-    assert made.two.tobytes() == expected.two.tobytes()
-    assert made.far.energy.tobytes() == expected.far.energy.tobytes()
+    assert not shared.far.energy.any()
+    assert scene.magnets is not None
+    shared.sizing.size[:] = scene.casing.side
+    shared.sizing.size[1:] = [scene.magnets.by_face(name) for name in LENGTHS]
+    magnets, pitch, side = shared.magnets, scene.casing.diagonal, scene.casing.side
+    before = pointer_types.words_of(magnets).tolist()
+    size_magnets(shared.sizing, magnets)
+    fill_near_table(shared.near, shared.near_magnets, pitch)
+    fill_far_table(shared.far, shared.far_magnets, side)
+    same(magnets, pack(scene).magnets)
+    assert pointer_types.words_of(magnets).tolist() == before

@@ -15,15 +15,15 @@ from tests.browser.test_engine import bits
 pytestmark = pytest.mark.skipif(
     not by_pointer.POINTERS, reason="needs kernels that take tuples by pointer"
 )
-COUPLINGS = couplings_of()
+GIVEN = MAGNETS, COUPLINGS = couplings_of()
 LETTERS = {1: "L", 0: "S", -1: "R"}
 
 
 def ranked(scene: mf.Scene, at_once: int = 10**9) -> list[tuple[str, float, bool]]:
     """Return words, their energies [J] and whether they are stable, as computed by the kernels."""
-    chain = chain_of(scene, COUPLINGS)
+    chain = chain_of(scene, GIVEN)
     search = chain.search
-    while not states.couple(COUPLINGS, scene.n, at_once):
+    while not states.couple(COUPLINGS, MAGNETS, scene.n, at_once):
         pass
     states.begin_search(chain.settings, COUPLINGS, search)
     while not states.visit(search, at_once):

@@ -11,6 +11,11 @@ const USUAL = {
   magnets: { remanence: 0.6 },
   obstacles: [],
 };
+// Fields of sizes: keys of the scene, and how much of a field's unit is one of the scene's [1/m, 1/kg].
+const SIZES = {
+  "casing.side": 1e3, "casing.corner_radius": 1e6, "casing.mass": 1e3,
+  "magnets.width": 1e3, "magnets.height": 1e3, "magnets.thickness": 1e3, "magnets.inset": 1e3,
+};
 const SAME_START = { keepStart: true };
 const WALL = { position: [0.06, 0.02], size: [0.03, 0.003], heading: 0 };
 
@@ -63,6 +68,16 @@ class Laboratory {
       this.#say(error.message);
       this.#showSettings();
     }
+  }
+
+  /** Change a size, given in its field's unit; tables for other sizes take half a second. */
+  async resize(key, value) {
+    const [group, name] = key.split("."), size = Number((value / SIZES[key]).toPrecision(12));
+    byId("status").textContent = "computing tables";
+    byId("status").dataset.status = "";
+    await nextFrame();
+    this.change({ [group]: { ...this.scene[group], [name]: size } }, key === "casing.side" ? {} : SAME_START);
+    if (!byId("problem").hidden) this.#showMotion();
   }
 
   setLength(n) {
@@ -202,6 +217,11 @@ class Laboratory {
     if (document.activeElement !== byId("wanted")) byId("wanted").value = this.wanted;
     byId("wanted").maxLength = sequence.length - 1;
     this.#showObstacles(obstacles);
+    for (const field of document.querySelectorAll("[data-size]")) {
+      const [group, name] = field.dataset.size.split(".");
+      const size = this.scene[group]?.[name] ?? this.engine.layout.scene[group][name];
+      field.value = Array.isArray(size) ? "" : Number((SIZES[field.dataset.size] * size).toPrecision(6));
+    }
     byId("code").querySelector("pre").textContent = toYaml(this.scene);
   }
 
@@ -259,7 +279,10 @@ class Laboratory {
     on("direction", "change", () => this.#changeFeed({ direction: byId("direction").value }));
     on("feed", "input", () => this.#changeFeed({ speed: Number((10 ** number("feed")).toPrecision(3)) }));
     on("friction", "input", () => this.change({ friction: number("friction") }, SAME_START));
-    on("remanence", "input", () => this.change({ magnets: { remanence: number("remanence") } }, SAME_START));
+    on("remanence", "input", () => this.change({ magnets: { ...this.scene.magnets, remanence: number("remanence") } }, SAME_START));
+    for (const field of document.querySelectorAll("[data-size]")) {
+      field.addEventListener("change", () => this.resize(field.dataset.size, field.valueAsNumber));
+    }
     on("wanted", "input", () => this.want(byId("wanted").value));
     on("again", "click", () => this.change({}));
     on("random", "click", () => this.change({ sequence: this.scene.sequence.map(randomFaces) }));
@@ -287,7 +310,7 @@ class Laboratory {
     player.pause();
     player.seek(player.motion.end);
     player.camera.fit();
-    if (!this.play.name) showSheet(player.motion, this.scene, this.engine.layout.scene);
+    if (!this.play.name) showSheet(player.motion, this.chain.told);
   }
 
   #changeFeed(entries) {
@@ -368,7 +391,7 @@ function editable(scene, layout) {
   return {
     ...scene, sequence, mount, friction: one("friction", told.friction),
     feed: { ...scene.feed, direction, speed: one("feed.speed", told.speed) },
-    magnets: { remanence: one("magnets.remanence", told.remanence.flat()) },
+    magnets: { ...scene.magnets, remanence: one("magnets.remanence", told.remanence.flat()) },
     obstacles: (scene.obstacles ?? []).map((each) => ({ heading: 0, ...each })),
   };
 }

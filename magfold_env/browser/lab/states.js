@@ -14,7 +14,7 @@ class States {
    * `scene` is the chain's scene; `isCurrent` returns whether this ranking is still needed.
    */
   async rank(chain, scene, isCurrent) {
-    const of = JSON.stringify([scene.sequence, scene.magnets]);
+    const of = JSON.stringify([scene.sequence, scene.magnets, scene.casing]);
     if (of === this.of) return;
     this.of = null;
     this.parent.ariaBusy = "true";

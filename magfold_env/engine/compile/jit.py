@@ -13,6 +13,7 @@ from importlib import import_module
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+from numba.extending import register_jitable
 
 from magfold_env.engine.compile import kernel_cache
 from magfold_env.engine.compile.compile_notice import CompileNotice
@@ -73,6 +74,11 @@ def allocating_kernel(function: Callable[P, R]) -> Callable[P, R]:
 def inlined(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a small kernel that every caller should inline."""
     return _compile(function, forceinline=True)
+
+
+def interpreted(function: Callable[P, R]) -> Callable[P, R]:
+    """Mark a rarely called function: Python runs it as it is; the laboratory page compiles it."""
+    return function if numba_config.DISABLE_JIT else register_jitable(function)
 
 
 def parallel_kernel(function: Callable[P, R]) -> Callable[P, R]:

@@ -25,13 +25,11 @@ import math
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-from magfold_env.engine.compile.jit import inlined, kernel
+from magfold_env.engine.compile.jit import inlined, interpreted, kernel
+from magfold_env.engine.elementary import total
 from magfold_env.engine.magnets.laws import COULOMB
 from magfold_env.engine.state import Array, IntArray, Segments
-
-ComplexArray = NDArray[np.complex128]
 
 HIGHEST = 7  # largest order
 ORDERS = range(HIGHEST + 1)
@@ -52,6 +50,10 @@ _ORDER = np.array(_TOTAL, dtype=np.float64)
 _SIGN = np.array([-1.0 if total % 2 else 1.0 for total in _TOTAL])
 _TWIST = np.array([a - b for a, b in TERMS])
 _SQUARES = np.array([b for _, b in TERMS])
+_SHARES = np.ones((MOST, 1 + max(_SQUARES)))  # products of factorials
+for (_t, (_a, _b)), _k in product(enumerate(TERMS), range(1 + max(_SQUARES))):
+    if _k <= _b:
+        _SHARES[_t, _k] = math.prod(map(math.factorial, (_a - _k, _b - _k, 2 * _k + 1)))
 _TIMES = np.array([1.0 if a == b else 2.0 for a, b in TERMS])  # counts a term and its conjugate
 
 
@@ -95,28 +97,30 @@ _UP, _UP_FACTORS = _shifts(-1)
 _DOWN, _DOWN_FACTORS = _shifts(1)
 
 
-def moments(z: ComplexArray, charge: Array, height: float) -> Array:
-    """Return moments of lines of charge at ``z`` (k,) [m]: real and imaginary parts (2, terms).
+@interpreted
+def moments(x: Array, y: Array, charge: Array, height: float, powers: Array, out: Array) -> None:
+    """Fill in the moments of lines of charge: real and imaginary parts (2, terms).
 
-    Complex numbers are positions in the plane relative to the centre; charges are in A·m.
+    ``x`` and ``y`` (k,) are the lines' positions in the plane relative to the centre [m]. Charges
+    are in A·m; ``powers`` (4, orders + 1, k) is scratch.
     """
-    # Real arithmetic is used, because processors round complex products differently.
-    x, y = z.real.copy(), z.imag.copy()
-    squares, real, imaginary = [np.ones(x.size)], [np.ones(x.size)], [np.zeros(x.size)]
-    for _ in range(HIGHEST):
-        squares.append(squares[-1] * (x * x + y * y))
-        u, v = real[-1], imaginary[-1]
-        real.append(u * x - v * y)
-        imaginary.append(u * y + v * x)
-    found = np.zeros((2, MOST))
-    for t, (a, b) in enumerate(TERMS):
-        rise = 1.0
-        for k in range(b + 1):
-            share = math.factorial(a - k) * math.factorial(b - k) * math.factorial(2 * k + 1)
-            for part, power in enumerate((real[a - b], imaginary[a - b])):
-                found[part, t] += rise / share * np.sum(charge * squares[b - k] * power)
-            rise *= -height * height
-    return math.sqrt(COULOMB) * found
+    square, real, imaginary, part = powers[0], powers[1], powers[2], powers[3, 0]
+    for p in range(x.size):
+        square[0, p], real[0, p], imaginary[0, p] = 1.0, 1.0, 0.0
+        for k in range(HIGHEST):
+            square[k + 1, p] = square[k, p] * (x[p] * x[p] + y[p] * y[p])
+            real[k + 1, p] = real[k, p] * x[p] - imaginary[k, p] * y[p]
+            imaginary[k + 1, p] = real[k, p] * y[p] + imaginary[k, p] * x[p]
+    for t in range(MOST):
+        for way in range(2):
+            rise, found = 1.0, 0.0
+            for k in range(_SQUARES[t] + 1):
+                for p in range(x.size):
+                    factor = powers[1 + way, _TWIST[t], p]
+                    part[p] = charge[p] * square[_SQUARES[t] - k, p] * factor
+                found += rise / _SHARES[t, k] * total(part)
+                rise *= -height * height
+            out[way, t] = math.sqrt(COULOMB) * found
 
 
 @inlined

@@ -24,7 +24,11 @@ class Cloud:
         self.height = height
 
     def moments(self):
-        return multipoles.moments(self.z, self.charge, self.height)
+        out = np.zeros((2, multipoles.MOST))
+        powers = np.zeros((4, multipoles.HIGHEST + 1, self.z.size))
+        x, y = self.z.real.copy(), self.z.imag.copy()
+        multipoles.moments(x, y, self.charge, self.height, powers, out)
+        return out
 
 
 def exact_energy(a, b, offset, turn=0.0):
