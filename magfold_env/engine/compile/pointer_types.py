@@ -230,8 +230,8 @@ def _load(builder: ir.IRBuilder, pointer: Any, place: int, word: ir.Type) -> Any
 def item_code(function: Any, signature: Any, context: Any) -> Any:
     """Return a generator of short code that reads or writes a number in an array.
 
-    Indices do not count from the end. Returns None if the signature is not that of one number in a contiguous array, or if numba is to
-    check bounds.
+    Indices do not count from the end. Returns None if the signature is not that of one number in a
+    contiguous array, or if numba is to check bounds.
     """
     known = isinstance(function, types.Function) and function.typing_key in ITEM
     if not known or context.enable_boundscheck:
