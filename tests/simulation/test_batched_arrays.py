@@ -17,7 +17,7 @@ from magfold_env.engine.compile.by_pointer import (
 )
 from magfold_env.engine.compile.jit import kernel
 from magfold_env.engine.state import Array, IntArray
-from magfold_env.simulation.banded import solve_banded
+from magfold_env.simulation.banded import factor_banded, solve_banded
 from magfold_env.simulation.batched_arrays import BatchedArrays
 from magfold_env.simulation.work_queue import WorkQueue
 from tests.engine.compile.test_by_pointer import Inner, Outer, an_outer
@@ -176,5 +176,6 @@ def test_solutions_are_those_of_the_full_matrix(rows, half):
             full[row, column] = band[row, half + column - row]
     right = rng.normal(size=(rows, 3))
     expected = np.linalg.solve(full, right)
+    factor_banded(band)
     solve_banded(band, right)
     np.testing.assert_allclose(right, expected, rtol=1e-12, atol=1e-14)
