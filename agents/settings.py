@@ -476,8 +476,8 @@ def find_config(path: str | Path, kind: str) -> Path:
     for candidate in (Path(path), folder / path, folder / f"{path}.yaml"):
         if candidate.is_file():
             return candidate
-    shipped = ", ".join(sorted(file.stem for file in folder.glob("*.yaml")))
-    raise SettingsError(f"{path}: no such file; shipped settings: {shipped}")
+    meant = errors.nearest(str(path), [file.stem for file in folder.glob("*.yaml")])
+    raise SettingsError(f"{path}: no such file; must be one, or a name in configs/{kind}{meant}")
 
 
 def parse_assignment(assignment: str) -> tuple[str, Any]:

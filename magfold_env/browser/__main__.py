@@ -2,12 +2,15 @@
 
 import gzip
 import shutil
+from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from magfold_env.browser import build
+
+options: Any = import_module("magfold_env.cli.options")  # only commands may import from above
 
 
 def main(
@@ -17,11 +20,9 @@ def main(
     ] = False,
 ) -> None:
     """Compile the kernels to WebAssembly, pack the memory that they work on, and write the page."""
-    try:
+    with options.errors_in_one_line((RuntimeError,)):
+        options.check_folder("--out", out)
         sizes = build.build(out)
-    except RuntimeError as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(2) from None
     if pack:
         shutil.copy(out / build.PAGE, build.PACKED)
     for name, size in sizes.items():
@@ -30,4 +31,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    options.application_of(main)()

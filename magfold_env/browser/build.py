@@ -37,7 +37,7 @@ from magfold_env.files import sources_digest, write_text
 from magfold_env.fold import FoldStatus
 from magfold_env.replay.data import WORDS
 from magfold_env.scene import Scene
-from magfold_env.scene.base import LENGTH, REMANENCE, SPEED
+from magfold_env.scene.base import LENGTH, PLACE, REMANENCE, SPEED
 from magfold_env.scene.magnets import ROUNDING
 from magfold_env.scene.scene import BORE
 from magfold_env.scene.sections import MOST_STEPS
@@ -253,7 +253,7 @@ def constants() -> dict[str, Any]:
     scene = Scene(sequence=("NNNN",))
     assert scene.magnets is not None
     accuracy = scene.magnets.accuracy
-    limits = {"remanence": REMANENCE, "speed": SPEED, "length": LENGTH}
+    limits = {"place": PLACE, "remanence": REMANENCE, "speed": SPEED, "length": LENGTH}
     return {
         "choice": _numbers(settings, "MOUNT FORWARD AT_MOUTH OBSTACLES"),
         "number": _numbers(

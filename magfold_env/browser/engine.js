@@ -444,7 +444,8 @@ export class Chain {
     if (rows.length > 0 && last.time - rows.at(-1).time < this.engine.layout.apart) {
       last.push = rows.pop().push;
     }
-    return [...rows, last];
+    // The last poses of a simulation that failed may not be finite.
+    return [...rows, last].filter(({ time, angles, base }) => [time, ...angles, ...base].every(Number.isFinite));
   }
 
   #end(outcome) {

@@ -5,25 +5,29 @@ export const POLES = { N: 1, S: -1, "-": 0 };
 const LENGTHS = ["width", "height", "thickness", "inset"]; // of magnets
 const RIGHT_ANGLE = Math.PI / 2;
 
-/** The error for an invalid scene; each of its `problems` is {key, value, allowed}. */
+/** The error for an invalid scene; it tells the first of its `problems`, {key, value, allowed}. */
 export class SceneError extends Error {
   constructor(problems) {
-    super(problems.map(({ key, value, allowed }) =>
-      `${key}: ${shown(value)} is not allowed; ${allowed}`).join("\n"));
+    const [{ key, value, allowed }] = problems;
+    super(`${cut(key)}: ${shown(value)} is not allowed; ${allowed}`);
     this.name = "SceneError";
     this.problems = problems;
   }
 }
 
 function shown(value) {
-  const text = value === undefined ? "nothing" : JSON.stringify(value) ?? String(value);
-  return text.length > 80 ? `${text.slice(0, 79)}…` : text;
+  if (value === undefined) return "nothing";
+  return cut(typeof value === "number" ? String(value) : JSON.stringify(value) ?? String(value));
 }
+
+const cut = (text) => (text.length > 80 ? `${text.slice(0, 79)}…` : text).replace(/\s/g, " ");
 
 const isNumber = (value) => typeof value === "number" && Number.isFinite(value);
 const positive = [(value) => isNumber(value) && value > 0, "must be a number above 0"];
 const notNegative = [(value) => isNumber(value) && value >= 0, "must be a number of at least 0"];
 const number = [isNumber, "must be a number"];
+const within = ({ most, unit }) => [(value) => isNumber(value) && Math.abs(value) <= most,
+  `must be a number from -${most} to ${most} ${unit}`];
 const angle = [(value) => isNumber(value) && Math.abs(value) <= RIGHT_ANGLE,
   "must be numbers from -π/2 to π/2"];
 const spread = [(value) => isNumber(value) && value >= 0 && value <= 0.5,
@@ -118,7 +122,7 @@ export function readScene(scene, layout) {
   const sizes = [read.one("casing.side", casing.side, side, length), ...LENGTHS.map((name) => read.one(
     `magnets.${name}`, magnets[name], standard.magnets[name],
     name === "inset" ? upTo(layout.most.length, notNegative) : length))];
-  const diagonal = Math.SQRT2 * sizes[0];
+  const diagonal = Math.SQRT2 * sizes[0], { most } = layout.most.place;
   if (read.problems.length === 0) checkMagnets(read, sizes, layout);
   const limit = feed.force_limit === null ? Infinity : read.one(
     "feed.force_limit", feed.force_limit, standard.feed.force_limit, positive);
@@ -138,9 +142,9 @@ export function readScene(scene, layout) {
       oneOf(["preloaded", "at_mouth"])),
     forceLimit: limit,
     bore: read.one("feed.bore", feed.bore ?? undefined, layout.bore * diagonal,
-      [(value) => isNumber(value) && value >= diagonal * (1 - layout.rounding),
-        `must be at least the casing's diagonal, ${brief(diagonal)}`]),
-    wall: read.one("feed.wall", feed.wall, standard.feed.wall, positive),
+      [(value) => isNumber(value) && value >= diagonal * (1 - layout.rounding) && value <= most,
+        `must be from the casing's diagonal, ${brief(diagonal)}, to ${most} m`]),
+    wall: read.one("feed.wall", feed.wall, standard.feed.wall, upTo(layout.most.place)),
     friction: read.each("friction", entries.friction ?? standard.friction, n, notNegative),
     normal: read.one("gravity.normal", gravity.normal, standard.gravity.normal, notNegative),
     duration: read.one("duration", entries.duration, standard.duration, positive),
@@ -246,9 +250,9 @@ function readObstacles(read, value, layout) {
     const key = `obstacles[${k}]`;
     const { position, size, heading } = read.group(key, entry, ["position", "size", "heading"]);
     return [
-      ...read.each(`${key}.position`, position, 2, number, false),
-      ...read.each(`${key}.size`, size, 2, positive, false),
-      read.one(`${key}.heading`, heading, 0, number),
+      ...read.each(`${key}.position`, position, 2, within(layout.most.place), false),
+      ...read.each(`${key}.size`, size, 2, upTo(layout.most.place), false),
+      read.one(`${key}.heading`, heading, 0, within({ most: 1e6, unit: "rad" })),
     ];
   });
 }

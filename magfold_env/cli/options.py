@@ -74,18 +74,26 @@ STUBBORN = 3.0  # [s] time allowed for a compiler to stop
 FILE_WIDTH = 150  # of wide tables, if stdout is not a terminal
 WIDEST = 10_000  # limit for the width of a table
 LONGEST = 800  # limit for the characters of a message
+DEEPEST = 200  # limit for the folders in a path; Python creates them by recursion
 
 
 class _InOneLine:
-    """A command that reports user errors and Ctrl-C in one line, and refuses empty values."""
+    """A command that reports user errors and Ctrl-C in one line.
+
+    It refuses empty values and paths of too many folders.
+    """
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         with errors_in_one_line():
             for before, each in pairwise(("", *args)):
                 option, equals, value = each.partition("=")
-                # Python takes an empty path for the current folder.
-                if not each or (option.startswith("--") and equals and not value):
-                    raise SceneError([Problem(option or before, "", "must not be empty")])
+                if not (equals and option.startswith("--")):
+                    option, value = before, each
+                if not value:  # which Python takes for the path of the current folder
+                    raise SceneError([Problem(option, "", "must not be empty")])
+                if value.count("/") > DEEPEST:
+                    allowed = f"must be at most {DEEPEST} folders deep"
+                    raise SceneError([Problem(option, value, allowed)])
             return cast("Any", super()).parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
@@ -185,7 +193,7 @@ def check_outputs(paths: Mapping[str, Path | None]) -> None:
         if path.is_file() or not path.exists():
             check_folder(option, path.parent)
         if option in PICTURES:
-            need_render()
+            need_render(path.suffix.lower())
 
 
 def check_folder(option: str, path: Path | None) -> None:
@@ -202,16 +210,14 @@ def check_folder(option: str, path: Path | None) -> None:
         raise ValueError(f"{given} cannot be written to: {error.strerror}") from None
 
 
-def need_render() -> None:
+def need_render(suffix: str = ".png") -> None:
     """Raise an error before long work if pictures or charts cannot be drawn."""
-    for module in ("magfold_env.render", "matplotlib.figure"):
+    for module in ("magfold_env.render", "matplotlib.figure", *["ezdxf"] * (suffix == ".dxf")):
         try:
             import_module(module)
         except ImportError as error:
-            told = (
-                f"pictures need Pillow and matplotlib: install the extra, {pip_install('render')}"
-            )
-            raise ValueError(told) from error
+            need = "DXF needs ezdxf" if module == "ezdxf" else "pictures need Pillow and matplotlib"
+            raise ValueError(f"{need}: install the extra, {pip_install('render')}") from error
 
 
 def need_display() -> None:

@@ -10,7 +10,7 @@ import zlib
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Generic, TypeVar, cast
+from typing import Any, ClassVar, Generic, TypeVar
 
 import gymnasium
 import numpy as np
@@ -41,6 +41,8 @@ Lines = list[tuple[str, str]]
 class EpisodesState:
     """The complete state of episodes; see `Episodes.get_state`."""
 
+    made_by: str
+    """Number, length and kind of the episodes; only episodes of the same kind can take a state."""
     rngs: Sequence[Mapping[str, Any]]
     """States of the random generators from which later episodes are drawn."""
     chains: tuple[Any, ...]
@@ -49,7 +51,7 @@ class EpisodesState:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return a compressed form for pickles; most of the state is unused space of zeros."""
-        content = pickle.dumps((self.rngs, self.chains, self.arrays))
+        content = pickle.dumps((self.made_by, self.rngs, self.chains, self.arrays))
         return _unpacked, (zlib.compress(content, level=1),)
 
 
@@ -93,6 +95,8 @@ class Episodes(Generic[ObsType]):
         self.chains = self.make_chains(threads, frame_rate)
         self.arrays: ChainArrays = self.chains.arrays
         """The visible state of the chains."""
+        kind, simulated = type(self).__name__, type(self.chains).__name__
+        self._kind = f"{count} {kind} with {self.n} components in {simulated}"
         self.allocate()
 
     # --- defined by every environment ------------------------------------------------------
@@ -315,12 +319,13 @@ class Episodes(Generic[ObsType]):
         self.check_begun()
         rngs: list[Any] = [rng.bit_generator.state for rng in self.rngs]
         kept = {name: copy.deepcopy(getattr(self, name)) for name in self.kept}
-        return EpisodesState(rngs, self.chains.get_state(), kept)
+        return EpisodesState(self._kind, rngs, self.chains.get_state(), kept)
 
     def set_state(self, state: EpisodesState) -> None:
         """Restore a state of these episodes, or of others in a setup made with the same options."""
-        right = isinstance(cast("object", state), EpisodesState) and len(state.rngs) == self.count
-        require(right, "state", state, f"must be get_state() of {self.count} such environments")
+        made_by = getattr(state, "made_by", state)
+        right = isinstance(made_by, str) and made_by == self._kind
+        require(right, "state", made_by, f"must be get_state() of {self._kind}")
         for row, own in enumerate(state.rngs):
             if self.rngs[row] is None:
                 self.rngs[row] = seeding.np_random(0)[0]

@@ -62,7 +62,7 @@ class Plot {
   #range(ticks) {
     let [low, high] = [Math.min(...ticks, 0), Math.max(...ticks, 0)];
     for (const { values } of this.lines) {
-      for (const value of values) {
+      for (const value of values.filter(Number.isFinite)) {
         low = Math.min(low, value);
         high = Math.max(high, value);
       }
@@ -109,9 +109,10 @@ class Plot {
       this.#label(this.#x(tick), height - 5, "middle", `${tick} s`);
     }
     for (const [k, { values }] of this.lines.entries()) {
-      const places = values.map((value, i) =>
-        `${this.#x(this.times[i]).toFixed(1)} ${this.#y(value).toFixed(1)}`);
-      shape("path", { class: "line", d: `M${places.join("L")}`, style: stroke(k) }, this.canvas);
+      const known = [...values.keys()].filter((i) => Number.isFinite(values[i]));
+      const places = known.map((i, later) =>
+        `${later ? "L" : "M"}${this.#x(this.times[i]).toFixed(1)} ${this.#y(values[i]).toFixed(1)}`);
+      shape("path", { class: "line", d: places.join(""), style: stroke(k) }, this.canvas);
     }
     this.#point();
   }

@@ -55,6 +55,8 @@ class Most(NamedTuple):
 
 LENGTH = Most(0.5, "m", (0.0, 0.5), {"mm": 1e-3})
 """Limits on the sides of casings and magnets."""
+PLACE = Most(1000.0, "m", (0.0, 1.0), {"mm": 1e-3})
+"""Limits on coordinates of fixed bodies, and on the sizes of tubes and obstacles."""
 REMANENCE = Most(10.0, "T", (0.05, 1.6), {"mT": 1e-3, "kG": 0.1, "G": 1e-4})
 """Limits on the remanence. No magnet has more than 1.6 T, and draws at most quadruple that."""
 SPEED = Most(20.0, "m/s", (0.0, 20.0), {"mm/s": 1e-3})
@@ -62,6 +64,8 @@ SPEED = Most(20.0, "m/s", (0.0, 20.0), {"mm/s": 1e-3})
 
 Metres = Annotated[Positive, Field(le=LENGTH.most), BeforeValidator(LENGTH.check)]
 MetresOrZero = Annotated[NonNegative, Field(le=LENGTH.most), BeforeValidator(LENGTH.check)]
+Size = Annotated[Positive, Field(le=PLACE.most), BeforeValidator(PLACE.check)]
+Place = Annotated[Number, Field(ge=-PLACE.most, le=PLACE.most), BeforeValidator(PLACE.check)]
 Remanence = Annotated[Positive, Field(le=REMANENCE.most), BeforeValidator(REMANENCE.check)]
 Speed = Annotated[Positive, Field(le=SPEED.most), BeforeValidator(SPEED.check)]
 Velocity = Annotated[Number, Field(ge=-SPEED.most, le=SPEED.most), BeforeValidator(SPEED.check)]

@@ -134,7 +134,8 @@ def read_named(
         path = configs_dir() / folder / f"{name_or_path}.yaml"
     if not os.path.isfile(path):  # which takes names that no file can have
         named = isinstance(name_or_path, str) and path.suffix not in _SUFFIXES
-        shown = f"no such {what}; shipped: {', '.join(names)}" if named else "no such file"
+        listed = "`magfold scenes` lists them" if kind is Scene else f"shipped: {', '.join(names)}"
+        shown = f"no such {what}; {listed}" if named else "no such file"
         missing = f"must be a {what}'s name or file" if os.path.exists(path) else shown
         meant = nearest(str(name_or_path), names)
         raise SceneError(f"{quoted(str(name_or_path))[1:-1]}: {missing}{meant}")

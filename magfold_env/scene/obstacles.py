@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from magfold_env.scene.base import FrozenModel, Number, Positive
+from magfold_env.scene.base import FrozenModel, Number, Place, Size
 from magfold_env.scene.errors import Problem, is_number, refuse, unless_positive
 from magfold_env.scene.magnets import Array
 
@@ -17,9 +17,9 @@ from magfold_env.scene.magnets import Array
 class Rectangle(FrozenModel):
     """A fixed rectangle in the plane; casings collide with it as with the tube's walls."""
 
-    position: tuple[Number, Number]
+    position: tuple[Place, Place]
     """Centre [m]; the origin is the tube's mouth, or component 1's outer hinge at release."""
-    size: tuple[Positive, Positive]
+    size: tuple[Size, Size]
     """Lengths along the heading and across it [m]."""
     heading: Number = 0.0
     """Direction of the first length [rad]; 0 is along +x."""

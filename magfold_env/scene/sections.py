@@ -17,8 +17,10 @@ from magfold_env.scene.base import (
     Metres,
     NonNegative,
     Number,
+    Place,
     Positive,
     Remanence,
+    Size,
     Speed,
     Velocity,
 )
@@ -111,9 +113,9 @@ class Feed(FrozenModel):
     force_limit: Positive | None = 20.0
     """Largest force of the drive, pushing or pulling [N]; beyond it, the drive slips. With None,
     the drive slips only if it cannot move the chain."""
-    bore: Positive | None = None
+    bore: Size | None = None
     """Inner width of the tube [m], at least the casing's diagonal; None means 1.05 diagonals."""
-    wall: Positive = 0.001
+    wall: Size = 0.001
     """Thickness of the tube's walls [m]."""
 
 
@@ -123,7 +125,7 @@ class FixedMagnet(FrozenModel):
     It acts on the chain's magnets, and casings collide with it if the scene has `contact`.
     """
 
-    position: tuple[Number, Number]
+    position: tuple[Place, Place]
     """Centre [m]; the origin is the tube's mouth, or component 1's outer hinge at release."""
     heading: Number = 0.0
     """Direction of the magnetisation, from the south to the north pole [rad]; 0 is along +x."""

@@ -209,7 +209,7 @@ def test_numbers_that_break_down_are_told_and_break_a_run_off(tmp_path, file, mo
     ({"space": {"envs": {"low": 1}}}, r"space\.envs\.low, high: None .* given, or choices"),
     ({"space": {"env.scene": {"choices": ["no", "where"]}}}, r"changed\.yaml: env: .*no"),
     ({"settings": {"env.speeds": 1}}, r"changed\.yaml: tiny: env\.speeds: 1 is not allowed"),
-    ({"config": "ppo-tub"}, "ppo-tub: no such file; shipped settings"),
+    ({"config": "tqc-tub-feed"}, "no such file; .* in configs/agents; did you mean tqc-tube-feed"),
 ])  # fmt: skip
 def test_wrong_searches_name_key_value_and_remedy(changes, message, file):
     with pytest.raises(SettingsError, match=message):

@@ -1,16 +1,19 @@
 """Tests of the folder that a page loads."""
 
 import gzip
+import runpy
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from magfold_env.browser import __main__ as command
 from magfold_env.browser import build, wasm
+from magfold_env.cli.options import application_of
 from tests.browser import built
+from tests.command_line import fails_in_one_line
 
 LARGEST = 1_450_000  # bytes gzipped, of 1.5 MB that it may have
 EXPORTS = {
@@ -41,12 +44,17 @@ def test_the_same_sources_give_the_same_bytes(tmp_path: Path) -> None:
 
 def test_without_a_linker_one_line_says_what_is_missing(monkeypatch, tmp_path):
     monkeypatch.setattr(wasm, "linker", lambda: None)
-    app = typer.Typer()
-    app.command()(command.main)
-    found = CliRunner().invoke(app, ["--out", str(tmp_path)])
-    assert found.exit_code == 2
-    assert found.stderr.count("\n") == 1
-    assert "needs" in found.stderr
+    app = application_of(command.main)
+    fails_in_one_line(CliRunner().invoke(app, ["--out", str(tmp_path)]), "needs")
+    for wrong in ("--out=", "--out=/proc/x", f"--out={'a/' * 1500}"):
+        fails_in_one_line(CliRunner().invoke(app, [wrong]), "--out: '")
+
+
+def test_wrong_options_are_told_as_by_other_commands(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["browser", "--no-such-option"])
+    with pytest.raises(SystemExit, match="2"):
+        runpy.run_path(command.__file__, run_name="__main__")
+    assert capsys.readouterr().err.splitlines()[-1] == "Error: No such option: --no-such-option"
 
 
 def test_exponentials_and_products_are_rounded_as_they_should() -> None:

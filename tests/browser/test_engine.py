@@ -152,9 +152,10 @@ REFUSED: list[dict[str, Any]] = [
     {"magnets": {"inset": 0.5}},
     {"magnets": {"height": 6.0}},
     {"casing": {"side": 12.5}},
-    {"casing": {"side": 0.0125001}, "feed": {"bore": 0.0176}},
     {"casing": {"side": 0.02}, "start_offsets": [0.0, 0.001, 0.0, 0.0]},
     {"feed": {"speed": 1e9}},
+    {"feed": {"wall": 5000.0}},
+    {"obstacles": [{"position": [0.5, 0.5], "size": [5000.0, 0.01]}]},
     {"feed": {"speed": [0.1, 50, 0.1]}},
 ]
 
@@ -184,6 +185,8 @@ NAMED: list[tuple[dict[str, Any], str]] = [
      "solver.max_steps: 10000000000000000000 is not allowed; must"),
     ({"magnets": {"width": [0.006] * 4}}, "magnets.width: [0.006,0.006,0.006,0.006] is not"),
     ({"magnets": {"inset": -1}}, "magnets.inset: -1 is not allowed; must be a number of at"),
+    ({"casing": {"side": 0.014}, "feed": {"bore": 0.0197}},
+     "feed.bore: 0.0197 is not allowed; must be from the casing's diagonal, 0.019799, to"),
     ({"magnets": {"nodes": 3}}, "magnets.nodes: 3 is not allowed; must be one of remanence, width"),
     ({"feed": {"speed": 0}}, "feed.speed: 0 is not allowed; must be a number above 0"),
     ({"colour": 1}, "colour: 1 is not allowed; must be one of sequence, mount"),

@@ -156,7 +156,11 @@ def test_a_scene_of_the_command_opens(page: chromium.Page, tmp_path: Path, mount
 
 @pytest.mark.medium
 def test_extreme_scenes_end_with_a_status(page: chromium.Page) -> None:
-    for entries in ("casing: { mass: 1e-300 }", "casing: { mass: 1e300 }", "feed: { wall: 1e300 }"):
+    for entries in (
+        "casing: { mass: 1e-300 }", "casing: { mass: 1.7e308 }", "feed: { wall: 1000, bore: 1000 }",
+        "friction: 1e308", "gravity: { normal: 1e308 }", "duration: 5e-324", "duration: 1e308",
+        "obstacles: [{ position: [1000, -1000], size: [1e-320, 1000], heading: 1e6 }]",
+    ):  # fmt: skip
         page.value(f"laboratory.read(toLink({{ ...USUAL, {entries} }}, ''))")
         end(page)
 
@@ -175,20 +179,68 @@ def test_the_scene_as_code_keeps_the_page_as_wide_as_its_window(
     assert wide[1] <= width
 
 
+DEEP = "'{0}'.repeat(10000) + '{1}'.repeat(10000)"
+FAR, OUT = "{ position: [1e300, 0], size: [1, 1] }", "{ position: [1, 1], size: [1, 1e300] }"
+MARKUP = "<img src=x onerror=alert(1)>"
+NOT_LINKS = {
+    "'xyz'": 'link: "xyz" is not allowed; must be one that this page made, unbroken',
+    "toLink({ sequence: 'NSNS NSNS', feed: { speed: [0.1, 0.2] } }, '')": "must be one number here",
+    "btoa('[]')": "hold a scene", "'%'": "link: ", "'%E0%A4%A'": "link: ", "'äöü'": "link: ",
+    "'<b>x</b>'": "link: ",
+    "'__proto__'": "link: ", "btoa('x'.repeat(1e5))": "link: ", "btoa('null')": "hold a scene",
+    "btoa('5')": "hold a scene", "btoa('{}')": "hold a scene", "btoa('\\xff')": "link: ",
+    'btoa(\'{"scene": {"friction": NaN}}\')': "link: ",
+    'btoa(\'{"__proto__": {"scene": {}}}\')': "hold a scene",
+    'btoa(\'{"scene": {"__proto__": {"mount": "free"}}}\')': "__proto__: ",
+    f"btoa({DEEP.format('[', ']')})": "hold a scene",
+    f"btoa('{{\"scene\":' + {DEEP.format('[', ']')} + '}}')": "scene: [[",
+    "btoa('{\"scene\":' + '{\"a\":'.repeat(10000) + '1' + '}'.repeat(10001))": 'a: {"a"',
+    **{f"toLink({each}, '')": "scene: " for each in ("5", "true", "[1, 2]", f"'{MARKUP}'")},
+    "toLink(null, '')": "sequence: nothing",
+    **{f"toLink(USUAL, {each})": "wanted: " for each in ("5", "{}", "'XXXXX'", f"'{MARKUP}'")},
+}  # fmt: skip
+NOT_SCENES = {
+    "sequence: null": "sequence: null", "sequence: ['NSNS']": "2 to 12 components",
+    "sequence: Array(1e3).fill('NNNN')": "2 to 12 components", "sequence: {}": "sequence: {}",
+    "sequence: ['NXNX', 'Q']": 'sequence[0]: "NXNX"', f"sequence: ['{MARKUP}', 'NSNS']": MARKUP,
+    "mount: '__proto__'": "mount: ", "mount: null": "mount: ", "feed: 5": "feed: 5",
+    "feed: { speed: -1 }": "feed.speed: -1", "feed: { speed: '1' }": "feed.speed: ",
+    "feed: { bore: 1e308 }": "1e+308 is not allowed; must be from the casing's diagonal",
+    "feed: { bore: 0 }": "feed.bore: 0", "feed: { wall: 1e300 }": "must be at most 1000 m",
+    "magnets: { remanence: [[]] }": "magnets.remanence: [[]]",
+    "casing: { mass: [1] }": "mass: [1]", "friction: 'much'": "friction: ",
+    "friction: true": "friction: ", "friction: -1e-300": "must be a number of at least 0",
+    "friction: [0, 0, 0, 0, 0, 1]": "must be one number here", "duration: 0": "duration: 0",
+    "start_offsets: Array(7).fill(1e300)": "start_offsets: ", "start_offsets: [0]": "7 numbers",
+    "solver: { max_steps: 1.5 }": "solver.max_steps: ", "solver: { tolerance: 0 }": "tolerance: 0",
+    f"obstacles: [{FAR}]": "position[0]: 1e+300 is not allowed; must be a number from -1000",
+    f"obstacles: [{OUT}]": "obstacles[0].size[1]: 1e+300 is not allowed; must be at most 1000 m",
+    "obstacles: [{ position: [1, 1], size: [-1, 1] }]": "obstacles[0].size[0]: -1",
+    "obstacles: [{ position: [1, 1], size: [1, 1], heading: 1e308 }]": "heading: 1e+308 is not",
+    "obstacles: [null]": "obstacles[0].position: nothing", "obstacles: 'abc'": "obstacles: ",
+    "obstacles: Array(1e3).fill({})": "at most 8", "frictoin: 1": "frictoin: 1",
+    "constructor: { prototype: {} }": "constructor: ", f"'{MARKUP}': 1": f"{MARKUP}: 1",
+    "'a\\nb': 1": "a b: 1", "['x'.repeat(1e5)]: 1": "xxx…: 1",
+    "...Object.fromEntries(Array.from({ length: 1e4 }, (_, k) => [`k${k}`, 1]))": "k0: 1",
+}  # fmt: skip
+
+
 @pytest.mark.medium
-@pytest.mark.parametrize(("link", "said"), [
-    ("'xyz'", 'link: "xyz" is not allowed; must be one that this page made, unbroken'),
-    ("btoa('[]')", "must hold a scene"),
-    ("toLink({ friction: -1 }, '')",
-     "friction: -1 is not allowed; must be a number of at least 0"),
-    ("toLink({ sequence: ['NSNS', 'NSNS'], feed: { speed: [0.1, 0.2] } }, '')",
-     "feed.speed: [0.1,0.2] is not allowed; must be one number here"),
-    ("toLink({ sequence: ['NSNS'] }, '')", 'sequence: ["NSNS"] is not allowed; must have 2'),
-])  # fmt: skip
-def test_a_broken_link_is_told_by_its_key(page: chromium.Page, link: str, said: str) -> None:
-    # Not by an event: the page may write its own address first.
-    page.value(f"laboratory.read({link})")
-    assert said in text(page, "problem")
+def test_what_is_no_link_of_the_page_is_told_in_one_line(page: chromium.Page) -> None:
+    scenes = {f"toLink({{ ...USUAL, {each} }}, '')": said for each, said in NOT_SCENES.items()}
+    for link, said in (NOT_LINKS | scenes).items():
+        # The page may not write its own address first.
+        page.value(
+            f"byId('problem').textContent = ''; clearTimeout(laboratory.writing); "
+            f"void (location.hash = {link})"
+        )
+        page.until("byId('problem').textContent !== ''")
+        told = text(page, "problem")
+        assert said in told, (link, told)
+        assert " is not allowed; " in told
+        assert "\n" not in told
+        assert len(told) < 450
+        assert page.value("byId('problem').childElementCount") == 0
     page.value("byId('again').click()")
     assert page.value("byId('problem').hidden")
     end(page)

@@ -45,6 +45,14 @@ REFUSED = [
         for command in (f"ensemble {BASE}", "design LR", "lab", "bench whole", "bench", "stress")
         for empty in ("--out ''", "--out=")
     ),
+    *(
+        (f"{command} {'a/' * 1500}", f"{option}: 'a/a/")
+        for command, option in (
+            (f"ensemble {BASE} --out", "--out"),
+            ("paper --out", "--out"),
+            ("lab", "lab"),
+        )
+    ),
     (f"fold {BASE} --png ''", "error: --png: '' is not allowed; must not be empty"),
     ("fold ''", "error: fold: '' is not allowed; must not be empty"),
     (
@@ -70,6 +78,7 @@ def test_what_is_wrong_is_refused_in_one_line(command, message, monkeypatch):
     ("PIL", f"fold {BASE} --sheet x.pdf", "pip install -e '.[render]'"),
     ("matplotlib.figure", f"fold {BASE} --sheet x.pdf", "pip install -e '.[render]'"),
     ("matplotlib.figure", f"ensemble {BASE} --png x.png", "pip install -e '.[render]'"),
+    ("ezdxf", f"fold {BASE} --sheet x.dxf", "DXF needs ezdxf: install the extra, pip install"),
     ("ray", f"ensemble {BASE} --backend ray", "pip install -e '.[ray]'"),
 ])  # fmt: skip
 def test_a_missing_extra_is_told_before_the_work(module, command, message, monkeypatch):

@@ -170,3 +170,11 @@ def test_stepping_many_needs_running_episodes() -> None:
         env.step(actions)
     with pytest.raises(gymnasium.error.ResetNeeded, match=r"environments \[0, 1\] are over"):
         env.step(actions)
+
+
+def test_a_state_of_another_length_is_named() -> None:
+    one, other = many(components=4), many(components=6)
+    one.reset(seed=0)
+    told = "'2 .* with 4 components in .*; must be get_state.. of 2 .* with 6 components in "
+    with pytest.raises(ValueError, match=f"state: {told}"):
+        other.set_state(one.get_state())

@@ -25,10 +25,13 @@ UNSHOWN = type("Unshown", (), {"__repr__": lambda self: 1 / 0})()
 HUGE, LONG, ARRAY = 10**5000, "x" * 5000, np.ones(3)
 OBJECTS, RECORDS = np.array([1, None], dtype=object), np.zeros(2, dtype=[("a", "f8")])
 FEED, FLOOR = "MagFold/TubeFeed-v0", "MagFold/UnknownFloor-v0"
-ENV, OTHER = (gymnasium.make(FEED, components=n, baseline=None).unwrapped for n in (6, 4))
+ENV = gymnasium.make(FEED, components=6, baseline=None).unwrapped
+OTHER: Any = gymnasium.make(FEED, components=4, baseline=None).unwrapped
 MANY: Any = gymnasium.make_vec(FEED, num_envs=2, baseline=None)
-for env in (ENV, MANY, OTHER):
+QUASI: Any = gymnasium.make(FEED, fidelity="quasistatic").unwrapped
+for env in (ENV, MANY, OTHER, QUASI):
     env.reset(seed=0)
+STATES = [OTHER.get_state(), QUASI.get_state()]
 TASKS: Any = gymnasium.make(FLOOR).unwrapped
 
 
@@ -58,7 +61,7 @@ FOREIGN: list[tuple[Callable[[Any], object], str, tuple[Any, ...]]] = [
       for env in (ENV, MANY)),
     *((lambda each, env=env: env.reset(options=each), "options", ("LR", 5, [], ARRAY, {1: 2}))
       for env in (ENV, MANY)),
-    *((cast("Any", env).set_state, "state", (None, {}, b"x", MANY, OTHER))
+    *((cast("Any", env).set_state, "state", (None, {}, b"x", MANY, OTHER, *STATES))
       for env in (ENV, MANY)),
     (lambda each: ENV.reset(options={"target": each}), "target", (ARRAY, [], 1j, {1}, b"LRLLR")),
     (lambda each: TASKS.reset(options={"task": each}), "task", (ARRAY, True, 1.0, -1, HUGE, "0")),
@@ -81,7 +84,7 @@ FOREIGN: list[tuple[Callable[[Any], object], str, tuple[Any, ...]]] = [
     (lambda each: save_png(each, "x.png"), "fold", (None, SCENE)),
     (lambda each: save_gif(each, "x.gif"), "fold", (None, SCENE, [SCENE], "a")),
     (lambda each: save_gif(fold(), "x.gif", fps=each), "fps", (0, "20", 1e9, None)),
-    (mf.load_scene, "such", ("a\nb", "a\0", "\ud800")),
+    (mf.load_scene, "such", ("a\nb", "a\0", "\ud800", "paper/sequnce-3")),
 ]  # fmt: skip
 CASES = [(use, name, value) for use, name, values in FOREIGN for value in values]
 

@@ -27,6 +27,7 @@ WRONG: list[tuple[dict[str, Any], str, str]] = [
      "must be one number, or 3, one for each component"),
     ({"feed": {"bore": 0.01}}, "feed.bore", "must be at least the casing's"),
     ({"feed": {"speed": 1e9}}, "feed.speed", "must be at most 20 m/s"),
+    ({"feed": {"bore": 2e4}}, "feed.bore", "must be at most 1000 m"),
     ({"feed": {"schedule": {"time": [[1.0, 0.0], [1, -0.1]]}}}, "feed.schedule.time", "a leg with"),
     ({"feed": {"schedule": {"time": [[1.0, -50]]}}}, "feed.schedule.time[0][1]", "or equal to -20"),
     ({"feed": {"schedule": {"advance": [[2.0, 0.1], [2.0, 0.2]]}}}, "feed.schedule.advance",

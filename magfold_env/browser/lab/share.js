@@ -21,7 +21,11 @@ function fromLink(text) {
   if (told === null || typeof told !== "object" || Array.isArray(told) || !("scene" in told)) {
     throw refuse("must hold a scene");
   }
-  return { scene: told.scene, wanted: typeof told.wanted === "string" ? told.wanted : "" };
+  const { scene, wanted = "" } = told;
+  if (typeof wanted !== "string" || !/^[LRS]*$/.test(wanted)) {
+    throw new SceneError([{ key: "wanted", value: wanted, allowed: "must be letters L, R or S" }]);
+  }
+  return { scene, wanted };
 }
 
 /** Return a scene as YAML. */

@@ -67,7 +67,7 @@ def pick_target(word: object, targets: Sequence[str]) -> str:
     return str(word)
 
 
-def _listed(words: Sequence[str], most: int = 40) -> str:
+def _listed(words: Sequence[str], most: int = 8) -> str:
     """Return `words` as text; a long list is cut short."""
     more = "" if len(words) <= most else f", … ({len(words)} in all)"
     return ", ".join(words[:most]) + more
