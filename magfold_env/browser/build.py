@@ -253,7 +253,7 @@ def constants() -> dict[str, Any]:
     scene = Scene(sequence=("NNNN",))
     assert scene.magnets is not None
     accuracy = scene.magnets.accuracy
-    limits = {"remanence": REMANENCE, "speed": SPEED, "length": LENGTH, "place": PLACE}
+    limits = {"place": PLACE, "remanence": REMANENCE, "speed": SPEED, "length": LENGTH}
     return {
         "choice": _numbers(settings, "MOUNT FORWARD AT_MOUTH OBSTACLES"),
         "number": _numbers(

@@ -122,7 +122,7 @@ export function readScene(scene, layout) {
   const sizes = [read.one("casing.side", casing.side, side, length), ...LENGTHS.map((name) => read.one(
     `magnets.${name}`, magnets[name], standard.magnets[name],
     name === "inset" ? upTo(layout.most.length, notNegative) : length))];
-  const diagonal = Math.SQRT2 * sizes[0];
+  const diagonal = Math.SQRT2 * sizes[0], { most } = layout.most.place;
   if (read.problems.length === 0) checkMagnets(read, sizes, layout);
   const limit = feed.force_limit === null ? Infinity : read.one(
     "feed.force_limit", feed.force_limit, standard.feed.force_limit, positive);
@@ -142,8 +142,8 @@ export function readScene(scene, layout) {
       oneOf(["preloaded", "at_mouth"])),
     forceLimit: limit,
     bore: read.one("feed.bore", feed.bore ?? undefined, layout.bore * diagonal,
-      [(value) => isNumber(value) && value >= diagonal * (1 - layout.rounding) && value <= layout.most.place.most,
-        `must be from the casing's diagonal, ${brief(diagonal)}, to ${layout.most.place.most} m`]),
+      [(value) => isNumber(value) && value >= diagonal * (1 - layout.rounding) && value <= most,
+        `must be from the casing's diagonal, ${brief(diagonal)}, to ${most} m`]),
     wall: read.one("feed.wall", feed.wall, standard.feed.wall, upTo(layout.most.place)),
     friction: read.each("friction", entries.friction ?? standard.friction, n, notNegative),
     normal: read.one("gravity.normal", gravity.normal, standard.gravity.normal, notNegative),
