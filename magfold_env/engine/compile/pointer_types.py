@@ -248,10 +248,11 @@ def item_code(function: Any, signature: Any, context: Any) -> Any:
         fields = context.data_model_manager[kind]
         shape = builder.extract_value(array, fields.get_field_position("shape"))
         place = ir.IntType(64)(0)
-        for k in range(kind.ndim):
+        below = ir.IntType(64)(1)  # items for each step of an index
+        for k in reversed(range(kind.ndim)):
             at = builder.extract_value(index, k) if len(indices) > 1 else index
-            extent = builder.extract_value(shape, k)
-            place = builder.add(builder.mul(place, extent), at) if k else at
+            place = builder.add(builder.mul(at, below), place)
+            below = builder.mul(below, builder.extract_value(shape, k))
         data = builder.extract_value(array, fields.get_field_position("data"))
         pointer = builder.gep(data, [place])
         if value:
