@@ -40,6 +40,8 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager, _pass_registry, register_pass
+from numba.core.postproc import PostProcessor
+from numba.core.transforms import canonicalize_cfg
 from numba.core.typed_passes import InlineOverloads, NativeLowering, NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes, WithLifting
 from numba.extending import intrinsic
@@ -133,6 +135,7 @@ def _size(context: Any, kind: Any) -> int:
 
 _call_type = types.BaseFunction.get_call_type
 _get_function = BaseContext.get_function
+_find_lifetimes = PostProcessor.run
 _known: dict[Any, Any] = {}
 
 
@@ -152,6 +155,14 @@ def _function(self: Any, fn: Any, sig: Any, _firstcall: bool = True) -> Any:
     # Numba would register everything that it knows again for each array.
     first = _firstcall and fn != "__array__"
     return pointer_types.item_code(fn, sig, self) or _get_function(self, fn, sig, first)
+
+
+def _post_process(self: Any, emit_dels: bool = False, extend_lifetimes: bool = False) -> None:
+    """Bring a kernel's blocks in order; find lifetimes only if they are about to be written."""
+    if emit_dels:
+        _find_lifetimes(self, emit_dels, extend_lifetimes)
+    else:
+        self.func_ir.blocks = canonicalize_cfg(self.func_ir.blocks)
 
 
 def _list_vars(self: Any) -> list[Any]:
@@ -175,6 +186,7 @@ def _list_vars(self: Any) -> list[Any]:
 QUICKER = (
     (types.BaseFunction, "get_call_type", _known_call_type),
     (BaseContext, "get_function", _function),
+    (PostProcessor, "run", _post_process),
     (ir.Stmt, "list_vars", _list_vars),
     (ir.Expr, "list_vars", _list_vars),
 )
