@@ -203,7 +203,9 @@ class _Passes(PassManager):
             setattr(owner, name, quicker)
         try:
             for each, _ in self.passes:
-                _pass_registry.get(each).pass_inst.run_pass(state)
+                one = _pass_registry.get(each).pass_inst
+                one.analysis = self._analysis
+                one.run_pass(state)
         finally:
             for (owner, name, _), each in zip(QUICKER, before, strict=True):
                 setattr(owner, name, each)
