@@ -70,12 +70,8 @@ class Magnets(NamedTuple):
     depth: float  # distance of the outermost face from the centre [m]
     reach: float  # centres farther apart than this have no near faces [m]
     rank_count: IntArray  # nodes per pole face at every rank, (ranks,)
-    rank_radius: Annotated[
-        Array, "ranks"
-    ]  # distances of casings within which a rank has full weight [m]
-    face_moment: Annotated[
-        Array, 4, 2, "terms"
-    ]  # for unit charge in the casing's frame [√(µ0/4π) m^k]
+    rank_radius: Annotated[Array, "ranks"]  # casings no farther apart give a rank full weight [m]
+    face_moment: Annotated[Array, 4, 2, "terms"]  # for unit charge, casing's frame [√(µ0/4π) m^k]
     node_x: Annotated[Array, "ranks", "nodes a casing"]  # nodes in the casing's frame [m]
     node_y: Annotated[Array, "ranks", "nodes a casing"]
     node_weight: Array  # share of the face's charge, signed for inner faces

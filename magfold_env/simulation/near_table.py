@@ -259,7 +259,7 @@ def largest_error(kit: NearKit, count: int, table: Array, spaces: int, joints: i
     """Return the largest error of the splines at probes, times the density of knots there."""
     worst, weight = 0.0, kit.weight
     for p in range(count):
-        k, m, across, columns = 0, 0, 1, 1
+        m, across, columns = 0, 1, 1
         weight[2, 0] = 1.0
         k = basis((kit.probe[p, 0] + 1.0) * spaces / 2.0, spaces, weight, 0)
         if joints == 2:

@@ -75,7 +75,7 @@ def test_obstacles_are_met_alike_and_may_just_fit_beside_a_tube() -> None:
 def test_scenes_of_other_sizes_end_in_the_same_bits(count: int) -> None:
     rng = np.random.default_rng(count)
     scenes = [random_scene(rng, MOUNTS[k % 3], **random_sizes(rng)) for k in range(count)]
-    # One after another in the same memory, of which the first one's sizes come back.
+    # All scenes use the same memory, and the last one has the first one's sizes again.
     compare([*scenes, scenes[0]])
 
 
