@@ -13,6 +13,7 @@ from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardKind, Shaping
 from magfold_env.envs.tasks.setup import Fidelity
+from magfold_env.envs.tasks.symmetry import Split
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Problem, SceneError, errors, io
 from magfold_env.scene.base import FrozenModel
@@ -67,8 +68,10 @@ EnvId = Literal[
     "MagFold/SequenceDesign-v0",
     "MagFold/TubeFeedGoal-v0",
     "MagFold/UnknownFloor-v0",
+    "MagFold/UnknownFloor-v1",
     "MagFold/Reprogram-v0",
     "MagFold/Lumen-v0",
+    "MagFold/Lumen-v1",
     "MagFold/Tray-v0",
     "MagFold/Anchor-v0",
 ]
@@ -111,6 +114,7 @@ class EnvOptions(Group, frozen=True):
     """Whether a baseline is subtracted from the score."""
     tasks: str | None = None
     """Name or path of a list of given chains and the folds that they must reach."""
+    split: Split | None = None
 
 
 class EnvSettings(EnvOptions, frozen=True):
@@ -388,6 +392,8 @@ class TrainSettings(Group, frozen=True):
         if learner.frames > 1 and (features != "chain" or env.id == GOAL_ENV):
             allowed = f"1 with {GOAL_ENV} and with features other than 'chain'"
             yield "learner.frames", learner.frames, allowed
+        if learner.view == "canonical" and env.id not in FEED_TRACKS:
+            yield "learner.view", "canonical", f"'own', except with {', '.join(FEED_TRACKS)}"
         # Achieved goals show motion; if a chain is chosen as a whole, there is no motion to hide.
         if learner.blind and (hindsight or env.id == DESIGN_ENV):
             yield "learner.blind", True, f"false with {DESIGN_ENV} and with hindsight"

@@ -19,7 +19,6 @@ from magfold_env.envs.fold_env import FoldEnv
 from magfold_env.files import configs_dir, reading_json, write_text
 from magfold_env.scene import Problem, errors
 from magfold_env.scoring.player import Player
-from magfold_env.scoring.policy_file import ObservationForm
 
 FORMAT = "magfold_env choices 1"
 NO_MOTION, BLIND = "no-motion:", "blind:"
@@ -127,7 +126,7 @@ def trained(saved: policy_files.SavedPolicy, no_motion: bool = False) -> Policy:
     It reads observations in the form that its file defines; `no_motion` removes motion from them in
     any case (see `magfold_env.scoring.observation_view.blind`).
     """
-    shown = ObservationForm(frames=saved.shown.frames, blind=saved.shown.blind or no_motion)
+    shown = saved.shown.model_copy(update={"blind": saved.shown.blind or no_motion})
 
     def begin(env: FoldEnv[Any], numbers: Sequence[int], rngs: object) -> Act:
         player = Player(saved.policy, shown, env, len(numbers))

@@ -102,7 +102,8 @@ class Demonstrations:
         plan = self._plan(numbers)
         episodes.rngs[:] = [seeding.np_random(seed)[0] for seed in seeds]
         episodes.begin(episodes.rows, numbers)
-        view = ObservationView(self._learner, self._env.layout, self._env.observation_space, count)
+        env = self._env
+        view = ObservationView(self._learner, env.layout, env.scene, env.observation_space, count)
         rows, begun = episodes.rows, np.ones(count, dtype=np.bool_)
         parts: list[tuple[Any, ...]] = []
         while len(rows):

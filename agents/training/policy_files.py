@@ -145,6 +145,7 @@ def _settings_of(model: base_class.BaseAlgorithm, shown: ObservationForm) -> Pol
     content = {
         "frames": shown.frames,
         "blind": shown.blind,
+        "view": shown.view,
         "algorithm": algorithms.get(type(model), str(type(model))),
         "features": FEATURES.get(extractor, str(extractor)),
         "backward": policy.features_extractor_kwargs.get("backward", False),

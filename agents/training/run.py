@@ -33,6 +33,7 @@ from magfold_env.envs.episodes import Episodes
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.parallel import threads_of
 from magfold_env.scoring.player import Player, play
+from magfold_env.scoring.track import choice_of_tasks
 
 LARGE = 1024
 """Size of minibatches from which on torch uses all cores."""
@@ -114,7 +115,9 @@ class Validation:
         self._shown = shown
         self._seeds = episode_seeds("validation", episodes)
         setup = self._env.setup
-        self._numbers = np.arange(episodes) % len(setup.words)
+        tasks = len(setup.words)
+        # Tasks come with the easiest first, so fewer episodes are spread over all of them.
+        self._numbers = np.resize(choice_of_tasks(tasks, min(episodes, tasks)), episodes)
         self._episodes: Episodes[Any] = self._env.make_episodes(setup, episodes)
 
     def __call__(self, model: base_class.BaseAlgorithm) -> dict[str, float]:

@@ -98,6 +98,7 @@ def network(name: str) -> dict[str, Any]:
     file = policy_file.read(path)
     settings = file.settings
     plain = settings.activation == "tanh" and settings.lstm is None and not settings.blind
+    plain = plain and settings.view == "own"
     if not plain or settings.features == "symmetric":
         raise ValueError(f"{path}: must be tanh layers that see all of the last observations")
     shapes = {

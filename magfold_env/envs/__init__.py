@@ -15,11 +15,19 @@ ENTRY_POINTS = {
     "MagFold/SequenceDesign-v0": "magfold_env.envs.sequence_design:SequenceDesignEnv",
     "MagFold/TubeFeedGoal-v0": "magfold_env.envs.tube_feed_goal:TubeFeedGoalEnv",
     "MagFold/UnknownFloor-v0": "magfold_env.envs.unknown_floor:UnknownFloorEnv",
+    "MagFold/UnknownFloor-v1": "magfold_env.envs.unknown_floor:UnknownFloorEnv",
     "MagFold/Reprogram-v0": "magfold_env.envs.reprogram:ReprogramEnv",
     "MagFold/Lumen-v0": "magfold_env.envs.lumen:LumenEnv",
+    "MagFold/Lumen-v1": "magfold_env.envs.lumen:LumenEnv",
     "MagFold/Tray-v0": "magfold_env.envs.tray:TrayEnv",
     "MagFold/Anchor-v0": "magfold_env.envs.anchor:AnchorEnv",
 }
+
+EARLIER = {
+    "MagFold/UnknownFloor-v0": {"tasks": "two-folds-6"},
+    "MagFold/Lumen-v0": {"tasks": "chamber-6"},
+}
+"""Arguments with which a class plays the tasks of an earlier version."""
 
 VECTOR_ENTRY_POINTS = {
     env_id: f"{entry_point.removesuffix('Env')}VectorEnv"
@@ -36,4 +44,5 @@ def register_envs() -> None:
                 id=env_id,
                 entry_point=entry_point,
                 vector_entry_point=VECTOR_ENTRY_POINTS[env_id],
+                kwargs=EARLIER.get(env_id, {}),
             )

@@ -62,7 +62,7 @@ class UnknownFloorEnv(FeedTrackEnv):
 
     make_episodes = FloorEpisodes
     default_scene = "unknown-floor"
-    default_tasks = "two-folds-6"
+    default_tasks = "two-folds-6-v1"
 
 
 UnknownFloorVectorEnv = ChainVectorEnv[Any].of(UnknownFloorEnv)

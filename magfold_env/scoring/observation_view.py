@@ -1,5 +1,7 @@
 """The form in which networks receive observations, in training and in play."""
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -8,7 +10,9 @@ from gymnasium.vector.utils import batch_space
 
 from magfold_env.envs.chains.arrays import Bools
 from magfold_env.envs.spaces.observation import Layout
+from magfold_env.envs.wrappers.canonical import CanonicalView
 from magfold_env.envs.wrappers.vector import Frames
+from magfold_env.scene import Scene
 from magfold_env.scoring.policy_file import ObservationForm
 
 
@@ -42,25 +46,39 @@ def form_space(shown: ObservationForm, space: Space[Any]) -> Space[Any]:
 class ObservationView:
     """Brings observations of many environments into the form for networks.
 
-    `space` is the space of one observation. Its `layout` is needed only to remove motion.
+    `space` is the space of one observation. Its `layout` and the `scene` are needed only to change
+    what observations show.
     """
 
     def __init__(
-        self, shown: ObservationForm, layout: Layout | None, space: Space[Any], count: int
+        self,
+        shown: ObservationForm,
+        layout: Layout | None,
+        scene: Scene | None,
+        space: Space[Any],
+        count: int,
     ) -> None:
-        self._layout = layout if shown.blind else None
+        changes: list[Callable[[Any], Any]] = []
+        if layout is not None and shown.blind:
+            changes.append(partial(blind, layout))
+        if layout is not None and scene is not None and shown.view == "canonical":
+            changes.append(CanonicalView(layout, scene))
+        self._changes = changes
         self.frames = None
         if shown.frames > 1:
             self.frames = Frames(cast("spaces.Box", space), shown.frames, count)
 
+    def _changed(self, observations: Any) -> Any:
+        for change in self._changes:
+            observations = change(observations)
+        return observations
+
     def of(self, observations: Any, begun: Bools) -> Any:
         """Return observations in this form; those where `begun` is true follow a reset."""
-        if self._layout is not None:
-            observations = blind(self._layout, observations)
-        return self.frames.push(observations, begun, ~begun) if self.frames else observations
+        seen = self._changed(observations)
+        return self.frames.push(seen, begun, ~begun) if self.frames else seen
 
     def last(self, observation: Any, row: int) -> Any:
         """Return an episode's last observation in this form; call this before the next `of`."""
-        if self._layout is not None:
-            observation = blind(self._layout, observation)
-        return self.frames.last(observation, row) if self.frames else observation
+        seen = self._changed(observation)
+        return self.frames.last(seen, row) if self.frames else seen

@@ -48,7 +48,7 @@ class Player:
         if own != given:
             raise ValueError(f"policy: its spaces {own} are not the environment's, {given}")
         self._predict: Any = policy.predict
-        self._view = ObservationView(shown, env.layout, env.observation_space, count)
+        self._view = ObservationView(shown, env.layout, env.scene, env.observation_space, count)
         self._best = not sampled
         self.count = count
         """Number of episodes."""

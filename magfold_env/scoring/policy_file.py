@@ -55,6 +55,9 @@ class ObservationForm(FrozenModel):
     stack."""
     blind: bool = False
     """Whether motion is removed; see `magfold_env.scoring.observation_view.blind`."""
+    view: Literal["own", "canonical"] = "own"
+    """Whether given chains are shown as they are, or in the view of
+    `magfold_env.envs.wrappers.canonical`, which is the same for a chain and its images."""
 
 
 class LSTMSettings(FrozenModel):

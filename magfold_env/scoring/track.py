@@ -17,8 +17,15 @@ from magfold_env.envs.camera_track import CameraTrackEnv
 from magfold_env.envs.chains.arrays import Ints
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.envs.tasks.setup import TaskSetup
+from magfold_env.envs.tasks.symmetry import Split
 
-FEED_TRACKS = ("MagFold/UnknownFloor-v0", "MagFold/Reprogram-v0", "MagFold/Lumen-v0")
+FEED_TRACKS = (
+    "MagFold/UnknownFloor-v0",
+    "MagFold/UnknownFloor-v1",
+    "MagFold/Reprogram-v0",
+    "MagFold/Lumen-v0",
+    "MagFold/Lumen-v1",
+)
 """Environments with given chains, in which only the feed speed is free."""
 
 TRAYS = ("MagFold/Tray-v0", "MagFold/Anchor-v0")
@@ -28,7 +35,7 @@ TRACKS = (*FEED_TRACKS, *TRAYS)
 """Environments with given chains or components and a time limit."""
 
 TASKS = 24
-"""Default largest number of tasks to play."""
+"""Default largest number of tasks to play, if the tasks have no side for tests."""
 
 WIDTH = 64
 """Number of episodes that are played simultaneously."""
@@ -48,8 +55,10 @@ class Track:
 
     env_id: str
     """ID of the environment in Gymnasium."""
-    tasks: int = TASKS
-    """Largest number of tasks to play."""
+    tasks: int | None = None
+    """Largest number of tasks to play; None means `TASKS`, or all if the tasks have two sides."""
+    split: Split = field(default="test", kw_only=True)
+    """The side of the tasks to play, if they have two sides."""
     randomised: bool = True
     """Whether the physics and the initial pose are drawn at random."""
     stream: str = field(kw_only=True)
@@ -59,6 +68,11 @@ class Track:
         if self.env_id not in TRACKS:
             allowed = ", ".join(TRACKS)
             raise ValueError(f"id: {self.env_id!r} is not allowed; must be one of {allowed}")
+
+    @property
+    def has_sides(self) -> bool:
+        """Whether some tasks are for training and others for tests."""
+        return not self.env_id.endswith("-v0")
 
     @cached_property
     def env(self) -> CameraTrackEnv:
@@ -85,6 +99,8 @@ class Track:
     def _made(self, **options: Any) -> CameraTrackEnv:
         if not self.randomised:
             options["randomisation"] = "none"
+        if self.has_sides:
+            options["split"] = self.split
         made = gymnasium.make(self.env_id, disable_env_checker=True, **options)
         return cast("CameraTrackEnv", made.unwrapped)
 
@@ -96,7 +112,9 @@ class Track:
     @cached_property
     def numbers(self) -> list[int]:
         """The numbers of the played tasks."""
-        return choice_of_tasks(len(self.env.tasks), self.tasks)
+        available = len(self.env.tasks)
+        usual = available if self.has_sides else TASKS
+        return choice_of_tasks(available, usual if self.tasks is None else self.tasks)
 
     def episodes(self, count: int, setup: TaskSetup | None = None, threads: int = 1) -> Any:
         """Return `count` `CameraEpisodes` with the tasks of the track or of another setup."""

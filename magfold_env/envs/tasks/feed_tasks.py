@@ -3,6 +3,7 @@
 import os
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, Literal, cast
 
@@ -10,7 +11,8 @@ import numpy as np
 
 from magfold_env.envs.baselines.baseline import chain_name
 from magfold_env.envs.spaces.actions import LYING, PATTERNS
-from magfold_env.envs.tasks.checks import require
+from magfold_env.envs.tasks.checks import one_of, require
+from magfold_env.envs.tasks.symmetry import SIDES, Split
 from magfold_env.envs.tasks.targets import is_target
 from magfold_env.files import configs_dir, read_text
 from magfold_env.scene import Problem, SceneError
@@ -158,23 +160,46 @@ def task_list_names() -> list[str]:
 
 
 def read_tasks(
-    tasks: str | Path | Sequence[Task | Mapping[str, Any]], kind: type[Task] = FeedTask
+    tasks: str | Path | Sequence[Task | Mapping[str, Any]],
+    kind: type[Task] = FeedTask,
+    split: Split | None = None,
 ) -> tuple[Any, ...]:
-    """Return the given tasks, or those of a shipped list (the easiest first) or of a YAML file."""
+    """Return the given tasks, or those of a shipped list (the easiest first) or of a YAML file.
+
+    A list may have two sides, ``train`` and ``test``; `split` selects one (``train`` by default) or
+    ``all`` tasks, those for training first.
+    """
     path = Path(tasks) if isinstance(tasks, (str, Path)) else None
     if path is not None and str(tasks) in task_list_names():
-        path = configs_dir() / "tasks" / f"{tasks}.yaml"
+        return _read(configs_dir() / "tasks" / f"{tasks}.yaml", kind, split)
     if path is None or not os.path.isfile(path):
-        return _checked(tasks, kind)
+        return _checked(tasks, kind, split)
+    return _read.__wrapped__(path, kind, split)
+
+
+@cache
+def _read(path: Path, kind: type[Task], split: Split | None) -> tuple[Any, ...]:
     try:
-        return _checked(cast("Any", parse_yaml(read_text(path, MOST_BYTES))), kind)
+        return _checked(cast("Any", parse_yaml(read_text(path, MOST_BYTES))), kind, split)
     except (OSError, ValueError) as error:
         problems = error.problems if isinstance(error, SceneError) else ()
         raise SceneError(problems or str(error), source=str(path)) from None
 
 
-def _checked(tasks: object, kind: type[Task]) -> tuple[Any, ...]:
+def _side(tasks: Any, split: Split | None) -> Any:
+    """Return the tasks on the chosen side of a list with two sides, or the list itself."""
+    sides: Mapping[str, Any] = cast("Any", tasks if isinstance(tasks, Mapping) else {})
+    if set(sides) == set(SIDES):
+        chosen = one_of("split", "train" if split is None else split, Split)
+        return [task for side in SIDES if chosen in (side, "all") for task in sides[side] or ()]
+    allowed = "must be left out, because the tasks have no sides train and test"
+    require(split is None, "split", split, allowed)
+    return cast("Any", tasks)
+
+
+def _checked(tasks: object, kind: type[Task], split: Split | None) -> tuple[Any, ...]:
     """Return validated tasks; raise an error if one is invalid or chain lengths differ."""
+    tasks = _side(tasks, split)
     listed = isinstance(tasks, (list, tuple))
     given = cast("list[Any]", tasks if listed else [None])
     right = all(isinstance(each, (Task, Mapping)) for each in given)

@@ -21,6 +21,7 @@ from magfold_env.envs.tasks.draws import Randomisation, randomised
 from magfold_env.envs.tasks.feed_tasks import Task, read_tasks
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardKind, RewardRule, Shaping
+from magfold_env.envs.tasks.symmetry import Split
 from magfold_env.envs.tasks.targets import easiest, pick_target, resolve_targets
 from magfold_env.scene import Scene, load_scene
 from magfold_env.scene.errors import refuse, unless_one_of, unless_positive
@@ -147,6 +148,9 @@ class FeedOptions(SharedOptions, RewardOptions, total=False):
     tasks: str | Path | Sequence[Task | Mapping[str, Any]]
     """Name of a shipped list of tasks, path of a YAML file, or the tasks themselves; by default the
     environment's own list."""
+    split: Split
+    """The tasks to draw from if the list has two sides (`magfold_env.envs.tasks.symmetry`):
+    ``train`` (default), ``test`` or ``all``."""
 
 
 class FoldTask(Setup):
@@ -258,7 +262,7 @@ class TaskSetup(Setup):
         require(not unless_one_of("", fidelity, ["dynamics"]), "fidelity", fidelity, allowed)
         scene = scene if isinstance(scene, Scene) else load_scene(scene)
         require(scene.mount == "tube", "scene.mount", scene.mount, "must be 'tube'")
-        found = read_tasks(options.get("tasks", ()), episodes.task_kind)
+        found = read_tasks(options.get("tasks", ()), episodes.task_kind, options.get("split"))
         share = options.get("difficulty", 1.0)
         refuse(unless_positive("difficulty", share, 1.0))
         self.tasks = found[: math.ceil(share * len(found) - 1e-9)]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from magfold_env.envs.chains.arrays import Bools
 from magfold_env.envs.tasks.checks import whole
 from magfold_env.envs.vector_env import Infos
+from magfold_env.envs.wrappers.canonical import CanonicalView
 from magfold_env.envs.wrappers.mouth_order import MouthOrder
 
 
@@ -65,16 +66,27 @@ class MouthOrderObservation(_Observation):
     """The vector form of `magfold_env.envs.wrappers.mouth_order.MouthOrderObservation`."""
 
     def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
-        inner: Any = env.unwrapped
-
-        def of_one(name: str) -> Any:
-            native = hasattr(inner, "template")
-            return getattr(inner.template, name) if native else inner.get_attr(name)[0]
-
-        order = MouthOrder(of_one("layout"), of_one("scene").feed.direction == "backward")
+        layout, scene = _of_one(env, "layout"), _of_one(env, "scene")
+        order = MouthOrder(layout, scene.feed.direction == "backward")
         super().__init__(
             env, order.space, lambda seen, _begun, _on: order(seen), lambda one, _: order(one)
         )
+
+
+class CanonicalObservation(_Observation):
+    """The vector form of `magfold_env.envs.wrappers.canonical.CanonicalObservation`."""
+
+    def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
+        view = CanonicalView(_of_one(env, "layout"), _of_one(env, "scene"))
+        space = cast("Any", env).single_observation_space
+        super().__init__(env, space, lambda seen, _begun, _on: view(seen), lambda one, _: view(one))
+
+
+def _of_one(env: VectorEnv[Any, Any, Any], name: str) -> Any:
+    """Return an attribute of the single environments."""
+    inner: Any = env.unwrapped
+    native = hasattr(inner, "template")
+    return getattr(inner.template, name) if native else inner.get_attr(name)[0]
 
 
 class FrameStackObservation(_Observation):
