@@ -6,9 +6,9 @@ chain counted from its other end (`magfold_env.envs.tasks.symmetry`). Of these e
 first face is N. Speeds mean the same for all images, so a policy that sees only this view plays all
 of them alike.
 
-In this view, the heading of a component is relative to its target: it is how far the joint to the
-component before deviates from its target angle. The first component, and one after an unseen
-component, show their own headings.
+In this view, the heading of a component is relative to its target: it is how far the joint towards
+the tube deviates from its target angle. An unseen component beyond that joint counts as parallel to
+the tube. The component that leaves the tube last shows its own heading.
 """
 
 from typing import Any
@@ -68,7 +68,7 @@ class CanonicalView:
         heading[right, :, 0] *= -1.0
         position[right, :, 1] *= -1.0
         magnets[magnets[:, 0, 0] < 0.0] *= -1.0
-        heading[:, 1:] = _deviations(target, seen[..., 0], heading)
+        heading[:, :-1] = _deviations(target, seen[..., 0], heading)
         return out.reshape(entries.shape)
 
     def _group(self, entries: Singles, name: str) -> Singles:
@@ -78,17 +78,21 @@ class CanonicalView:
 
 
 def _deviations(target: Singles, seen: Singles, heading: Singles) -> Singles:
-    """Return sine and cosine of joints' deviations from their target angles, (…, n − 1, 2)."""
-    sin, cos = heading[..., 0], heading[..., 1]
-    turn_sin = sin[:, 1:] * cos[:, :-1] - cos[:, 1:] * sin[:, :-1]
-    turn_cos = cos[:, 1:] * cos[:, :-1] + sin[:, 1:] * sin[:, :-1]
-    left = target[..., 0] - target[..., 2]  # 1 at a target of +90°, −1 at −90°
-    straight = target[..., 1]
-    off = np.stack(
-        [straight * turn_sin - left * turn_cos, straight * turn_cos + left * turn_sin], axis=-1
+    """Return sine and cosine of joints' deviations from their target angles, (…, n − 1, 2).
+
+    They are 0 at joints whose component nearer to the tip is not seen.
+    """
+    sin, cos = heading[:, :-1, 0], heading[:, :-1, 1]
+    out = seen[:, 1:] > 0.0
+    # The chain leaves the tube backwards, so headings in the tube are π.
+    next_sin, next_cos = (
+        np.where(out, heading[:, 1:, 0], 0.0),
+        np.where(out, heading[:, 1:, 1], -1.0),
     )
-    known = (seen[:, :-1] > 0.0)[..., None]
-    return np.where(known, np.clip(off, -1.0, 1.0), heading[:, 1:])
+    turn_sin, turn_cos = next_sin * cos - next_cos * sin, next_cos * cos + next_sin * sin
+    left, straight = target[..., 0] - target[..., 2], target[..., 1]
+    off = (straight * turn_sin - left * turn_cos, straight * turn_cos + left * turn_sin)
+    return np.clip(np.stack(off, axis=-1), -1.0, 1.0)
 
 
 class CanonicalObservation(gymnasium.ObservationWrapper[Any, Any, Any], RecordConstructorArgs):

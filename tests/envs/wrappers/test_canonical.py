@@ -110,12 +110,15 @@ def test_a_chain_in_its_target_fold_does_not_deviate() -> None:
     seen[spans["seen"]] = 1.0
     seen[spans["heading"]] = np.stack([np.sin(headings), np.cos(headings)], axis=-1).ravel()
     shown = CanonicalView(env.layout, env.scene)(seen)[spans["heading"]].reshape(-1, 2)
-    np.testing.assert_allclose(shown[1:], np.tile([0.0, 1.0], (5, 1)), atol=1e-6)
-    # An unseen component shows nothing, and the next one its own heading, seen from one side.
+    np.testing.assert_allclose(shown[:-1], np.tile([0.0, 1.0], (5, 1)), atol=1e-6)
+    # An unseen component shows nothing, and the joint before it turns towards the tube.
     seen[spans["seen"]][2] = 0.0
     seen[spans["heading"]][4:6] = 0.0
     shown = CanonicalView(env.layout, env.scene)(seen)[spans["heading"]].reshape(-1, 2)
-    assert np.abs(np.linalg.norm(shown, axis=1) - [1.0, 1.0, 0.0, 1.0, 1.0, 1.0]).max() < 1e-6
+    assert not shown[2].any()
+    side = 1.0 if target[0] == "L" else -1.0
+    off = side * (np.pi - headings[1]) - side * turns[1]
+    np.testing.assert_allclose(shown[1], [np.sin(off), np.cos(off)], atol=1e-6)
 
 
 def test_the_vector_form_shows_the_same() -> None:
