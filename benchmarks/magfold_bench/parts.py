@@ -11,6 +11,7 @@ from typing import Any
 from magfold_bench import (
     design,
     episodes,
+    fold_peers,
     folds,
     ground_states,
     idealisations,
@@ -47,6 +48,7 @@ BENCHMARKS: dict[str, dict[str, Part]] = {
     "dynamics": {
         "scaling": Part(scaling.run, scaling.draw),
         "folds": Part(folds.folds),
+        "peers": Part(fold_peers.run),
         "first-use": Part(folds.first_use),
     },
     "magnets": {

@@ -3,16 +3,18 @@
 The chain is pinned, and gravity and motors in its hinges act on it. Every contender is built for
 one problem and first returns its accelerations once, which are compared before anything is timed.
 Each timed call does many evaluations, so the cost of the call itself is negligible. The contenders
-take turns, so that ratios compare measurements close in time. Two rows include more work:
+take turns, so that ratios compare measurements close in time. Three rows measure something else:
 Pinocchio's algorithm works in three dimensions and is called from Python; the cost of a call at n =
 1, with almost nothing to compute, has its own row and is subtracted from Pinocchio's other times.
 MuJoCo's row is a whole step in three dimensions, with positions, velocities and constraints.
+CasADi's is C that was generated for one chain's length and masses, and compiled for this processor.
 """
 
 import importlib
 import math
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
+from shutil import which
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -82,6 +84,7 @@ LANES = f"magfold, {recursion.LANES} chains at once"
 DENSE = "eq. 39 dense, NumPy"
 PINOCCHIO = "Pinocchio aba"
 MUJOCO = "MuJoCo mj_step"
+CASADI = "CasADi, generated C"
 
 LENGTHS = (1, 2, 6, 20, 60, 200, 450, 1000, 3000, 10_000)
 QUICK_LENGTHS = (1, 6, 60, 450)
@@ -232,10 +235,45 @@ def mujoco(problem: ChainProblem) -> Contender:
     return Contender(found, lambda: mj.mj_step(model, data, times), times)
 
 
+def casadi(problem: ChainProblem) -> Contender:
+    """Call C that CasADi writes for this chain without loops; gcc must be installed.
+
+    The rest of the chain resists its hinge's acceleration a by ``inertia @ a + bias``. Columns of
+    matrices are factors of a and of the turn's acceleration, and what depends on neither.
+    """
+    ca: Any = importlib.import_module("casadi")
+    given = [ca.SX.sym(name, problem.n) for name in ("angles", "rates", "forces")]
+    inertia, bias, base = ca.SX(2, 2), ca.SX(2, 1), ca.SX(BASE)
+    links: list[Any] = []
+    chain = [*zip(*problem.bodies, *map(ca.vertsplit, given), strict=True)]
+    for mass, own, reach, length, angle, rate, force in reversed(chain):
+        across = ca.vertcat(-ca.sin(angle), ca.cos(angle))
+        moves = ca.horzcat(across, -(rate**2) * ca.vertcat(across[1], -across[0]))
+        centre, tip = (ca.horzcat(ca.SX.eye(2), lever * moves) for lever in (reach, length))
+        pushed = inertia @ tip + ca.horzcat(ca.SX(2, 3), bias)
+        turned = across.T @ (reach * mass * centre + length * pushed)
+        gain = -(turned + ca.horzcat(0, 0, own, -force)) / (turned[2] + own)
+        links.append((gain, length * moves))
+        total = mass * centre + pushed
+        inertia, bias = total[:, :2] + total[:, 2] @ gain[:2], total[:, 3] + total[:, 2] * gain[3]
+    found: list[Any] = []
+    for gain, moves in reversed(links):
+        found.append(gain[:2] @ base + gain[3])
+        base += moves @ ca.vertcat(found[-1], 1)
+    flags = {"flags": ["-O3", "-march=native"]}
+    options = {"jit": True, "compiler": "shell", "jit_options": flags}
+    function = ca.Function("chain", given, [ca.cse(ca.vertcat(*found))], options)
+    times = _times(problem.n, 20_000)
+    values = (problem.angles, problem.rates, problem.forces)
+    many, copies = function.map(times), [ca.DM(np.tile(each, (times, 1)).T) for each in values]
+    return Contender(np.array(many(*copies))[:, 0], lambda: many(*copies), times)
+
+
 def missing() -> list[str]:
     """Return the compared libraries that are not installed; the extra ``peers`` contains them."""
-    needs = {PINOCCHIO: "pinocchio", MUJOCO: "mujoco"}
-    return [name for name, module in needs.items() if find_spec(module) is None]
+    needs = {PINOCCHIO: "pinocchio", MUJOCO: "mujoco", CASADI: "casadi"}
+    absent = [name for name, module in needs.items() if find_spec(module) is None]
+    return absent if CASADI in absent or which("gcc") else [*absent, CASADI]
 
 
 BUILDS: dict[str, Build] = {
@@ -243,11 +281,13 @@ BUILDS: dict[str, Build] = {
     LANES: lanes,
     PINOCCHIO: pinocchio,
     MUJOCO: mujoco,
+    CASADI: casadi,
     DENSE: dense,
 }
 
-# Longer chains would take minutes or gigabytes: these contenders store n² numbers or more.
-LONGEST = {PINOCCHIO: 450, MUJOCO: 1000, DENSE: 1000}
+# Longer chains would take minutes or gigabytes: these contenders store n² numbers or more, and
+# CasADi's code for them takes long to compile.
+LONGEST = {PINOCCHIO: 450, MUJOCO: 1000, CASADI: 60, DENSE: 1000}
 
 
 def measure(quick: bool, progress: Progress) -> list[Row]:

@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 LIBRARIES = ("numba", "llvmlite", "numpy", "gymnasium")
-PEERS = ("magpylib", "mujoco", "pin")
+PEERS = ("casadi", "magpylib", "mujoco", "pin", "pymunk")
 
 
 def describe() -> dict[str, str]:
