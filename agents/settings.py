@@ -71,7 +71,6 @@ EnvId = Literal[
     "MagFold/UnknownFloor-v1",
     "MagFold/Reprogram-v0",
     "MagFold/Lumen-v0",
-    "MagFold/Lumen-v1",
     "MagFold/Tray-v0",
     "MagFold/Anchor-v0",
 ]

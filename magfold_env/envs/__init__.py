@@ -18,15 +18,11 @@ ENTRY_POINTS = {
     "MagFold/UnknownFloor-v1": "magfold_env.envs.unknown_floor:UnknownFloorEnv",
     "MagFold/Reprogram-v0": "magfold_env.envs.reprogram:ReprogramEnv",
     "MagFold/Lumen-v0": "magfold_env.envs.lumen:LumenEnv",
-    "MagFold/Lumen-v1": "magfold_env.envs.lumen:LumenEnv",
     "MagFold/Tray-v0": "magfold_env.envs.tray:TrayEnv",
     "MagFold/Anchor-v0": "magfold_env.envs.anchor:AnchorEnv",
 }
 
-EARLIER = {
-    "MagFold/UnknownFloor-v0": {"tasks": "two-folds-6"},
-    "MagFold/Lumen-v0": {"tasks": "chamber-6"},
-}
+EARLIER = {"MagFold/UnknownFloor-v0": {"tasks": "two-folds-6"}}
 """Arguments with which a class plays the tasks of an earlier version."""
 
 VECTOR_ENTRY_POINTS = {

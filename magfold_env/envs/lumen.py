@@ -21,7 +21,7 @@ class LumenEnv(FeedTrackEnv):
 
     make_episodes = FloorEpisodes
     default_scene = "lumen"
-    default_tasks = "chamber-6-v1"
+    default_tasks = "chamber-6"
 
 
 LumenVectorEnv = ChainVectorEnv[Any].of(LumenEnv)

@@ -24,7 +24,6 @@ FEED_TRACKS = (
     "MagFold/UnknownFloor-v1",
     "MagFold/Reprogram-v0",
     "MagFold/Lumen-v0",
-    "MagFold/Lumen-v1",
 )
 """Environments with given chains, in which only the feed speed is free."""
 

@@ -146,6 +146,7 @@ HORIZONS: dict[str, Any] = {
     "MagFold/SequenceDesign-v0": 1,
     "MagFold/TubeFeedGoal-v0": 6,
     "MagFold/UnknownFloor-v0": 250,
+    "MagFold/UnknownFloor-v1": 250,
     "MagFold/Reprogram-v0": 500,
     "MagFold/Lumen-v0": 250,
 }

@@ -21,7 +21,7 @@ from magfold_bench.lists.refold_tasks import OTHER_DRAWS, find_refolds
 from magfold_bench.lists.tray_tasks import find_pulls, find_trays
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.cli import options
-from magfold_env.envs.tasks.feed_tasks import FeedTask, RefoldTask, Task
+from magfold_env.envs.tasks.feed_tasks import FeedTask, Task
 from magfold_env.envs.tasks.symmetry import SIDES, Side, orbit, side_of
 from magfold_env.files import configs_dir, write_text
 from magfold_env.parallel import Workers, finished
@@ -112,20 +112,8 @@ class SplitList(NamedTuple):
     """Numbers of chains for training and for tests."""
 
 
-def _in_turn(find: Callable[[str, int], Iterator[Any]], seed: int) -> Iterator[Any]:
-    """Yield tasks fed forward if the seed is even, else tasks fed backward."""
-    return find(("forward", "backward")[seed % 2], seed)
-
-
 SPLIT_LISTS = {
     "two-folds-6-v1": SplitList(find_two_folds, FeedTask, "two-folds-6"),
-    "two-folds-5-v1": SplitList(partial(find_two_folds, n=5), FeedTask, "two-folds-6", (300, 100)),
-    "two-folds-7-v1": SplitList(partial(find_two_folds, n=7), FeedTask, "two-folds-6", (300, 100)),
-    "two-folds-8-v1": SplitList(partial(find_two_folds, n=8), FeedTask, "two-folds-6", (300, 100)),
-    "chamber-6-v1": SplitList(partial(_in_turn, find_chambers), FeedTask, "chamber-6"),
-    "two-words-6-v1": SplitList(
-        partial(_in_turn, find_refolds), RefoldTask, "two-words-6", (300, 200)
-    ),
 }
 
 

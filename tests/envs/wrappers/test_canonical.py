@@ -145,7 +145,7 @@ def test_the_vector_form_shows_the_same() -> None:
 
 def test_other_environments_and_uneven_scenes_are_refused() -> None:
     for env_id in ("MagFold/TubeFeed-v0", "MagFold/Tray-v0"):
-        with pytest.raises(ValueError, match="env: observations of .* are not allowed"):
+        with pytest.raises(ValueError, match=r"env: observations of .* are not allowed"):
             CanonicalObservation(gymnasium.make(env_id))
     env = gymnasium.make(ENV)
     scene: Any = env.get_wrapper_attr("scene").replace(gravity={"in_plane": [0.0, 0.1]})
