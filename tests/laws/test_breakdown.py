@@ -65,7 +65,7 @@ def test_a_hopeless_scene_ends_and_says_how(scene):
 
 
 def test_a_run_goes_on_after_a_step_that_a_time_limit_cut_to_nothing():
-    scene = mf.load_scene("paper/sequence-3").replace(mount="free")
+    scene = mf.load_scene("paper/sequence-3").replace(mount="free", friction=0.0)
     session = Session(scene.draw(np.random.default_rng(0)))
     model, state, record = session._model, session._state, session._chains.frames.record
     state.clock[ix.STEP] = 4e-16
