@@ -6,6 +6,10 @@ import pytest
 import magfold_env as mf
 from magfold_bench.laws.overlap import deepest_overlap
 from magfold_bench.laws.random_scenes import designed_sequence
+from magfold_env.engine import indices as ix
+from magfold_env.engine import outcomes
+from magfold_env.engine.stepping import integrator
+from magfold_env.simulation.session import Session
 
 pytestmark = pytest.mark.laws
 
@@ -58,3 +62,12 @@ def test_a_hopeless_scene_ends_and_says_how(scene):
         angles = np.concatenate([[0.0], np.cumsum(fold.joint_angles)])
         deep = deepest_overlap(scene.alone(), angles, np.zeros(2), scene.n)
         assert deep <= TOO_DEEP * scene.casing.side
+
+
+def test_a_run_goes_on_after_a_step_that_a_time_limit_cut_to_nothing():
+    scene = mf.load_scene("paper/sequence-3").replace(mount="free", friction=0.0)
+    session = Session(scene.draw(np.random.default_rng(0)))
+    model, state, record = session._model, session._state, session._chains.frames.record
+    state.clock[ix.STEP] = 4e-16
+    outcome = integrator.advance(model, state, session._work, record, 1e-3, 10**9)
+    assert outcome == outcomes.REACHED

@@ -302,6 +302,8 @@ def attempt_step(
     the next step may be longer.
     """
     growth = LARGEST_GROWTH
+    # A time limit may have cut the last of Moreau's steps almost to nothing.
+    state.clock[ix.STEP] = max(state.clock[ix.STEP], SHORTEST_STEP)
     while True:
         h = min(state.clock[ix.STEP], limit)
         if h < SHORTEST_STEP and h < limit:
