@@ -22,7 +22,7 @@ from tests.envs.vectors import same
 
 QUICK: dict[str, Any] = {"fidelity": "quasistatic", "components": 3}
 FEED, GOAL = "MagFold/TubeFeed-v0", "MagFold/TubeFeedGoal-v0"
-FLOOR = "MagFold/UnknownFloor-v0"
+FLOOR = "MagFold/UnknownFloor-v1"
 
 
 @pytest.mark.parametrize(

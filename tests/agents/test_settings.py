@@ -1,9 +1,11 @@
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from agents.settings import SettingsError, TrainSettings, load_settings, save_settings
-from agents.training.envs import check_envs
+from agents.training.envs import check_envs, make_env
+from magfold_env.envs.tasks.symmetry import side_of
 from magfold_env.files import configs_dir
 
 PRETRAINED = """
@@ -66,6 +68,7 @@ FLOOR = "env: {id: MagFold/UnknownFloor-v0, actions: box}\n"
      r"learner\.shared_layers: True is not allowed; must be false with"),
     ("learner: {algorithm: recurrent-ppo, shared_layers: true}",
      r"learner\.shared_layers: True is not allowed; must be false with"),
+    ("learner: {algorithm: ppo, view: canonical}", r"learner\.view: 'canonical' .* be 'own', exc"),
     ("learner: {algorithm: ppo, frames: 2, features: mouth}", r"learner\.frames: 2 .* be 1"),
     ("env: {id: MagFold/SequenceDesign-v0}\nlearner: {algorithm: ppo, blind: true}",
      r"learner\.blind: True .* with hindsight"),
@@ -83,6 +86,20 @@ def test_wrong_settings_name_key_value_and_remedy(tmp_path: Path, text: str, mes
     text = text if text.startswith("name") else f"name: run\n{text}"
     with pytest.raises(SettingsError, match=message):
         load_settings(written(tmp_path, text))
+
+
+def test_no_training_sees_a_task_for_tests() -> None:
+    found: list[str] = []
+    for path in sorted((configs_dir() / "agents").glob("*.yaml")):
+        settings = load_settings(path)
+        # Validations, which choose the policy to keep, are played in the same environment.
+        for phase in settings.phases:
+            env: Any = make_env(phase.env).unwrapped
+            if phase.env.id.startswith("MagFold/UnknownFloor-v1"):
+                assert {side_of(task.sequence) for task in env.tasks} == {"train"}
+                assert len(env.tasks) == 2000
+                found.append(settings.name)
+    assert found == ["ppo-unknown-floor-v1"]
 
 
 @pytest.mark.parametrize(("settings", "message"), [

@@ -110,7 +110,7 @@ def test_wrong_resets_of_many_are_named(arguments, error, message):
     (TubeFeedEnv, {"target": "LLLLL"}, r"options\['target'\]: 'LLLLL' .*must be one of"),
     (TubeFeedEnv, {"target": 3}, r"options\['target'\]: 3 is not allowed; must be one of"),
     (TubeFeedEnv, {"word": "LRLLL"}, "options: 'word' is not allowed; must be one of target"),
-    (UnknownFloorEnv, {"task": 40}, r"options\['task'\]: 40 is not allowed; must be from 0 to 39"),
+    (UnknownFloorEnv, {"task": 2000}, r"\['task'\]: 2000 is not allowed; must be from 0 to 1999"),
     (UnknownFloorEnv, {"target": "LRLLR"}, "options: 'target' .*must be one of task"),
 ])  # fmt: skip
 def test_wrong_resets_are_named(make: Any, options: dict[str, Any], message: str) -> None:
