@@ -14,7 +14,6 @@ from magfold_env.envs.camera_track import TIME_COST
 from magfold_env.envs.tasks.draws import episode_seeds
 from magfold_env.scoring.track import TRACKS, TRAYS
 
-
 SHIPPED = [env_id for env_id in TRACKS if env_id.endswith("-v0")]
 """Tracks whose baselines the package contains."""
 
