@@ -92,7 +92,7 @@ def _deviations(target: Singles, seen: Singles, heading: Singles) -> Singles:
     turn_sin, turn_cos = next_sin * cos - next_cos * sin, next_cos * cos + next_sin * sin
     left, straight = target[..., 0] - target[..., 2], target[..., 1]
     off = (straight * turn_sin - left * turn_cos, straight * turn_cos + left * turn_sin)
-    return np.clip(np.stack(off, axis=-1), -1.0, 1.0)
+    return np.clip(np.stack(off, axis=-1), -1.0, 1.0).astype(np.float32)
 
 
 class CanonicalObservation(gymnasium.ObservationWrapper[Any, Any, Any], RecordConstructorArgs):
