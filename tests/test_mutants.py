@@ -7,7 +7,7 @@ import pytest
 
 from tests.mutants import ROOT, Mutant, fate, mutants, plant
 
-TOPICS = {"physics", "rewards", "draws", "intervals", "resuming"}
+TOPICS = {"physics", "rewards", "draws", "views", "intervals", "resuming"}
 
 
 def test_at_least_forty_errors_of_every_kind_are_planted() -> None:
