@@ -48,7 +48,7 @@ def tube_feed() -> dict[str, Any]:
 
 def unknown_floor() -> dict[str, Any]:
     """Return the parameters and spreads of ``MagFold/UnknownFloor-v0``."""
-    setup = UnknownFloorEnv.make_setup(actions="discrete")
+    setup = UnknownFloorEnv.make_setup(actions="discrete", tasks="two-folds-6")
     return _drawn(setup.scene) | {
         "tasks": [task.model_dump(mode="json") for task in setup.tasks],
         "speeds": setup.actions.speeds.tolist(),

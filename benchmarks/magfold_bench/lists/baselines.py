@@ -10,6 +10,7 @@ import typer
 from rich.progress import track
 
 from magfold_env.cli import options
+from magfold_env.envs import EARLIER, ENTRY_POINTS
 from magfold_env.envs.anchor import AnchorEnv
 from magfold_env.envs.baselines.baseline import (
     Baseline,
@@ -39,7 +40,7 @@ SHIPPED: tuple[tuple[str, Randomisation], ...] = (
     ("tube-built", "strong"),
 )
 TRACKS = (UnknownFloorEnv, LumenEnv, ReprogramEnv, TrayEnv, AnchorEnv)
-"""Environments with lists of tasks."""
+"""Environments with lists of tasks; baselines of later versions than v0 are not shipped."""
 
 Job = Callable[[], Baseline]
 
@@ -77,8 +78,11 @@ def _of_task(track: type[CameraTrackEnv], task: str) -> Baseline:
 
 
 def _store(track: Any) -> TaskStore:
-    """Return the baselines of a track's default tasks."""
-    return track.make_episodes.baselines(track.make_setup(track.default_scene))
+    """Return the baselines of the tasks of a track's version v0."""
+    end = f":{track.__name__}"
+    options = [given for env_id, given in EARLIER.items() if ENTRY_POINTS[env_id].endswith(end)]
+    setup = track.make_setup(track.default_scene, **(options[0] if options else {}))
+    return track.make_episodes.baselines(setup)
 
 
 if __name__ == "__main__":
