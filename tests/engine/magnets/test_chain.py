@@ -147,7 +147,8 @@ def test_held_components_act_on_those_outside(seed, lo):
     joints[: lo + 1] *= 1e-3
     jointed = Chain(scene)
     np.testing.assert_allclose(
-        jointed.forces(joints, lo)[lo:6], jointed.forces(joints)[lo:6], rtol=0,
+        # Where poles almost coincide, forces are so large that rounding exceeds the absolute limit.
+        jointed.forces(joints, lo)[lo:6], jointed.forces(joints)[lo:6], rtol=1e-12,
         atol=1e-9 * exact_magnets.flush_force(scene) * SIDE,
     )  # fmt: skip
 
