@@ -14,9 +14,6 @@ from magfold_env.sb3 import make_sb3_vec
 from magfold_env.scoring.observation_view import ObservationView, form_space
 from magfold_env.scoring.policy_file import ObservationForm
 
-FORM = tuple(ObservationForm.model_fields)
-"""Names of the settings that define the form of observations."""
-
 
 class ObservationVecEnv(vec_env.VecEnvWrapper):
     """Stable-Baselines3's environments, with observations in the form that networks read."""
@@ -70,7 +67,7 @@ def make_training_envs(settings: TrainSettings, phase: int) -> vec_env.VecMonito
     """Return the seeded environments of a phase of the run; phases are numbered from 0."""
     env, learner = settings.phases[phase].env, settings.learner
     envs = make_sb3_vec(env.id, settings.envs, **env.options(learner.gamma))
-    if ObservationForm(**{key: getattr(learner, key) for key in FORM}) != ObservationForm():
+    if learner.frames > 1 or learner.blind or learner.view != "own":
         envs = vec_env.VecMonitor(ObservationVecEnv(envs.venv, learner))
     # The first phase has the seed of the run; the seeds of the others follow from it.
     follow = np.random.SeedSequence(settings.seed, spawn_key=(phase,)).generate_state(1)

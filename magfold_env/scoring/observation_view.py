@@ -46,22 +46,22 @@ def form_space(shown: ObservationForm, space: Space[Any]) -> Space[Any]:
 class ObservationView:
     """Brings observations of many environments into the form for networks.
 
-    `space` is the space of one observation. Its `layout` and the `scene` are needed only to change
-    what observations show.
+    `space` is the space of one observation; its `layout` and the `scene` are those of the
+    environment.
     """
 
     def __init__(
         self,
         shown: ObservationForm,
-        layout: Layout | None,
-        scene: Scene | None,
+        layout: Layout,
+        scene: Scene,
         space: Space[Any],
         count: int,
     ) -> None:
         changes: list[Callable[[Any], Any]] = []
-        if layout is not None and shown.blind:
+        if shown.blind:
             changes.append(partial(blind, layout))
-        if layout is not None and scene is not None and shown.view == "canonical":
+        if shown.view == "canonical":
             changes.append(CanonicalView(layout, scene))
         self._changes = changes
         self.frames = None

@@ -26,7 +26,6 @@ from magfold_env.envs.lumen import LumenEnv
 from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.envs.tasks.draws import episode_seeds, randomised
 from magfold_env.envs.tasks.feed_tasks import FeedTask
-from magfold_env.envs.tasks.setup import lengthened
 from magfold_env.envs.unknown_floor import FloorEpisodes
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene, load_scene
@@ -56,9 +55,9 @@ def random_faces(rng: np.random.Generator, size: int | tuple[int, int]) -> Any:
     return np.array(PATTERNS)[rng.integers(len(PATTERNS), size=size)].tolist()
 
 
-def find_two_folds(seed: int = 0, n: int = 6) -> Iterator[Found]:
+def find_two_folds(seed: int = 0) -> Iterator[Found]:
     """Yield tasks endlessly, two per chain, each with the share of runs that end in its target."""
-    rng, scene = np.random.default_rng(seed), lengthened(load_scene("tube-built"), n)
+    rng, scene = np.random.default_rng(seed), load_scene("tube-built")
     for direction in cycle(("forward", "backward")):
         found: list[Found] = []
         while not found:

@@ -12,7 +12,6 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from magfold_env.envs.spaces.actions import LYING, PATTERNS
 from magfold_env.scene import Problem, Scene
 from magfold_env.scene.errors import refuse
 from magfold_env.scene.obstacles import Rectangle
@@ -22,30 +21,30 @@ Split = Literal["train", "test", "all"]
 SIDES: tuple[Side, ...] = get_args(Side)
 
 TEST_SHARE = 6
-"""One orbit in so many is for tests."""
+"""One in this many orbits is for tests."""
 
 _SWAPPED = str.maketrans("NS", "SN")
 
-Sequence4 = tuple[str, ...]
+Faces = tuple[str, ...]
 """The faces of each component, four letters N or S each, component 1 first."""
 
 
-def swapped(sequence: Iterable[str]) -> Sequence4:
+def swapped(sequence: Iterable[str]) -> Faces:
     """Return a chain with N and S swapped, which changes no force."""
     return tuple(faces.translate(_SWAPPED) for faces in sequence)
 
 
-def mirrored(sequence: Iterable[str]) -> Sequence4:
+def mirrored(sequence: Iterable[str]) -> Faces:
     """Return the mirror image of a chain, which folds into the mirror image of its word."""
     return tuple(faces[::-1] for faces in sequence)
 
 
-def turned(sequence: Sequence[str]) -> Sequence4:
+def turned(sequence: Sequence[str]) -> Faces:
     """Return a chain counted from its other end."""
     return tuple(faces[2:] + faces[:2] for faces in sequence[::-1])
 
 
-def orbit(sequence: Sequence[str]) -> frozenset[Sequence4]:
+def orbit(sequence: Sequence[str]) -> frozenset[Faces]:
     """Return all images of a chain, itself included; at most eight."""
     images = {tuple(sequence)}
     for image in (swapped, mirrored, turned):
@@ -53,22 +52,9 @@ def orbit(sequence: Sequence[str]) -> frozenset[Sequence4]:
     return frozenset(images)
 
 
-def kinds(tray: Iterable[str]) -> tuple[str, ...]:
-    """Return a name for each component on a tray, sorted: the first of the patterns it can show.
-
-    Trays with the same names offer the same components.
-    """
-    return tuple(sorted(PATTERNS[int(LYING[PATTERNS.index(faces)].min())] for faces in tray))
-
-
-def side_of(sequence: Sequence[str], on_tray: bool = False) -> Side:
-    """Return the side of the split that a chain, or a tray of components, belongs to.
-
-    It depends only on the chain's orbit or, for a tray, on the kinds of its components with and
-    without swapped poles.
-    """
-    images = map(kinds, (sequence, swapped(sequence))) if on_tray else orbit(sequence)
-    digest = hashlib.sha256(" ".join(min(images)).encode()).hexdigest()
+def side_of(sequence: Sequence[str]) -> Side:
+    """Return the side of the split that a chain belongs to; it depends only on the orbit."""
+    digest = hashlib.sha256(" ".join(min(orbit(sequence))).encode()).hexdigest()
     return "test" if int(digest, 16) % TEST_SHARE == 0 else "train"
 
 

@@ -85,10 +85,8 @@ def _deviations(target: Singles, seen: Singles, heading: Singles) -> Singles:
     sin, cos = heading[:, :-1, 0], heading[:, :-1, 1]
     out = seen[:, 1:] > 0.0
     # The chain leaves the tube backwards, so headings in the tube are π.
-    next_sin, next_cos = (
-        np.where(out, heading[:, 1:, 0], 0.0),
-        np.where(out, heading[:, 1:, 1], -1.0),
-    )
+    next_sin = np.where(out, heading[:, 1:, 0], 0.0)
+    next_cos = np.where(out, heading[:, 1:, 1], -1.0)
     turn_sin, turn_cos = next_sin * cos - next_cos * sin, next_cos * cos + next_sin * sin
     left, straight = target[..., 0] - target[..., 2], target[..., 1]
     off = (straight * turn_sin - left * turn_cos, straight * turn_cos + left * turn_sin)

@@ -8,11 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import magfold_env as mf
-from magfold_env.envs.spaces.actions import LYING, PATTERNS
+from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.envs.tasks.feed_tasks import FeedTask, read_tasks
 from magfold_env.envs.tasks.symmetry import (
     TEST_SHARE,
-    kinds,
     mirrored,
     orbit,
     refuse_uneven,
@@ -50,16 +49,6 @@ def test_all_images_have_one_orbit_and_one_side(sequence: Any) -> None:
     for image in images:
         assert orbit(image) == images
         assert side_of(image) == side_of(sequence)
-
-
-@given(CHAINS, st.lists(st.integers(0, 7), min_size=6, max_size=6))
-def test_trays_with_the_same_components_are_on_one_side(tray: Any, lies: list[int]) -> None:
-    other = [
-        PATTERNS[LYING[PATTERNS.index(faces), lie]] for faces, lie in zip(tray, lies, strict=False)
-    ]
-    assert kinds(other[::-1]) == kinds(tray)
-    assert side_of(other[::-1], on_tray=True) == side_of(tray, on_tray=True)
-    assert side_of(swapped(tray), on_tray=True) == side_of(tray, on_tray=True)
 
 
 def test_one_orbit_in_six_is_for_tests() -> None:
