@@ -22,7 +22,7 @@ ENTRY_POINTS = {
     "MagFold/Anchor-v0": "magfold_env.envs.anchor:AnchorEnv",
 }
 
-EARLIER = {"MagFold/UnknownFloor-v0": {"tasks": "two-folds-6"}}
+EARLIER = {"MagFold/UnknownFloor-v0": {"tasks": "two-folds-6", "scene": "unknown-floor-v0"}}
 """Arguments with which a class plays the tasks of an earlier version."""
 
 VECTOR_ENTRY_POINTS = {
