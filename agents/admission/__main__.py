@@ -17,16 +17,13 @@ from rich import console, markdown
 from agents.admission import players, rule
 from agents.admission.players import (
     BLIND,
-    DRAWN,
-    FROZEN,
     OPEN_LOOP,
     ORACLE,
-    SAME_DRAW,
-    SIMPLE,
     TRAINED,
     AdmissionTrack,
     own_track,
 )
+from agents.admission.script import EFFORT
 from agents.commands import Processes, progress_bar, run_command
 from agents.evaluation import report
 from agents.evaluation.episodes import Table
@@ -36,6 +33,7 @@ from magfold_env.envs.tasks.draws import EVALUATION_VERSION
 from magfold_env.files import physics_digest, write_text
 from magfold_env.scoring.player import Player
 from magfold_env.scoring.results import Run
+from magfold_env.scoring.track import FEED_TRACKS
 
 BLOCK = 50
 """Number of short episodes that a process plays in one job."""
@@ -47,17 +45,17 @@ Ranking = dict[int, list[Ranked]]
 def measure(
     track: AdmissionTrack,
     table: Table,
-    efforts: tuple[Search, Search],
+    efforts: tuple[Search, Search, Search],
     episodes: int,
     given: Mapping[str, Sequence[str]],
 ) -> tuple[dict[str, Any], Ranking]:
     """Play the episodes that the table's folder does not contain yet, and return all results.
 
     These are every player's success and score, (runs, episodes, 2), and the ranked candidates for
-    open loops. `efforts` contains the efforts of the search for open loops and of the oracle's own
-    search; `given` maps each player's name to the paths of its policies.
+    open loops. `efforts` contains the efforts of the search for open loops, of the oracle's own
+    search and of tuning the script; `given` maps each player's name to the paths of its policies.
     """
-    searched, raced = efforts
+    searched, raced, tuning = efforts
 
     def row(
         name: str, count: int, play: Callable[..., list[Any]], own: tuple[Any, ...], block: int,
@@ -78,16 +76,19 @@ def measure(
         for number, own in found.items()
     }
     first = {number: own[0] for number, own in best.items()}
-    simple = row("simple", episodes, players.play_simple, (first,), BLOCK, search=searched)
+    place = None
+    if track.env_id in FEED_TRACKS:
+        (place,) = row(players.SCRIPT, 1, players.tune_script, (tuning,), 1, search=tuning)
+    simple = row(
+        "simple", episodes, players.play_simple, (first, place), BLOCK,
+        search=searched, script=tuning,
+    )  # fmt: skip
     oracle = row(
         ORACLE, episodes, players.play_oracle, (best, raced.budget), 1,
         search=searched, race=raced,
     )  # fmt: skip
-    ends: dict[str, Any] = {
-        name: np.array(played)[None, :, place]
-        for names, played in ((SIMPLE, simple), ((ORACLE, SAME_DRAW), oracle))
-        for place, name in enumerate(names)
-    }
+    ends: dict[str, Any] = {name: np.array([[each[name] for each in simple]]) for name in simple[0]}
+    ends[ORACLE] = np.array([oracle])
     for kind, paths in given.items():
         runs: list[Any] = []
         for path in paths:
@@ -99,7 +100,9 @@ def measure(
     return ends, found
 
 
-def _on_track(env_id: str, tasks: int, play: Callable[..., list[Any]], *job: Any) -> list[Any]:
+def _on_track(
+    env_id: str, tasks: int | None, play: Callable[..., list[Any]], *job: Any
+) -> list[Any]:
     return play(own_track(env_id, tasks), *job)
 
 
@@ -118,18 +121,25 @@ def main(  # noqa: PLR0913 - one parameter per option
         list[str] | None,
         typer.Option(help="A policy of the same learner, trained equally long with motion hidden."),
     ] = None,
-    tasks: Annotated[int, typer.Option(min=1, max=24, help="Number of tasks to play.")] = 24,
-    episodes: Annotated[int, typer.Option(min=1, help="Episodes per row, over all tasks.")] = 1000,
+    tasks: Annotated[
+        int | None,
+        typer.Option(min=1, help="Largest number of tasks to play; all test tasks by default."),
+    ] = None,
+    episodes: Annotated[int, typer.Option(min=1, help="Episodes per row, over all tasks.")] = 2000,
     search: Annotated[
         tuple[int, int],
         typer.Option(help="Number of candidates for a task's open loop, and of episodes."),
-    ] = (1000, 6000),
+    ] = (300, 1500),
     race: Annotated[
         tuple[int, int],
         typer.Option(
             help="Number of candidates that the oracle races per episode, and of copies it plays."
         ),
     ] = (64, 250),
+    script: Annotated[
+        tuple[int, int],
+        typer.Option(help="Number of candidates for the script's settings, and of episodes."),
+    ] = EFFORT,
     processes: Processes = 2,
     output: Annotated[
         Path | None, typer.Option(help="Folder of the results; runs/admission-ID by default.")
@@ -137,16 +147,16 @@ def main(  # noqa: PLR0913 - one parameter per option
 ) -> None:
     """Compare open loops, an oracle and trained policies; print whether the task is admitted."""
     folder = output or Path("runs") / f"admission-{env_id.rpartition('/')[2]}"
-    searched, raced = Search(*search), Search(*race)
+    efforts = searched, raced, tuning = Search(*search), Search(*race), Search(*script)
     seeing, unseeing = policy or [], blind or []
-    given = {TRAINED: seeing, DRAWN: seeing, FROZEN: seeing, BLIND: unseeing}
+    given = {TRAINED: seeing, BLIND: unseeing}
     track = own_track(env_id, tasks)
     if raced.candidates > searched.candidates:
         raise ValueError(
             f"--race: {raced.candidates} open loops are not allowed; "
             f"must be among the {searched.candidates} of --search"
         )
-    for effort in (searched, raced):
+    for effort in efforts:
         rounds(*effort)
     for path in (*seeing, *unseeing):
         saved = players.own_policy(path)
@@ -162,14 +172,13 @@ def main(  # noqa: PLR0913 - one parameter per option
     }
     with progress_bar() as bar:
         table = Table(bar, processes, folder, key)
-        ends, found = measure(track, table, (searched, raced), episodes, given)
-    verdict = rule.judge(ends)
+        ends, found = measure(track, table, efforts, episodes, given)
+    verdict = rule.judge({name: rule.by_chain(each, track.chains) for name, each in ends.items()})
     rows = {
         name: row.model_copy(
             update={
                 "files": report.files_of(given.get(name, [])),
                 "runs": tuple(Run.of(run[:, 0]) for run in ends[name]),
-                "figures": row.figures | {"by task": rule.by_task(ends[name], track.numbers)},
             }
         )
         for name, row in verdict.rows.items()
@@ -183,11 +192,13 @@ def main(  # noqa: PLR0913 - one parameter per option
             | own[0]._asdict()
             for number, own in found.items()
         },
+        "script": tuning._asdict(),
+        "chains": len(set(track.chains)),
         "rule": [
             {"line": str(line), "measured": line.measured, "holds": line.holds}
-            for line in verdict.lines
+            for line in (verdict.tasks, *verdict.policy)
         ],
-        "headroom": verdict.headroom,
+        "differences": verdict.differences,
         "verdict": verdict.decision,
     }
     results = report.made("admission", env_id, rows, figures=figures)

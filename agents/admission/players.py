@@ -18,8 +18,9 @@ from zlib import crc32
 import numpy as np
 import torch
 
+from agents.admission import script
 from agents.open_loops.search import Ranked, RolloutPool, Search, open_loops_of
-from agents.training import policy_files
+from agents.training import drawing_back, policy_files
 from agents.training.policy_files import SavedPolicy
 from magfold_env.envs.baselines.constant_speed import Plan
 from magfold_env.envs.chains.arrays import Ints
@@ -56,6 +57,13 @@ class AdmissionTrack(Track):
         return [tried[each.place] for each in best]
 
     @cached_property
+    def chains(self) -> list[int]:
+        """The chain or tray of each played task, numbered from 0."""
+        places: dict[Any, int] = {}
+        parts = [self.env.tasks[number].parts for number in self.numbers]
+        return [places.setdefault(each, len(places)) for each in parts]
+
+    @cached_property
     def pool(self) -> RolloutPool:
         """Episodes of the track's tasks, which are created once and reused."""
         return RolloutPool(self.episodes(WIDTH), self.open_loops)
@@ -68,39 +76,31 @@ class AdmissionTrack(Track):
 
 
 @cache
-def own_track(env_id: str, tasks: int, randomised: bool = True) -> AdmissionTrack:
+def own_track(env_id: str, tasks: int | None) -> AdmissionTrack:
     """Return a track that the current process creates once and reuses."""
-    return AdmissionTrack(env_id, tasks, randomised)
+    return AdmissionTrack(env_id, tasks)
 
 
-def replaying(chosen: Sequence[Sequence[Any]]) -> Plan:
-    """Return a plan that plays choices made earlier, one per step, and repeats the last one.
+RANDOM, FORWARD, SCRIPT, OPEN_LOOP = "random", "always forward", "script", "open loop"
+ORACLE, TRAINED, BLIND = "oracle", "trained", "trained blind"
 
-    `chosen` contains every row's choices, each in the form that `Setup.actions` reads for a row.
+
+def tune_script(track: AdmissionTrack, effort: Search, start: int, stop: int) -> list[int]:
+    """Return the place of the script's settings, which are tuned on training tasks, in a list.
+
+    There is one script for all tasks, so the range is from 0 to 1.
     """
-    taken = np.zeros(len(chosen), dtype=np.int64)
-
-    def plan(_: Any, rows: Ints) -> Any:
-        now = [chosen[row][min(int(taken[row]), len(chosen[row]) - 1)] for row in rows.tolist()]
-        taken[rows] += 1
-        return tuple(np.array(part) for part in zip(*now, strict=True))
-
-    return plan
-
-
-RANDOM, FORWARD, BASELINE, OPEN_LOOP = "random", "always forward", "baseline", "open loop"
-ORACLE, SAME_DRAW = "oracle", "oracle, same draw"
-TRAINED, DRAWN = "trained", "trained, drawn"
-FROZEN, BLIND = "frozen", "trained blind"
-
-SIMPLE = (RANDOM, FORWARD, BASELINE, OPEN_LOOP)
-"""Players that need no preparation for an episode."""
+    training = replace(track, tasks=None, split="train", stream=SEARCH)
+    return [script.tuned(training, effort)] * (stop - start)
 
 
 def play_simple(
-    track: AdmissionTrack, open_loops: dict[int, Any], start: int, stop: int
-) -> list[list[list[float]]]:
-    """Return the success and score of every player in `SIMPLE`, for a range of episodes."""
+    track: AdmissionTrack, open_loops: dict[int, Any], place: int | None, start: int, stop: int
+) -> list[dict[str, list[float]]]:
+    """Return the success and score of players that learn nothing, for a range of episodes.
+
+    `place` is the index of the script's settings among its candidates, or None without a script.
+    """
     numbers, seeds = track.draws(start, stop)
     listed, pool = numbers.tolist(), track.pool
     ends = {
@@ -108,10 +108,14 @@ def play_simple(
             numbers, seeds, lambda part: _at_random(track, listed[part], seeds[part])
         ),
         FORWARD: pool.follow(numbers, seeds, [track.open_loops.fastest] * len(seeds)),
-        BASELINE: pool.play(numbers, seeds, lambda part: track.env.plan_of(listed[part])),
         OPEN_LOOP: pool.follow(numbers, seeds, [open_loops[number] for number in listed]),
     }
-    return np.stack([ends[name] for name in SIMPLE], axis=1).tolist()
+    if place is not None:
+        found = script.candidates(track.env, place + 1)[place]
+        ends[SCRIPT] = pool.play(
+            numbers, seeds, lambda part: drawing_back.playing([found] * len(seeds[part]))
+        )
+    return [{name: each[k].tolist() for name, each in ends.items()} for k in range(len(seeds))]
 
 
 def search(track: AdmissionTrack, effort: Search, start: int, stop: int) -> list[list[Ranked]]:
@@ -121,17 +125,16 @@ def search(track: AdmissionTrack, effort: Search, start: int, stop: int) -> list
 
 def play_oracle(
     track: AdmissionTrack, best: dict[int, list[Any]], budget: int, start: int, stop: int
-) -> list[list[list[float]]]:
-    """Return the success and score of `ORACLE` and `SAME_DRAW`, for a range of episodes."""
-    found: list[list[list[float]]] = []
+) -> list[list[float]]:
+    """Return the success and score of `ORACLE`, for a range of episodes."""
+    found: list[list[float]] = []
     for episode in range(start, stop):
         numbers, seeds = track.draws(episode, episode + 1)
         number = int(numbers[0])
         tried = track.open_loops.raced(best[number], number, track.drawn(episode)[1])
         pool = RolloutPool(copied_episodes(track, episode, WIDTH), track.open_loops)
-        winner = pool.race(0, tried, copies(episode), budget)[0]
-        ends = track.pool.follow(np.repeat(numbers, len(tried)), seeds * len(tried), tried)
-        found.append([ends[winner.place].tolist(), max(ends.tolist())])
+        winner = tried[pool.race(0, tried, copies(episode), budget)[0].place]
+        found.append(track.pool.follow(numbers, seeds, [winner])[0].tolist())
     return found
 
 
@@ -148,7 +151,7 @@ def play_policy(
 ) -> list[list[float]]:
     """Return the success and score of a policy in a range of episodes.
 
-    `kind` is `TRAINED`, `DRAWN`, `FROZEN` or `BLIND`.
+    `kind` is `TRAINED` or `BLIND`.
 
     Raises
     ------
@@ -156,14 +159,11 @@ def play_policy(
         If the policy belongs to another environment.
     """
     numbers, seeds = track.draws(start, stop)
-    if kind == FROZEN:
-        chosen = {number: _rehearsed(track, saved, number) for number in set(numbers.tolist())}
-        of_each = [chosen[number] for number in numbers.tolist()]
-        return track.pool.play(numbers, seeds, lambda part: replaying(of_each[part])).tolist()
-    if kind == BLIND:
-        saved = replace(saved, shown=saved.shown.model_copy(update={"blind": True}))
-    torch.manual_seed(start)
-    return _play(track, saved, numbers, seeds, kind == DRAWN)[0]
+    shown = saved.shown.model_copy(update={"blind": saved.shown.blind or kind == BLIND})
+    env, episodes = track.env_of(saved.policy.action_space), track.episodes(len(seeds))
+    plan = Player(saved.policy, shown, env, len(seeds)).plan(env)
+    (ends,) = play(episodes, numbers, seeds, lambda _: plan)
+    return np.column_stack([ends["is_success"], ends["score"]]).tolist()
 
 
 @cache
@@ -171,34 +171,6 @@ def own_policy(path: str) -> SavedPolicy:
     """Return a trained policy that the current process loads once and reuses."""
     torch.set_num_threads(1)
     return policy_files.load(path)
-
-
-def _play(
-    track: AdmissionTrack,
-    saved: SavedPolicy,
-    numbers: Ints,
-    seeds: Sequence[int],
-    sampled: bool = False,
-) -> tuple[list[list[float]], list[Any]]:
-    """Return a policy's success and score in episodes, and its choices in the first one."""
-    env, episodes = track.env_of(saved.policy.action_space), track.episodes(len(seeds))
-    plan = Player(saved.policy, saved.shown, env, len(seeds), sampled).plan(env)
-    first: list[Any] = []
-
-    def noted(episodes: Any, rows: Ints) -> Any:
-        choice = plan(episodes, rows)
-        if rows[0] == 0:
-            first.append([part[0] for part in choice])
-        return choice
-
-    (ends,) = play(episodes, numbers, seeds, lambda _: noted)
-    return np.column_stack([ends["is_success"], ends["score"]]).tolist(), first
-
-
-def _rehearsed(track: AdmissionTrack, saved: SavedPolicy, number: int) -> list[Any]:
-    """Return a policy's choices in an episode of a task in which nothing is randomised."""
-    still = AdmissionTrack(track.env_id, track.tasks, randomised=False)
-    return _play(still, saved, np.array([number]), [0])[1]
 
 
 def _at_random(track: AdmissionTrack, numbers: Sequence[int], seeds: Sequence[int]) -> Plan:

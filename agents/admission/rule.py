@@ -1,22 +1,29 @@
-"""The admission rule: by how much players must differ to show that a task needs its physics.
+"""The admission rule: by how much players must differ to show that a track needs its physics.
 
-Intervals are 95 % intervals over episodes and, if there are several training seeds, over seeds; the
-tasks are fixed. Differences are paired, because both players play the same draws.
+The first line of the rule is about a set of tasks, the others about a policy. Intervals are 95 %
+intervals from the bootstrap over chains or trays and, if there are several, over training seeds.
+Differences are paired, because both players play the same draws.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from agents.admission.players import BLIND, FROZEN, OPEN_LOOP, ORACLE, RANDOM, TRAINED
+import numpy as np
+
+from agents.admission.players import (
+    BLIND,
+    FORWARD,
+    OPEN_LOOP,
+    ORACLE,
+    RANDOM,
+    SCRIPT,
+    TRAINED,
+)
 from agents.evaluation import intervals
-from magfold_env.reporting.intervals import share
 from magfold_env.scoring.results import Row
 
 Ends = Mapping[str, intervals.Floats]
-"""Every player's success and score, (runs, episodes, 2), by the player's name."""
-
-SOLVED = 0.03
-"""Headroom (see `Verdict`) below which a task counts as solved."""
+"""Every player's mean success and score, (runs, chains or trays, 2), by the player's name."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +54,18 @@ class Line:
         return f"{self.ahead} ≥ {self.behind}{by}{rest}"
 
 
-RULE = (
-    Line(ORACLE, OPEN_LOOP, 0.10),
-    Line(TRAINED, OPEN_LOOP, 0.05, surely=True),
-    Line(TRAINED, BLIND, 0.05),
-    Line(TRAINED, FROZEN, 0.0),
+TASKS = Line(ORACLE, OPEN_LOOP, 0.10)
+"""The condition for a set of tasks."""
+
+POLICY = (
+    Line(TRAINED, SCRIPT, 0.05, surely=True),
+    Line(TRAINED, BLIND, 0.05, surely=True),
+    Line(BLIND, FORWARD, 0.0),
 )
+"""The conditions for a policy."""
+
+DIFFERENCES = ((TRAINED, OPEN_LOOP), (ORACLE, TRAINED))
+"""Differences that are reported without a condition."""
 
 
 @dataclass(frozen=True)
@@ -60,23 +73,30 @@ class Verdict:
     """The result of the rule."""
 
     rows: dict[str, Row]
-    """Results of players. Intervals are Wilson's for a single run, else the bootstrap's. The figure
-    ``normalised`` is the mean score, rescaled so that random actions score 0 and the oracle 1; it
-    is None if the oracle is no better than random actions."""
-    lines: list[Line]
-    headroom: intervals.Estimate | None
-    """The oracle's success minus the trained policies' success; None without trained policies."""
+    """Results of players. The figure ``normalised`` is the mean score, rescaled so that random
+    actions score 0 and the oracle 1; it is None if the oracle is no better than random actions."""
+    tasks: Line
+    policy: list[Line]
+    differences: dict[str, intervals.Estimate | None]
+    """The differences of `DIFFERENCES`; None if a player has not played."""
 
     @property
     def decision(self) -> str:
-        """The verdict: whether the task is admitted and, if so, whether it is solved."""
-        held = [line.holds for line in self.lines]
-        if False in held:
-            return "not admitted"
-        if None in held:
-            return "not measured as a whole"
-        solved = self.headroom is not None and self.headroom.value < SOLVED
-        return "admitted, solved" if solved else "admitted"
+        """The verdict on the tasks and on the policy."""
+        held = [line.holds for line in self.policy]
+        tasks = "admitted" if self.tasks.holds else "not admitted"
+        policy = "counts" if all(held) else "does not count" if False in held else "not measured"
+        return f"tasks {tasks}, policy {policy}"
+
+
+def by_chain(ends: intervals.Floats, chains: Sequence[int]) -> intervals.Floats:
+    """Return a player's mean success and score by chain or tray, (runs, chains or trays, 2).
+
+    `ends` contains them by episode, (runs, episodes, 2). Episodes cycle through the tasks, and
+    `chains` contains the number of each task's chain or tray, from 0.
+    """
+    own = np.resize(chains, ends.shape[1])
+    return np.stack([ends[:, own == chain].mean(axis=1) for chain in np.unique(own)], axis=1)
 
 
 def judge(ends: Ends) -> Verdict:
@@ -84,43 +104,24 @@ def judge(ends: Ends) -> Verdict:
     low, high = (float(ends[name][..., 1].mean()) for name in (RANDOM, ORACLE))
     rows = {
         name: Row(
-            success=_share(each[..., 0]),
+            success=intervals.estimate(each[..., 0], None),
             score=(score := float(each[..., 1].mean())),
             figures={"normalised": (score - low) / (high - low) if high > low else None},
         )
         for name, each in ends.items()
     }
-    lines = [replace(line, measured=_ahead(ends, line.ahead, line.behind)) for line in RULE]
-    return Verdict(rows, lines, _ahead(ends, ORACLE, TRAINED))
-
-
-def by_task(ends: intervals.Floats, numbers: Sequence[int]) -> dict[int, float | None]:
-    """Return a player's success rate by the task's number; None if the task was not played.
-
-    The episodes cycle through the tasks.
-    """
-    parts = (ends[:, place :: len(numbers), 0] for place in range(len(numbers)))
-    return {
-        number: float(part.mean()) if part.size else None
-        for number, part in zip(numbers, parts, strict=True)
-    }
+    tasks, *policy = (
+        replace(line, measured=_ahead(ends, line.ahead, line.behind)) for line in (TASKS, *POLICY)
+    )
+    differences = {f"{one} − {other}": _ahead(ends, one, other) for one, other in DIFFERENCES}
+    return Verdict(rows, tasks, policy, differences)
 
 
 def _ahead(ends: Ends, name: str, other: str) -> intervals.Estimate | None:
     """Return the lead of one player's success over another's, paired by episode."""
     if name not in ends or other not in ends:
         return None
-    better, worse = ends[name][..., 0], ends[other][..., 0]
-    if other == FROZEN:  # the same policies, so each run is compared with itself
-        return intervals.estimate(better - worse, None)
-    return intervals.difference(better, worse, None)
-
-
-def _share(success: intervals.Floats) -> intervals.Estimate:
-    if len(success) > 1:
-        return intervals.estimate(success, None)
-    found = share(int(success.sum()), success.size)
-    return intervals.Estimate(found.rate, found.low, found.high)
+    return intervals.difference(ends[name][..., 0], ends[other][..., 0], None)
 
 
 def markdown(verdict: Verdict) -> str:
@@ -135,12 +136,10 @@ def markdown(verdict: Verdict) -> str:
     words = {True: "holds", False: "fails", None: "not measured"}
     text += [
         f"| {line} | {line.measured.points() if line.measured else '–'} | {words[line.holds]} |"
-        for line in verdict.lines
+        for line in (verdict.tasks, *verdict.policy)
     ]
-    headroom = verdict.headroom.points() if verdict.headroom else "–"
     text += [
-        f"| headroom: {ORACLE} − {TRAINED} | {headroom} | |",
-        "",
-        f"Verdict: {verdict.decision}.",
+        f"| {name} | {found.points() if found else '–'} | |"
+        for name, found in verdict.differences.items()
     ]
-    return "\n".join(text) + "\n"
+    return "\n".join([*text, "", f"Verdict: {verdict.decision}."]) + "\n"
