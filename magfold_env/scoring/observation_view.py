@@ -15,6 +15,10 @@ from magfold_env.envs.wrappers.vector import Frames
 from magfold_env.scene import Scene
 from magfold_env.scoring.policy_file import ObservationForm
 
+TASK = ("target", "magnets", "direction")
+"""Groups that say what the task is. In the canonical view, only the newest of several stacked
+observations contains them; networks learn faster without the copies."""
+
 
 def blind(layout: Layout, observation: Any) -> Any:
     """Return observations without measured motion; `layout` contains the groups of their entries.
@@ -59,10 +63,13 @@ class ObservationView:
         count: int,
     ) -> None:
         changes: list[Callable[[Any], Any]] = []
+        self._once = np.zeros(0, dtype=np.int64)
         if shown.blind:
             changes.append(partial(blind, layout))
         if shown.view == "canonical":
             changes.append(CanonicalView(layout, scene))
+            entries = np.arange(layout.size)
+            self._once = np.concatenate([entries[layout.slices[name]] for name in TASK])
         self._changes = changes
         self.frames = None
         if shown.frames > 1:
@@ -76,9 +83,14 @@ class ObservationView:
     def of(self, observations: Any, begun: Bools) -> Any:
         """Return observations in this form; those where `begun` is true follow a reset."""
         seen = self._changed(observations)
-        return self.frames.push(seen, begun, ~begun) if self.frames else seen
+        return self._stacked(self.frames.push(seen, begun, ~begun)) if self.frames else seen
 
     def last(self, observation: Any, row: int) -> Any:
         """Return an episode's last observation in this form; call this before the next `of`."""
         seen = self._changed(observation)
-        return self.frames.last(seen, row) if self.frames else seen
+        return self._stacked(self.frames.last(seen, row)) if self.frames else seen
+
+    def _stacked(self, frames: Any) -> Any:
+        """Remove the task from all but the newest of some frames, (…, frames, entries)."""
+        frames[..., :-1, self._once] = 0.0
+        return frames

@@ -57,7 +57,8 @@ class ObservationForm(FrozenModel):
     """Whether motion is removed; see `magfold_env.scoring.observation_view.blind`."""
     view: Literal["own", "canonical"] = "own"
     """Whether given chains are shown as they are, or in the view of
-    `magfold_env.envs.wrappers.canonical`, which is the same for a chain and its images."""
+    `magfold_env.envs.wrappers.canonical`, which is the same for a chain and its images. In that
+    view, older observations of a stack have zeros where the newest one states the task."""
 
 
 class LSTMSettings(FrozenModel):

@@ -13,7 +13,7 @@ from agents.settings import TrainSettings
 from agents.training import policy_files
 from agents.training.envs import envs_state, make_training_envs, set_envs_state
 from agents.training.models import make_model
-from magfold_env.scoring.observation_view import blind
+from magfold_env.scoring.observation_view import TASK, blind
 from tests.agents.training import tiny
 
 FLOOR = "MagFold/UnknownFloor-v0"
@@ -49,6 +49,34 @@ def test_the_last_observations_are_shown_and_the_first_stands_for_those_before(b
                 np.testing.assert_array_equal(told[row]["terminal_observation"], expected(last))
             each[:] = [seen[row]] * 3 if over[row] else [*each[1:], seen[row]]
         np.testing.assert_array_equal(stacked, expected(frames))
+    assert ends >= 2
+
+
+def test_in_the_canonical_view_only_the_newest_observation_states_the_task() -> None:
+    env = {"id": FLOOR, "actions": "discrete"}
+    single, stacked = (
+        make_training_envs(tiny(own={"view": "canonical", "frames": each}, env=env, envs=1), 0)
+        for each in (1, 3)
+    )
+    layout = single.get_attr("layout")[0]
+    task = np.concatenate([np.arange(layout.size)[layout.slices[name]] for name in TASK])
+    kept = [single.reset()] * 3
+    shown, ends = stacked.reset(), 0
+    for _ in range(300):
+        np.testing.assert_array_equal(shown[:, 2], kept[2])
+        assert kept[2][:, task].any()
+        for older, own in zip((shown[:, 0], shown[:, 1]), kept, strict=False):
+            assert not older[:, task].any()
+            np.testing.assert_array_equal(np.delete(older, task, 1), np.delete(own, task, 1))
+        action = np.array([10])
+        seen, _, over, infos = single.step(action)
+        shown, _, _, told = stacked.step(action)
+        if over[0]:
+            ends += 1
+            last = told[0]["terminal_observation"]
+            np.testing.assert_array_equal(last[2], infos[0]["terminal_observation"])
+            assert not last[:2, task].any()
+        kept = [seen] * 3 if over[0] else [*kept[1:], seen]
     assert ends >= 2
 
 
