@@ -12,7 +12,7 @@ from magfold_env.envs.spaces.actions import ActionKind
 from magfold_env.envs.tasks.draws import Randomisation
 from magfold_env.envs.tasks.goals import Match
 from magfold_env.envs.tasks.reward import RewardKind, Shaping
-from magfold_env.envs.tasks.setup import Fidelity
+from magfold_env.envs.tasks.setup import Fidelity, Reveal, Sight
 from magfold_env.envs.tasks.symmetry import Split
 from magfold_env.files import configs_dir, write_text
 from magfold_env.scene import Problem, SceneError, errors, io
@@ -114,6 +114,8 @@ class EnvOptions(Group, frozen=True):
     tasks: str | None = None
     """Name or path of a list of given chains and the folds that they must reach."""
     split: Split | None = None
+    sight: Sight | None = None
+    reveal: Reveal | None = None
 
 
 class EnvSettings(EnvOptions, frozen=True):
@@ -393,6 +395,8 @@ class TrainSettings(Group, frozen=True):
             yield "learner.frames", learner.frames, allowed
         if learner.view == "canonical" and env.id not in FEED_TRACKS:
             yield "learner.view", "canonical", f"'own', except with {', '.join(FEED_TRACKS)}"
+        if learner.view == "canonical" and env.reveal is not None:
+            yield "env.reveal", env.reveal, "left out with the canonical view"
         # Achieved goals show motion; if a chain is chosen as a whole, there is no motion to hide.
         if learner.blind and (hindsight or env.id == DESIGN_ENV):
             yield "learner.blind", True, f"false with {DESIGN_ENV} and with hindsight"

@@ -12,7 +12,7 @@ from magfold_env.envs.baselines.baseline import Baseline
 from magfold_env.envs.baselines.constant_speed import Plan, TaskStore
 from magfold_env.envs.chain_env import ChainEnv
 from magfold_env.envs.chains.arrays import UNSETTLED, Floats, Ints
-from magfold_env.envs.chains.dynamic import DynamicChains
+from magfold_env.envs.chains.dynamic import DynamicChains, hidden_places
 from magfold_env.envs.chains.lattice import LatticeFeed
 from magfold_env.envs.episodes import Columns, Episodes, Lines
 from magfold_env.envs.pictures.snapshots import or_dash
@@ -53,7 +53,8 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     lacking: ClassVar[str] = "not at rest and all out"
     """Text in the message about a timeout, saying what the chain did not achieve."""
     shown: ClassVar[int]
-    """Camera frame that an observation shows: 1 for the newest, 0 for the one before."""
+    """Camera frame that an observation shows: 1 for the newest, 0 for the one before; exact frames
+    are always the newest."""
 
     kept = (*Episodes.kept, "_frames", "_force", "_took", "_noise", "speeds")
 
@@ -73,6 +74,15 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
     @abstractmethod
     def spaces(cls, setup: TaskSetup, options: FeedOptions) -> tuple[Any, Layout]:
         """Return the encoding of actions and the layout of observations."""
+
+    @classmethod
+    def physics_size(cls, setup: TaskSetup) -> int:
+        """Return how many entries `physics` has."""
+        return len(hidden_places(setup.scene))
+
+    def physics(self) -> Floats:
+        """Return the hidden draws, each scaled to [−1, 1], (m, entries)."""
+        return self.chains.hidden()
 
     def make_chains(self, threads: int, frame_rate: float | None) -> DynamicChains:
         """Return the chains, each drawn from the scene of its task."""
@@ -120,11 +130,15 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
 
     def observe(self) -> NDArray[np.float32]:
         """Return new observations, (m, size)."""
-        layout = self.setup.layout
+        layout, sight = self.setup.layout, self.setup.sight
         out = np.empty((self.count, layout.size), dtype=np.float32)
         for name, entries in self.groups().items():
             out[:, layout.slices[name]] = entries
-        out[:, layout.frame] = self._frames[self.shown]
+        if "physics" in layout.sizes:
+            out[:, layout.slices["physics"]] = self.physics()
+        out[:, layout.frame] = self._frames[1 if sight == "exact" else self.shown]
+        if sight == "none":
+            layout.hide(out)
         return out
 
     def groups(self) -> dict[str, Any]:
@@ -170,10 +184,11 @@ class CameraEpisodes(Episodes[NDArray[np.float32]]):
         self.chains.stop(rows[over], f"late: {self.lacking} after {self.late:g} s")
 
     def _measure(self, rows: Ints, force: Floats) -> None:
-        """Record noisy frames of the given chains and noisy forces of their drives [N]."""
-        noise = np.empty((len(rows), 3 * self.n + 1))
-        for place, row in enumerate(rows.tolist()):
-            self._noise[row].standard_normal(out=noise[place])
+        """Record frames of the given chains and forces of their drives [N], with noise."""
+        noise = np.zeros((len(rows), 3 * self.n + 1))
+        if self.setup.sight != "exact":
+            for place, row in enumerate(rows.tolist()):
+                self._noise[row].standard_normal(out=noise[place])
         self._frames[0, rows] = self._frames[1, rows]
         side = self.setup.layout.side
         take_frames(side, rows, self.chains.seen, noise[:, 1:], self._frames[1])
@@ -277,7 +292,33 @@ class CameraTrackEnv(ChainEnv[NDArray[np.float32]]):
     ========= ========= ======================================================== =============
 
     Entries marked * are squashed by ``x / (1 + |x|)``. Noise is normal, with the given
-    standard deviations. Observations contain no velocities and none of the hidden draws.
+    standard deviations. Observations contain no velocities and, by default, none of the hidden
+    draws.
+
+    ``sight="exact"`` shows the newest frame and the force, both without noise. ``sight="none"``
+    shows 0 in ``seen``, ``heading``, ``position``, ``force`` and ``borne``. Draws and physics are
+    the same for all, and infos contain the force in any case.
+
+    ``reveal="physics"`` appends the group ``physics``: what `reset` draws, except the initial
+    offsets of hinges. −1 and 1 are the bounds of a spread, and 0 is its centre. The group contains
+    only what varies in the scene (see `magfold_env.scene.Spreads`), in this order:
+
+    =============== ======= ============================================================= =======
+    spread          entries meaning                                                       range
+    =============== ======= ============================================================= =======
+    friction        1       friction; on a log scale for ``friction_decades``             [−1, 1]
+    mass            n       mass of each component                                        [−1, 1]
+    remanence       1       strength of all magnets together                              [−1, 1]
+    feed_speed      1       ratio of actual to requested feed speed                       [−1, 1]
+    feed_jitter     n       the same for each component                                   [−1, 1]
+    magnet          4 n     strength of each magnet, ordered like ``magnets``             [−1, 1]
+    obstacle_width  1       distance of the obstacles from the tube's axis                [−1, 1]
+    obstacle_offset 1       offset of the obstacles along y                               [−1, 1]
+    tilt            2       angle of the floor, where 0 is level, and its direction, in   [−1, 1]
+                            units of π rad
+    (trays)         4 parts factor of each magnet's strength, minus 1, ordered like       [−1, 1]
+                            ``tray``: −1 is dead, 0 nominal; above 1 clipped
+    =============== ======= ============================================================= =======
 
     **Reward**: the score at the end. It is 1 if the chain folds into the target, 0 if time runs out
     or the simulation breaks down, and else half the similarity to the target. ``reward="sparse"``

@@ -85,6 +85,16 @@ class TrayEpisodes(CameraEpisodes):
         layout = camera_layout(n, scene.casing.side, before, {"speed": 1, "force": 1, "time": 1})
         return TrayTable(parts, options.get("speeds", 5), kind), layout
 
+    @classmethod
+    def physics_size(cls, setup: TaskSetup) -> int:
+        """Return how many entries `physics` has."""
+        return super().physics_size(setup) + 4 * setup.actions.parts
+
+    def physics(self) -> Floats:
+        """Return the hidden draws, each scaled to [−1, 1], (m, entries)."""
+        strengths = self.strengths.reshape(self.count, -1)
+        return np.hstack([super().physics(), np.clip(strengths - 1.0, -1.0, 1.0)])
+
     @property
     def late(self) -> float:
         """Time limit [s]."""

@@ -37,8 +37,7 @@ def blind(layout: Layout, observation: Any) -> Any:
             "achieved_goal": np.zeros_like(seen["achieved_goal"]),
         }
     entries = observation.copy()
-    for name in layout.measured:
-        entries[..., layout.slices[name]] = 0.0
+    layout.hide(entries)
     return entries
 
 

@@ -91,6 +91,7 @@ class DynamicChains:
         self._first = 0 if template.is_concrete else 2 * n + 4 + 5 * n * spreads.one_by_one
         last = 2 * (spreads.moves_obstacles + (spreads.tilt > 0.0))
         self._numbers = np.zeros((count, self._first + last))
+        self._hidden = hidden_places(template)
         self.strengths = np.empty((count, n, 4))
         """Charge of every pole face [A·m], component 1 first."""
         self.strengths[:] = template.magnets.charges(n) if template.magnets else np.ones(4)
@@ -293,6 +294,10 @@ class DynamicChains:
         again = cast("np.random.Generator", _Again(self._numbers[row]))
         return self.templates[int(self.engine.kind[row])].draw(again)
 
+    def hidden(self) -> Floats:
+        """Return the numbers at `hidden_places`, scaled to [−1, 1), (m, places)."""
+        return 2.0 * self._numbers[:, self._hidden] - 1.0
+
     def drive_as(self, scene: Scene) -> None:
         """Set the factors of the feed speeds to those in a drawn scene."""
         self.factors[:] = scene.speeds / REFERENCE_SPEED
@@ -387,6 +392,22 @@ class _Again:
         count = int(np.prod(size))
         numbers, self._left = self._left[:count], self._left[count:]
         return numbers.reshape(size)
+
+
+def hidden_places(scene: Scene) -> Ints:
+    """Return which of the numbers that `Scene.draw` draws set the physics of an episode.
+
+    The others have spreads of 0 or set the initial offsets of hinges.
+    """
+    n, spreads = scene.n, scene.spreads
+    friction = max(spreads.friction, spreads.friction_decades)
+    each, moves = int(spreads.one_by_one), int(spreads.moves_obstacles)
+    widths = [
+        *(friction, spreads.mass, spreads.remanence, spreads.feed_speed, 0.0, spreads.feed_jitter),
+        *(spreads.magnet, spreads.obstacle_width, spreads.obstacle_offset, spreads.tilt),
+    ]
+    counts = [1, n, 1, 1, n + 1, n * each, 4 * n * each, moves, moves, 2]
+    return np.flatnonzero(np.repeat(widths, counts))
 
 
 def _nothing_drawn(template: Scene) -> Scene:

@@ -46,6 +46,11 @@ class Layout:
         """Names of the groups that a sensor measures."""
         return tuple(name for name in self.sizes if name in MEASURED)
 
+    def hide(self, entries: Singles) -> None:
+        """Set the groups that a sensor measures to 0 in observations, (…, size)."""
+        for name in self.measured:
+            entries[..., self.slices[name]] = 0.0
+
     @cached_property
     def slices(self) -> dict[str, slice]:
         """Slice of each group, by name, in the order of the observation."""

@@ -3,10 +3,11 @@
 import math
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from itertools import cycle, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypedDict, Unpack, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
     from magfold_env.envs.camera_track import CameraEpisodes
 
 Fidelity = Literal["dynamics", "quasistatic"]
+Sight = Literal["camera", "exact", "none"]
+Reveal = Literal["physics"]
 
 
 class Setup:
@@ -151,6 +154,13 @@ class FeedOptions(SharedOptions, RewardOptions, total=False):
     split: Split
     """The tasks to draw from if the list has two sides (`magfold_env.envs.tasks.symmetry`):
     ``train`` (default), ``test`` or ``all``."""
+    sight: Sight
+    """What the camera and the force sensor show. ``camera`` (default): frames, 20 ms old where the
+    chain is given, and forces, with noise. ``exact``: the newest frame and the force, without
+    noise. ``none``: 0. Draws, physics and the observation space are the same for all."""
+    reveal: Reveal | None
+    """``physics``: observations also contain the hidden draws, as the group ``physics``
+    (`magfold_env.envs.camera_track.CameraTrackEnv`). None (default): they do not."""
 
 
 class FoldTask(Setup):
@@ -278,7 +288,11 @@ class TaskSetup(Setup):
             list(directions).index(task.direction) for task in self.tasks
         )
         """Index of each task's template."""
+        self.sight: Sight = one_of("sight", options.get("sight", "camera"), Sight)
         self.actions, self.layout = episodes.spaces(self, options)
+        if one_of("reveal", options.get("reveal"), (None, *get_args(Reveal))) is not None:
+            sizes = {**self.layout.sizes, "physics": episodes.physics_size(self)}
+            self.layout = replace(self.layout, sizes=sizes)
 
     @cached_property
     def patterns(self) -> NDArray[np.int64]:

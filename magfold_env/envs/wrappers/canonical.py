@@ -19,6 +19,7 @@ from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
 from magfold_env.envs.spaces.observation import Layout
+from magfold_env.envs.tasks.checks import require
 from magfold_env.envs.tasks.symmetry import refuse_uneven
 from magfold_env.scene import Scene
 
@@ -36,8 +37,8 @@ class CanonicalView:
     Raises
     ------
     ValueError
-        If the layout is of an environment in which chains are not given, or if the scene
-        distinguishes the images of a chain.
+        If the layout is of an environment in which chains are not given or contains the hidden
+        draws, or if the scene distinguishes the images of a chain.
     """
 
     def __init__(self, layout: Layout, scene: Scene) -> None:
@@ -46,6 +47,8 @@ class CanonicalView:
                 f"env: observations of {', '.join(layout.slices)} are not allowed in the canonical "
                 "view; must be those of an environment with given chains, such as UnknownFloor"
             )
+        allowed = "must be None in the canonical view, which does not permute drawn strengths"
+        require("physics" not in layout.slices, "reveal", "physics", allowed)
         refuse_uneven(scene)
         self._slices, self._n = layout.slices, layout.n
 
@@ -106,7 +109,8 @@ class CanonicalObservation(gymnasium.ObservationWrapper[Any, Any, Any], RecordCo
     Raises
     ------
     ValueError
-        If the environment is another one, or if its scene distinguishes the images of a chain.
+        If the environment is another one or reveals the hidden draws, or if its scene distinguishes
+        the images of a chain.
     """
 
     def __init__(self, env: gymnasium.Env[Any, Any]) -> None:
