@@ -68,20 +68,20 @@ def main(workers: int = 2, only: str = "") -> None:
             save(f"{name}-{randomisation}", baseline_key(scene), jobs)
     for kind in TRACKS:
         if kind.default_scene.startswith(only):
-            store = _store(kind)
+            store = store_of_v0(kind)
             jobs = [partial(_of_task, kind, task) for task in store.names]
             save(kind.default_scene, store.key, jobs)
 
 
 def _of_task(track: type[CameraTrackEnv], task: str) -> Baseline:
-    return _store(track).compute(task)
+    return store_of_v0(track).compute(task)
 
 
-def _store(track: Any) -> TaskStore:
+def store_of_v0(track: Any) -> TaskStore:
     """Return the baselines of the tasks of a track's version v0."""
     end = f":{track.__name__}"
     options = [given for env_id, given in EARLIER.items() if ENTRY_POINTS[env_id].endswith(end)]
-    setup = track.make_setup(track.default_scene, **(options[0] if options else {}))
+    setup = track.make_setup(**(options[0] if options else {}))
     return track.make_episodes.baselines(setup)
 
 

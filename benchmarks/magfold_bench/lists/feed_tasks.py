@@ -26,6 +26,7 @@ from magfold_env.envs.lumen import LumenEnv
 from magfold_env.envs.spaces.actions import PATTERNS
 from magfold_env.envs.tasks.draws import episode_seeds, randomised
 from magfold_env.envs.tasks.feed_tasks import FeedTask
+from magfold_env.envs.tasks.symmetry import Side, side_of
 from magfold_env.envs.unknown_floor import FloorEpisodes
 from magfold_env.fold import FoldStatus
 from magfold_env.scene import Scene, load_scene
@@ -53,6 +54,16 @@ Found = tuple[float, FeedTask]
 def random_faces(rng: np.random.Generator, size: int | tuple[int, int]) -> Any:
     """Return the faces of random components as nested lists of the given shape."""
     return np.array(PATTERNS)[rng.integers(len(PATTERNS), size=size)].tolist()
+
+
+def random_chains(rng: np.random.Generator, count: int, side: Side | None) -> list[Any]:
+    """Return chains of six random components, all on one side of the split if it is given."""
+    chains: list[Any] = []
+    while len(chains) < count:
+        faces = random_faces(rng, 6)
+        if side in (None, side_of(faces)):
+            chains.append(faces)
+    return chains
 
 
 def find_two_folds(seed: int = 0) -> Iterator[Found]:
@@ -100,11 +111,13 @@ def _fold(scene: Scene) -> str:
     return fold.word if fold.status is FoldStatus.FOLDED else ""
 
 
-def find_chambers(direction: Any, seed: int = 0, threads: int = 1) -> Iterator[Found]:
+def find_chambers(
+    direction: Any, seed: int = 0, threads: int = 1, side: Side | None = None
+) -> Iterator[Found]:
     """Yield tasks endlessly, each with the share of runs that end in its target."""
     rng = np.random.default_rng([seed, direction == "forward"])
     while True:
-        chains = random_faces(rng, (AT_ONCE, 6))
+        chains = random_chains(rng, AT_ONCE, side)
         # The targets do not matter yet.
         tasks = [FeedTask(sequence=each, direction=direction, target="LRLRL") for each in chains]
         for task, words in zip(tasks, words_at_speeds(tasks, threads), strict=True):

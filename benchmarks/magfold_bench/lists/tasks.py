@@ -21,13 +21,15 @@ from magfold_bench.lists.refold_tasks import OTHER_DRAWS, find_refolds
 from magfold_bench.lists.tray_tasks import find_pulls, find_trays
 from magfold_env.checkpoint import Checkpoint
 from magfold_env.cli import options
-from magfold_env.envs.tasks.feed_tasks import FeedTask, Task
+from magfold_env.envs.tasks.feed_tasks import FeedTask, RefoldTask, Task
 from magfold_env.envs.tasks.symmetry import SIDES, Side, orbit, side_of
 from magfold_env.files import configs_dir, write_text
 from magfold_env.parallel import Workers, finished
 
 KEYS = ("sequence", "tray", "direction", "first", "pull", "towards", "target")
 """Entries of a task, in the order in which they are written."""
+
+DIRECTIONS = ("forward", "backward")
 
 Found = tuple[float, Task]
 """The ease of a task, as a share or a number, and the task."""
@@ -48,7 +50,7 @@ def of_each_direction(
     find: Callable[[str, int, int], Iterator[Any]], count: int, seed: int, threads: int
 ) -> Iterator[Any]:
     """Yield the same number of tasks for both directions of feed."""
-    for direction in ("forward", "backward"):
+    for direction in DIRECTIONS:
         yield from islice(find(direction, seed, threads), count)
 
 
@@ -112,8 +114,26 @@ class SplitList(NamedTuple):
     """Numbers of chains for training and for tests."""
 
 
+def in_turn(find: Callable[..., Iterator[Any]], seed: int, **options: Any) -> Iterator[Any]:
+    """Return the tasks of a block; those of even seeds are fed forward, of odd ones backward."""
+    return find(DIRECTIONS[seed % 2], seed, **options)
+
+
+def in_turn_by_side(find: Callable[..., Iterator[Any]], seed: int) -> Iterator[Any]:
+    """Return the tasks of a block; three blocks in five are for training, the others for tests.
+
+    One chain in six is for tests, so a search on both sides would discard most of its chains.
+    """
+    return in_turn(find, seed, side="train" if seed % 5 < 3 else "test")
+
+
 SPLIT_LISTS = {
     "two-folds-6-v1": SplitList(find_two_folds, FeedTask, "two-folds-6"),
+    # The search takes more than an hour of processor time for 1,200 chains.
+    "chamber-6-v1": SplitList(
+        partial(in_turn_by_side, find_chambers), FeedTask, "chamber-6", (300, 200)
+    ),
+    "two-words-6-v1": SplitList(partial(in_turn, find_refolds), RefoldTask, "two-words-6"),
 }
 
 
