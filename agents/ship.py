@@ -1,7 +1,8 @@
 """Make a set of shipped policies from training runs: ``python -m agents.ship policies NAME RUN``.
 
 ``python -m agents.ship results NAME results.json ablation.json admission.json ...`` then adds the
-results of `agents.evaluate NAME`, `agents.ablate NAME` and `agents.admission` to the set's card.
+results of `agents.evaluate NAME`, `agents.ablate NAME`, `agents.admission` and ``magfold score`` to
+the set's card.
 """
 
 import shutil
@@ -19,7 +20,10 @@ from agents.training import policy_files
 from agents.training.folder import RunInfo, file_digest
 from magfold_env.cli import options
 from magfold_env.files import replacing
-from magfold_env.scoring.results import Results, Row, Run
+from magfold_env.scoring.results import Results, Row, Run, View
+
+VIEWS: tuple[View, ...] = ("evaluation", "ablation", "admission", "score")
+"""The kinds of results that a card contains."""
 
 app = options.application(help=__doc__, no_args_is_help=True)
 """The command."""
@@ -67,7 +71,7 @@ def with_results(card: Card, files: list[Path]) -> Card:
     found: list[Results] = []
     for file in files:
         try:
-            found.append(_own(card, Results.read(file, "evaluation", "ablation", "admission")))
+            found.append(_own(card, Results.read(file, *VIEWS)))
         except (OSError, ValueError, LookupError, StopIteration) as error:
             raise CardError(f"{file}: has no results of all of {card.name}: {error}") from None
     views = {each.view for each in found}
@@ -77,6 +81,10 @@ def with_results(card: Card, files: list[Path]) -> Card:
 
 def _own(card: Card, results: Results) -> Results:
     """Return the results that a card stores, with only its own policies' success by episode."""
+    if results.view == "score":
+        (row,) = results.rows.values()
+        card.numbers(row)
+        return results
     rows = {name: row.model_copy(update={"runs": ()}) for name, row in results.rows.items()}
     if results.view == "evaluation":
         digests = [each.sha256 for each in card.policies]
@@ -114,7 +122,9 @@ def results_command(
     name: Name,
     files: Annotated[
         list[Path],
-        typer.Argument(help="Files that agents.evaluate, agents.ablate or agents.admission wrote."),
+        typer.Argument(
+            help="Files of agents.evaluate, agents.ablate, agents.admission or magfold score."
+        ),
     ],
     folder: Folder = None,
 ) -> None:

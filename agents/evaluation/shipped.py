@@ -51,7 +51,7 @@ class Card(FrozenModel):
     """Policies, one per seed."""
     results: tuple[Results, ...] = ()
     """Results of `agents.evaluate` and `agents.ablate` in an environment, and of `agents.admission`
-    on a track, with the episodes of these policies only."""
+    and ``magfold score`` on a track, with the episodes of these policies only."""
 
     def of(self, view: View) -> list[Results]:
         """Return the results of one kind, such as "ablation"; one command wrote each of them."""
@@ -146,6 +146,8 @@ def _fitting(env: Any) -> str:
     one = getattr(env, "template", env)
     place = f"{type(one).__module__}:{type(one).__name__}"
     ids = [env_id for env_id, entry_point in ENTRY_POINTS.items() if entry_point == place]
+    if env.spec is not None:
+        ids = [env.spec.id]
     cards = [shipped_card(name) for name in policies.shipped_names()]
     trained = [card for card in cards if card.env.id in ids]
     spaces = one.observation_space, one.action_space

@@ -12,6 +12,7 @@ from agents.evaluation.policies import policies_dir, shipped_names, trained
 from agents.evaluation.shipped import load_shipped, shipped_card, shipped_files
 from agents.settings import EnvSettings, TrainSettings
 from magfold_env.scoring.results import Results
+from magfold_env.scoring.score import score
 from magfold_env.scoring.track import TASKS
 
 
@@ -64,15 +65,16 @@ def test_there_are_policies() -> None:
         ("ppo-floor-8", "MagFold/TubeFeed-v0", {"components": 8}),
         ("ppo-lumen", "MagFold/Lumen-v0", {"actions": "discrete"}),
         ("ppo-unknown-floor", "MagFold/UnknownFloor-v0", {"actions": "discrete"}),
+        ("ppo-unknown-floor-v1", "MagFold/UnknownFloor-v1", {"actions": "discrete"}),
         ("ppo-anchor", "MagFold/Anchor-v0", {}),
     ],
 )
 def test_an_environment_stands_for_the_policies_that_fit_it(
     name: str, env_id: str, options: dict[str, Any]
 ) -> None:
-    wanted = load_shipped(name, 1).policy.state_dict()
+    wanted = load_shipped(name, 0).policy.state_dict()
     for make in (gymnasium.make, gymnasium.make_vec):
-        found = load_shipped(make(env_id, **options), 1).policy.state_dict()
+        found = load_shipped(make(env_id, **options), 0).policy.state_dict()
         assert all((found[key] == value).all() for key, value in wanted.items())
 
 
@@ -122,6 +124,14 @@ def test_a_policy_of_each_set_does_what_its_card_says(name: str, result: Results
 @pytest.mark.parametrize(("name", "admission"), ADMISSIONS)
 def test_the_first_policy_of_a_track_does_what_its_card_says(name: str, admission: Results) -> None:
     assert differing_in_admission(name, admission, 48) <= 4
+
+
+@pytest.mark.parametrize(("name", "result"), found("score"))
+def test_a_policy_scores_what_its_card_says(name: str, result: Results) -> None:
+    (row,) = result.rows.values()
+    file = shipped_files(name)[shipped_card(name).numbers(row)[0]]
+    again = score(file, result.id, result.seed, 48).rows[file.stem].runs[0].success
+    assert sum(map(str.__ne__, again, row.runs[0].success)) <= 4
 
 
 @pytest.mark.slow
