@@ -54,6 +54,8 @@ def test_the_last_observations_are_shown_and_the_first_stands_for_those_before(b
 
 def test_in_the_canonical_view_only_the_newest_observation_states_the_task() -> None:
     env = {"id": FLOOR, "actions": "discrete"}
+    single: Any
+    stacked: Any
     single, stacked = (
         make_training_envs(tiny(own={"view": "canonical", "frames": each}, env=env, envs=1), 0)
         for each in (1, 3)
