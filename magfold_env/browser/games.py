@@ -6,6 +6,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from magfold_env.envs import EARLIER
 from magfold_env.envs.camera_track import FORCE_NOISE, FORCE_SCALE, INTERVAL, STEEPEST, TIME_COST
 from magfold_env.envs.chains.dynamic import REFERENCE_SPEED
 from magfold_env.envs.spaces.actions import FASTEST, PATTERNS, scaled_speeds
@@ -48,7 +49,7 @@ def tube_feed() -> dict[str, Any]:
 
 def unknown_floor() -> dict[str, Any]:
     """Return the parameters and spreads of ``MagFold/UnknownFloor-v0``."""
-    setup = UnknownFloorEnv.make_setup(actions="discrete", tasks="two-folds-6")
+    setup = UnknownFloorEnv.make_setup(actions="discrete", **EARLIER["MagFold/UnknownFloor-v0"])
     return _drawn(setup.scene) | {
         "tasks": [task.model_dump(mode="json") for task in setup.tasks],
         "speeds": setup.actions.speeds.tolist(),
