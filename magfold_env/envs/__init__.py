@@ -8,6 +8,8 @@ default or an entry's meaning has changed. New options do not change the number.
 evaluation draws have their own versions (`baseline.PHYSICS_VERSION`, `draws.EVALUATION_VERSION`).
 """
 
+from typing import Any
+
 import gymnasium
 
 ENTRY_POINTS = {
@@ -22,7 +24,9 @@ ENTRY_POINTS = {
     "MagFold/Anchor-v0": "magfold_env.envs.anchor:AnchorEnv",
 }
 
-EARLIER = {"MagFold/UnknownFloor-v0": {"tasks": "two-folds-6", "scene": "unknown-floor-v0"}}
+EARLIER: dict[str, dict[str, Any]] = {
+    "MagFold/UnknownFloor-v0": {"tasks": "two-folds-6", "scene": "unknown-floor-v0"}
+}
 """Arguments with which a class plays the tasks of an earlier version."""
 
 VECTOR_ENTRY_POINTS = {
